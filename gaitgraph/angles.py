@@ -1,0 +1,136 @@
+"""Angles: reading what people type, arithmetic modulo π, and writing multiples of π.
+
+Inside the package every angle is a float in radians. This module is the only door through which degrees and
+texts such as ``"3pi/8"`` come in.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from gaitgraph.errors import InputError
+
+__all__ = ["HALF_PI", "angle_from_text", "distance_to_multiple", "text_from_angle", "wrapped"]
+
+HALF_PI = math.pi / 2
+"""π/2, the end of the range in which tilt angles are represented (rad)."""
+
+_NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?"
+_ANGLE = re.compile(
+    rf"""(?P<sign>[+-]?)\s*(?:
+        (?P<plain>{_NUMBER})\s*(?P<unit>deg|°|rad)?
+      | (?:(?P<factor>{_NUMBER})\s*\*?\s*)?(?:pi|π)(?:\s*/\s*(?P<divisor>{_NUMBER}))?
+    )""",
+    re.VERBOSE | re.IGNORECASE | re.ASCII,
+)
+_LONGEST = 64
+
+
+
+def angle_from_text(value: object, name: str = "angle") -> float:
+    """Return the angle that a number or a text means.
+
+    Parameters
+    ----------
+    value
+        A real number (rad), or a text: a number (rad), a multiple of π such as ``"3pi/8"``, ``"-3*pi/8"`` or
+        ``"π/2"``, or degrees such as ``"67.5deg"`` or ``"67.5°"``.
+    name
+        What the error message calls the value.
+
+    Returns
+    -------
+    float
+        The angle in radians.
+
+    Raises
+    ------
+    InputError
+        If the value is no angle or not finite.
+
+    Examples
+    --------
+    >>> angle_from_text("3pi/8") == 3 * math.pi / 8
+    True
+    >>> angle_from_text("-67.5deg")
+    -1.1780972450961724
+    """
+    allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
+    angle = math.nan
+    if isinstance(value, str):
+        match = _ANGLE.fullmatch(value.strip().replace("−", "-")) if len(value) <= _LONGEST else None
+        if match is not None:
+            angle = _angle_of(match)
+    elif not isinstance(value, bool):
+        try:
+            angle = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            angle = math.nan
+    if not math.isfinite(angle):
+        shown = repr(value) if len(repr(value)) <= _LONGEST else repr(value)[:_LONGEST] + "…"
+        raise InputError(f"{name}: {shown} is no angle; allowed is {allowed}")
+    return angle
+
+
+def _angle_of(match: re.Match[str]) -> float:
+    if match["plain"] is not None:
+        angle = float(match["plain"])
+        if (match["unit"] or "").lower() in ("deg", "°"):
+            angle = math.radians(angle)
+    else:
+        divisor = float(match["divisor"] or 1)
+        if divisor == 0:
+            return math.nan
+        angle = float(match["factor"] or 1) * math.pi / divisor
+    return -angle if match["sign"] == "-" else angle
+
+
+def text_from_angle(angle: float, *, ascii_only: bool = False) -> str:
+    """Return a short text: a multiple of π/32 when the angle is one (to 1e-9 rad), else four decimals.
+
+    >>> text_from_angle(-3 * math.pi / 8), text_from_angle(0.3), text_from_angle(0.0)
+    ('-3π/8', '0.3000', '0')
+    """
+    pi = "pi" if ascii_only else "π"
+    whole = round(angle * 32 / math.pi)
+    if abs(angle - whole * math.pi / 32) > 1e-9:
+        return f"{angle:.4f}"
+    if whole == 0:
+        return "0"
+    divisor = 32 // math.gcd(abs(whole), 32)
+    factor = whole * divisor // 32
+    head = {1: "", -1: "-"}.get(factor, str(factor))
+    return f"{head}{pi}" + (f"/{divisor}" if divisor > 1 else "")
+
+
+def wrapped(angle: Any) -> Any:
+    """Return the angle modulo π in [−π/2, π/2]; angles in that range, both ends included, stay as they are.
+
+    Works on floats and on arrays of any shape.
+
+    >>> wrapped(math.pi / 2) == math.pi / 2, round(wrapped(2.0), 4)
+    (True, -1.1416)
+    """
+    if isinstance(angle, float):
+        return angle - math.pi * round(angle / math.pi)
+    import numpy as np
+
+    return angle - np.pi * np.rint(np.asarray(angle) / np.pi)
+
+
+def distance_to_multiple(angle: Any, period: float) -> Any:
+    """Return the distance (rad, not negative) from an angle to the nearest multiple of a period.
+
+    Works on floats and on arrays of any shape.
+
+    >>> round(distance_to_multiple(3.0, math.pi), 4)
+    0.1416
+    """
+    if isinstance(angle, float):
+        return abs(angle - period * round(angle / period))
+    import numpy as np
+
+    angle = np.asarray(angle)
+    return np.abs(angle - period * np.rint(angle / period))

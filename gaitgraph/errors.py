@@ -1,0 +1,58 @@
+"""Every error that gaitgraph raises on purpose.
+
+One base, :class:`GaitgraphError`; each child is also the builtin kind that a reader would catch. Infeasible
+requests are answers, not errors: a plan carries its reason, and only asking it for a gait raises
+:class:`Infeasible`.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "ContractError",
+    "FileProblem",
+    "GaitgraphError",
+    "Infeasible",
+    "InputError",
+    "MissingConstant",
+    "OutputExists",
+]
+
+
+class GaitgraphError(Exception):
+    """Base of all errors raised by gaitgraph."""
+
+
+class InputError(GaitgraphError, ValueError):
+    """A value that is malformed, not finite, or outside what is allowed; the message names all three."""
+
+
+class MissingConstant(InputError):
+    """A vehicle does not state a constant that the computation needs."""
+
+
+class ContractError(GaitgraphError, ValueError):
+    """A graph does not keep the written contract of :mod:`gaitgraph.graph`."""
+
+
+class Infeasible(GaitgraphError, RuntimeError):
+    """A gait was asked of a plan that has none; the message is the plan's reason."""
+
+
+class FileProblem(GaitgraphError, OSError):
+    """A file cannot be read or written."""
+
+
+class OutputExists(FileProblem, FileExistsError):
+    """An output file exists already and overwriting was not asked for."""
+
+
+def did_you_mean(word: str, known: list[str]) -> str:
+    """Return ``"; did you mean …?"`` when a known word is close, else an empty string.
+
+    >>> did_you_mean("colour", ["color", "sign"])
+    "; did you mean 'color'?"
+    """
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

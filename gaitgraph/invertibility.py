@@ -1,0 +1,487 @@
+r"""Is the decoupling matrix invertible? Formula (1) of the paper and the physics it comes from.
+
+With outputs (altitude, roll, pitch, yaw) and rotor inputs wᵢ = ωᵢ|ωᵢ|, the determinant of the 4×4 decoupling
+matrix is formula (1) of Shen, Ma and Tsuchiya (2022), its misprints mended, times a constant. Formula (1) is
+linear in the vertical seen from the body,
+
+    (1) = Rθ·sin θ + Rφ·sin φ·cos θ + R·cos φ·cos θ,
+
+and with β1 = α1 − δ, β3 = α3 − δ, β2 = α2 + δ, β4 = α4 + δ, tan δ = κ, its first two terms factorise:
+
+    Rφ = −sin(β1 − β3)·sin(β2 + β4) / sin 2δ,
+    Rθ = +sin(β1 + β3)·sin(β2 − β4) / sin 2δ.
+
+R is a bilinear form in the pair features p(αᵢ, αₖ) = (cos αᵢ cos αₖ, sin αᵢ sin αₖ, sin(αᵢ + αₖ)) of the two
+pairs of opposite arms, which makes it an outer product on a grid.
+
+Arrays of tilt angles have shape (..., 4): (α1, α2, α3, α4) in radians; leading axes broadcast. Functions of the
+tilt angles alone take :class:`Coefficients`; functions of forces and torques take a :class:`Vehicle`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError
+from gaitgraph.vehicle import PAPER, Vehicle
+
+__all__ = [
+    "Coefficients",
+    "coefficients_of",
+    "control_force_matrix",
+    "control_moment_matrix",
+    "decoupling_matrix",
+    "determinant",
+    "hover_thrust_shares",
+    "least_singular_value",
+    "level_determinant",
+    "level_determinant_resolution",
+    "pitch_sensitivity",
+    "roll_sensitivity",
+    "scaled_decoupling_matrix",
+    "zero_moment_direction",
+    "zero_moment_inputs",
+]
+
+FloatArray = npt.NDArray[np.float64]
+Kind = Literal["published", "exact"]
+
+_PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
+_PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
+_EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coefficients:
+    """The four numbers of formula (1) and the crossing angle δ that follows from the first.
+
+    Parameters
+    ----------
+    kind
+        "exact" (functions of κ) or "published" (the paper's four digits).
+    attitude
+        (1/κ − κ)/2 = cot 2δ; 2.880 in the paper. It alone shapes Rφ and Rθ.
+    single
+        1/κ − 2κ; 5.592 in the paper. Multiplies the terms of R with one sine.
+    double
+        1 − κ²; 0.9716 in the paper. Multiplies terms of R with two sines.
+    triple
+        κ; 0.1687 in the paper. Multiplies the terms of R with three sines.
+    delta
+        Crossing angle δ [rad]: the planes of α3 cross at α1 = δ, those of α4 at α2 = −δ.
+    first_arm_angle
+        Angle of the first arm from body x [rad]; turns Rφ and Rθ, moves no surface.
+    """
+
+    kind: Kind
+    attitude: float
+    single: float
+    double: float
+    triple: float
+    delta: float
+    first_arm_angle: float = 0.0
+
+    @property
+    def bilinear_form(self) -> FloatArray:
+        """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4)."""
+        return np.array(
+            [[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]]
+        )
+
+    @property
+    def rounding(self) -> tuple[float, float, float, float]:
+        """What each of the four numbers may be off by (half a unit of its last digit)."""
+        if self.kind == "published":
+            return _PUBLISHED_ROUNDING
+        a, b, c, d = (abs(x) * _EPSILON for x in (self.attitude, self.single, self.double, self.triple))
+        return a, b, c, d
+
+    @property
+    def delta_rounding(self) -> float:
+        """What δ may be off by because `attitude` is rounded [rad]."""
+        return 0.5 * self.rounding[0] / (1.0 + self.attitude**2) + _EPSILON
+
+
+def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coefficients:
+    """Return the coefficients of formula (1) for a vehicle.
+
+    Parameters
+    ----------
+    vehicle
+        The vehicle; all that counts is κ, the spin sense and the angle of the first arm.
+    kind
+        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+
+    Raises
+    ------
+    InputError
+        If published coefficients are asked for a vehicle that is not the paper's.
+
+    Examples
+    --------
+    >>> coefficients_of().kind, round(coefficients_of(kind="exact").single, 4)
+    ('published', 5.5915)
+    """
+    if kind is None:
+        kind = "published" if vehicle.carries_published_coefficients else "exact"
+    if kind == "published":
+        if not vehicle.carries_published_coefficients:
+            raise InputError(
+                f"coefficients: 'published' belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f}), not to "
+                f"{vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}); allowed is 'exact'"
+            )
+        a, b, c, d = _PUBLISHED
+        return Coefficients(
+            kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a)
+        )
+    if kind != "exact":
+        raise InputError(f"coefficients: {kind!r}; allowed are 'published' and 'exact'")
+    k = vehicle.signed_drag_ratio
+    return Coefficients(
+        kind=kind,
+        attitude=(1.0 / k - k) / 2.0,
+        single=1.0 / k - 2.0 * k,
+        double=1.0 - k * k,
+        triple=k,
+        delta=math.atan(k),
+        first_arm_angle=vehicle.first_arm_angle,
+    )
+
+
+def _columns(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    angles = np.asarray(alpha, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != 4:
+        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
+    return angles[..., 0], angles[..., 1], angles[..., 2], angles[..., 3]
+
+
+def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
+    """Return (cos·cos, sin·sin, sin of the sum) of two opposite arms' tilt angles [rad], stacked last."""
+    first, opposite = np.asarray(first, dtype=float), np.asarray(opposite, dtype=float)
+    total, difference = np.cos(first + opposite), np.cos(first - opposite)
+    return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
+
+
+def _arm_frame_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
+    """Return (Rθ, Rφ) for a first arm along body x, by the factorised form of (4) and (5)."""
+    a1, a2, a3, a4 = _columns(alpha)
+    delta = coefficients.delta
+    scale = 1.0 / math.sin(2.0 * delta)
+    pitch = scale * np.sin(a1 + a3 - 2 * delta) * np.sin(a2 - a4)
+    roll = -scale * np.sin(a1 - a3) * np.sin(a2 + a4 + 2 * delta)
+    return pitch, roll
+
+
+def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+    """Return Rφ of equation (4), dimensionless, shape (...).
+
+    Zero Rφ and Rθ make the determinant insensitive, to first order, to roll and pitch.
+
+    >>> float(roll_sensitivity([0.3, -0.2, 0.3, 0.1], coefficients_of()))
+    -0.0
+    """
+    pitch, roll = _arm_frame_sensitivities(alpha, coefficients)
+    turn = coefficients.first_arm_angle
+    return roll if turn == 0.0 else roll * math.cos(turn) - pitch * math.sin(turn)
+
+
+def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+    """Return Rθ of equation (5), its misprint mended, dimensionless, shape (...).
+
+    >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2], coefficients_of()))
+    0.0
+    """
+    pitch, roll = _arm_frame_sensitivities(alpha, coefficients)
+    turn = coefficients.first_arm_angle
+    return pitch if turn == 0.0 else pitch * math.cos(turn) + roll * math.sin(turn)
+
+
+def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+    """Return R of equation (6), its misprints mended, dimensionless, shape (...).
+
+    In level flight the determinant of the decoupling matrix is proportional to R: R = 0 is singular.
+
+    >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
+    4.0
+    """
+    a1, a2, a3, a4 = _columns(alpha)
+    pairs = pair_features(a1, a3) @ coefficients.bilinear_form
+    return np.sum(pairs * pair_features(a2, a4), axis=-1)
+
+
+def level_determinant_resolution(
+    alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0
+) -> Any:
+    """Return how large |R| must be for its sign to mean something, shape (...).
+
+    The bound adds up what the rounding of the coefficients, the rounding of δ that α3 and α4 inherit from them,
+    the rounding of the angles themselves and floating point can change in R, to first order, with the second
+    order bounded. For exact coefficients and exact angles only floating point remains.
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (..., 4) [rad].
+    coefficients
+        The coefficients that R is computed with.
+    angle_rounding
+        What each given angle may be off by, e.g. 5e-4 for angles printed with three decimals [rad].
+    """
+    a1, a2, a3, a4 = _columns(alpha)
+    first, second = pair_features(a1, a3), pair_features(a2, a4)
+    _, single, double, triple = coefficients.rounding
+    form = coefficients.bilinear_form
+    resolution = (
+        single * np.abs(first[..., 0] * second[..., 2] - first[..., 2] * second[..., 0])
+        + double * np.abs(first[..., 2] * second[..., 2])
+        + triple * np.abs(first[..., 1] * second[..., 2] - first[..., 2] * second[..., 1])
+        + 32 * _EPSILON * np.sum((np.abs(first) @ np.abs(form)) * np.abs(second), axis=-1)
+        + 8 * _EPSILON * np.abs(form).sum()
+    )
+    derived = 2.0 * coefficients.delta_rounding if coefficients.kind == "published" else 0.0
+    if derived or angle_rounding:
+        right, left = second @ form.T, first @ form
+        slopes = (
+            np.abs(np.sum(_feature_slope(a1, a3) * right, axis=-1)),
+            np.abs(np.sum(_feature_slope(a2, a4) * left, axis=-1)),
+            np.abs(np.sum(_feature_slope(a3, a1) * right, axis=-1)),
+            np.abs(np.sum(_feature_slope(a4, a2) * left, axis=-1)),
+        )
+        resolution = resolution + (slopes[0] + slopes[1]) * angle_rounding
+        resolution = resolution + (slopes[2] + slopes[3]) * (angle_rounding + derived)
+        resolution = resolution + 8 * np.linalg.norm(form) * (angle_rounding + derived) ** 2
+    return resolution
+
+
+def _feature_slope(moving: FloatArray, still: FloatArray) -> FloatArray:
+    """Return the derivative of the pair features with respect to one of the two angles."""
+    return np.stack(
+        [-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still)], axis=-1
+    )
+
+
+def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
+    """Return the upward vertical in body axes for roll φ and pitch θ [rad] (z–y–x Euler angles), shape (..., 3)."""
+    roll, pitch = np.broadcast_arrays(np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float))
+    return np.stack([-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)], axis=-1)
+
+
+def determinant(
+    alpha: npt.ArrayLike,
+    coefficients: Coefficients,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
+) -> Any:
+    """Return the left side of formula (1), its misprints mended, dimensionless.
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (..., 4) [rad].
+    coefficients
+        The four numbers of formula (1).
+    roll, pitch
+        Attitude [rad], broadcast against the leading axes of `alpha`.
+
+    Returns
+    -------
+    array of the broadcast leading shape
+        Zero exactly where the decoupling matrix is singular.
+
+    Examples
+    --------
+    >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
+    -1.713
+    """
+    up = body_vertical(roll, pitch)
+    return (
+        -pitch_sensitivity(alpha, coefficients) * up[..., 0]
+        + roll_sensitivity(alpha, coefficients) * up[..., 1]
+        + level_determinant(alpha, coefficients) * up[..., 2]
+    )
+
+
+def _per_rotor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """Return each arm's angle from body x and the sign with which w > 0 thrusts upward, both of shape (4,)."""
+    arms = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
+    lift = np.array([-1.0, 1.0, -1.0, 1.0]) * (1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0)
+    return arms, lift
+
+
+def _directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
+    angles = np.stack(_columns(alpha), axis=-1)
+    arms, lift = _per_rotor(vehicle)
+    sine, cosine = np.sin(angles), np.cos(angles)
+    outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)])
+    direction = np.stack([np.sin(arms) * sine, -np.cos(arms) * sine, cosine], axis=-2)
+    lever = np.cross(np.broadcast_to(outward, direction.shape), direction, axis=-2)
+    return lift * direction, lift * lever - vehicle.drag_ratio * direction
+
+
+def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+    """Return F(α): body force [N] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
+
+    Raises
+    ------
+    MissingConstant
+        If the vehicle states no thrust coefficient.
+    """
+    vehicle.require("thrust_coefficient", purpose="the control force matrix")
+    assert vehicle.thrust_coefficient is not None
+    return vehicle.thrust_coefficient * _directions(alpha, vehicle)[0]
+
+
+def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+    """Return τ(α): body torque [N m] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
+
+    Raises
+    ------
+    MissingConstant
+        If the vehicle states no thrust coefficient or arm length.
+    """
+    vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
+    assert vehicle.thrust_coefficient is not None
+    assert vehicle.arm_length is not None
+    return vehicle.arm_length * vehicle.thrust_coefficient * _directions(alpha, vehicle)[1]
+
+
+def scaled_decoupling_matrix(
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
+) -> FloatArray:
+    """Return the dimensionless 4×4 matrix with rows τ(α)/(L·Kf) and F(α)·vertical/Kf, shape (..., 4, 4).
+
+    It is the decoupling matrix without mass, inertia and Euler kinematics, none of which can make it singular
+    for |pitch| < π/2. Needs no constant but κ.
+    """
+    force, moment = _directions(alpha, vehicle)
+    up = body_vertical(roll, pitch)
+    vertical = np.sum(up[..., :, None] * force, axis=-2)[..., None, :]
+    shape = np.broadcast_shapes(vertical.shape[:-2], moment.shape[:-2])
+    parts = (np.broadcast_to(moment, (*shape, 3, 4)), np.broadcast_to(vertical, (*shape, 1, 4)))
+    return np.concatenate(parts, axis=-2)
+
+
+def decoupling_matrix(
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
+) -> FloatArray:
+    """Return ∂(z̈, φ̈, θ̈, ψ̈)/∂w, the decoupling matrix in SI units, shape (..., 4, 4).
+
+    Its determinant is −2κ·Kf⁴L³/(m·Ix·Iy·Iz·cos θ) times formula (1) with exact coefficients, for the paper's
+    spin sense (the sign of κ turns with the spin).
+
+    Raises
+    ------
+    MissingConstant
+        If mass, inertia, arm length or thrust coefficient is not stated.
+    """
+    vehicle.require("mass", "inertia", "arm_length", "thrust_coefficient", purpose="the decoupling matrix")
+    assert vehicle.mass is not None
+    force = control_force_matrix(alpha, vehicle)
+    moment = control_moment_matrix(alpha, vehicle)
+    up = body_vertical(roll, pitch)
+    roll, pitch = np.broadcast_arrays(np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float))
+    zero, one = np.zeros(roll.shape), np.ones(roll.shape)
+    sine, cosine = np.sin(roll), np.cos(roll)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        kinematics = np.stack(
+            [
+                np.stack([one, sine * np.tan(pitch), cosine * np.tan(pitch)], axis=-1),
+                np.stack([zero, cosine, -sine], axis=-1),
+                np.stack([zero, sine / np.cos(pitch), cosine / np.cos(pitch)], axis=-1),
+            ],
+            axis=-2,
+        )
+    altitude = np.sum(up[..., :, None] * force, axis=-2)[..., None, :] / vehicle.mass
+    angular = kinematics @ (moment / np.asarray(vehicle.inertia)[:, None])
+    shape = np.broadcast_shapes(altitude.shape[:-2], angular.shape[:-2])
+    parts = (np.broadcast_to(altitude, (*shape, 1, 4)), np.broadcast_to(angular, (*shape, 3, 4)))
+    return np.concatenate(parts, axis=-2)
+
+
+def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+    """Return w₀, rotor inputs that make no torque, up to a common factor, shape (..., 4).
+
+    In closed form, (sin(β2+β4)·cos β3, sin(β1+β3)·cos β4, sin(β2+β4)·cos β1, sin(β1+β3)·cos β2); all zero where
+    the control moment matrix has rank two or less.
+    """
+    a1, a2, a3, a4 = _columns(alpha)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
+    odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
+    return np.stack(
+        [odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1
+    )
+
+
+def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+    """Return N = F(α)·w₀/Kf, the force that remains when the thrusts make no torque, shape (..., 3).
+
+    A configuration is singular at an attitude exactly where N is horizontal there, or zero. On the gait surfaces
+    N is parallel to body z. Its length means nothing; its direction is that of the hover thrust, or opposite.
+    """
+    force, _ = _directions(alpha, vehicle)
+    return np.squeeze(force @ zero_moment_inputs(alpha, vehicle)[..., None], axis=-1)
+
+
+def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+    """Return the thrusts that carry the weight without torque in level flight, in units of m·g, shape (..., 4).
+
+    Positive pushes up along the tilted rotor axis. Not finite where the matrix is singular in level flight. Off
+    the gait surfaces a horizontal force remains, which this does not show.
+
+    >>> hover_thrust_shares([0, 0, 0, 0]).round(12).tolist()
+    [0.25, 0.25, 0.25, 0.25]
+    """
+    _, lift = _per_rotor(vehicle)
+    thrust = lift * zero_moment_inputs(alpha, vehicle)
+    vertical = np.sum(thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(thrust / vertical)
+
+
+def least_singular_value(
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
+) -> Any:
+    """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
+
+    It says how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and 2κ at
+    α = 0.
+
+    >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
+    0.3373
+    """
+    matrix = scaled_decoupling_matrix(alpha, vehicle, roll, pitch)
+    return np.linalg.svd(matrix, compute_uv=False)[..., -1]
+
+
+def least_singular_value_on_red(
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
+) -> Any:
+    """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...).
+
+    On the red sheet the matrix splits: two 1×1 blocks and a 2×2 block with columns √2·(cos αᵢ, sin βᵢ/cos δ).
+    """
+    a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    kappa = vehicle.signed_drag_ratio
+    c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
+    p, q = s1 - kappa * c1, s2 + kappa * c2
+    alone = np.minimum(np.abs(c2 - kappa * s2), np.abs(c1 + kappa * s1))
+    minor = np.abs(c1 * q - c2 * p)
+    squares = c1**2 + c2**2 + p**2 + q**2
+    largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
+    return math.sqrt(2.0) * np.minimum(alone, minor / largest)

@@ -1,0 +1,361 @@
+"""The physical constants of a tilt-rotor.
+
+Four arms lie in the body's x–y plane, a quarter turn apart; arm *i* carries a rotor that tilts by αᵢ about the
+arm's own outward axis, from upright. Body axes: x forward, y left, z up. Rotor 1 sits on the first arm, rotors
+2, 3, 4 follow counter-clockwise seen from above; opposite rotors share their spin, neighbours do not.
+
+All that the gait surfaces depend on is the *drag ratio* κ = Km/(Kf·L) and the spin sense:
+
+* turning all arms about z turns forces and torques alike, so no surface moves; only the roll and pitch axes of
+  the attitude diagrams turn along;
+* mirroring every spin replaces κ by −κ, which is the same as α → −α: every surface and region is mirrored in
+  the origin of the (α1, α2) plane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+from gaitgraph.angles import angle_from_text
+from gaitgraph.errors import FileProblem, InputError, MissingConstant, did_you_mean
+
+__all__ = ["PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"]
+
+Spin = Literal["clockwise", "counterclockwise"]
+
+_UNITS = {
+    "mass": "kg",
+    "gravity": "m/s²",
+    "arm_length": "m",
+    "thrust_coefficient": "N s²/rad²",
+    "drag_coefficient": "N m s²/rad²",
+    "drag_to_thrust": "m",
+    "drag_ratio": "dimensionless",
+    "inertia": "kg m²",
+    "max_tilt": "rad",
+    "max_tilt_rate": "rad/s",
+    "max_tilt_acceleration": "rad/s²",
+    "max_thrust": "N",
+}
+_ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vehicle:
+    """The constants of one tilt-rotor; immutable, in SI units.
+
+    What is not known stays None; :meth:`require` says so in the error of whatever needs it. The drag ratio is
+    always known afterwards: give Kf, Km and the arm length, or Km/Kf and the arm length, or κ itself.
+
+    Parameters
+    ----------
+    name
+        What messages and files call the vehicle.
+    mass
+        Mass m [kg].
+    gravity
+        Gravitational acceleration g [m/s²].
+    arm_length
+        Distance L from the centre of mass to each rotor [m].
+    thrust_coefficient
+        Kf [N s²/rad²]: thrust per squared rotor speed.
+    drag_coefficient
+        Km [N m s²/rad²]: drag torque per squared rotor speed.
+    drag_to_thrust
+        Km/Kf [m].
+    drag_ratio
+        κ = Km/(Kf·L), dimensionless, positive.
+    inertia
+        Principal moments (Ix, Iy, Iz) about the body axes [kg m²].
+    first_arm_angle
+        Angle of the first arm from body x, positive towards y [rad].
+    first_rotor_spin
+        Spin of rotor 1 seen from above: "clockwise" (as in the paper) or "counterclockwise".
+    max_tilt
+        Largest |αᵢ| that the arms allow [rad].
+    max_tilt_rate
+        Largest |dαᵢ/dt| [rad/s].
+    max_tilt_acceleration
+        Largest |d²αᵢ/dt²| [rad/s²].
+    max_thrust
+        Largest thrust of one rotor [N].
+
+    Raises
+    ------
+    InputError
+        If a value is not a positive finite number (or angle), if constants contradict each other, or if they do
+        not determine κ.
+
+    Examples
+    --------
+    >>> round(Vehicle(drag_to_thrust=0.0165, arm_length=0.2754).drag_ratio, 4)
+    0.0599
+    >>> Vehicle(drag_ratio=0.1).require("mass", purpose="hover thrust in newtons")
+    Traceback (most recent call last):
+    ...
+    gaitgraph.errors.MissingConstant: vehicle 'unnamed' states no mass (kg), which hover thrust in newtons needs
+    """
+
+    name: str = "unnamed"
+    mass: float | None = None
+    gravity: float | None = 9.80665
+    arm_length: float | None = None
+    thrust_coefficient: float | None = None
+    drag_coefficient: float | None = None
+    drag_to_thrust: float | None = None
+    drag_ratio: float = math.nan
+    inertia: tuple[float, float, float] | None = None
+    first_arm_angle: float = 0.0
+    first_rotor_spin: Spin = "clockwise"
+    max_tilt: float | None = None
+    max_tilt_rate: float | None = None
+    max_tilt_acceleration: float | None = None
+    max_thrust: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"vehicle name: {self.name!r}; allowed is a text that is not empty")
+        for field in _UNITS:
+            value = getattr(self, field)
+            if value is None or (field == "drag_ratio" and isinstance(value, float) and math.isnan(value)):
+                continue
+            if field == "inertia":
+                if not isinstance(value, (list, tuple)) or len(value) != 3:
+                    raise InputError(f"inertia: {value!r}; allowed are three positive numbers (kg m²)")
+                checked: Any = tuple(_positive("inertia", part) for part in value)
+            else:
+                checked = _positive(field, value)
+            object.__setattr__(self, field, checked)
+        object.__setattr__(self, "first_arm_angle", angle_from_text(self.first_arm_angle, "first_arm_angle"))
+        if self.first_rotor_spin not in ("clockwise", "counterclockwise"):
+            raise InputError(
+                f"first_rotor_spin: {self.first_rotor_spin!r}; allowed are 'clockwise' and 'counterclockwise'"
+            )
+        self._resolve(
+            "drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf"
+        )
+        self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
+        if math.isnan(self.drag_ratio):
+            raise InputError(
+                "vehicle constants do not determine the drag ratio κ; allowed are thrust_coefficient, "
+                "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
+            )
+
+    def _resolve(self, field: str, derive: Any, formula: str) -> None:
+        """Fill a derived constant, or check the one that was stated against it."""
+        derived, stated = derive(), getattr(self, field)
+        if derived is None:
+            return
+        if stated is None or math.isnan(stated):
+            # A quotient of extreme constants can overflow or vanish.
+            object.__setattr__(self, field, _positive(field, derived))
+        elif not math.isclose(stated, derived, rel_tol=1e-6):
+            raise InputError(
+                f"{field}: {stated!r} contradicts {formula} = {derived!r} of the other constants; "
+                "allowed is to state one or the other"
+            )
+
+    @property
+    def signed_drag_ratio(self) -> float:
+        """κ, negative when every spin is mirrored against the paper's; what the formulas take."""
+        return self.drag_ratio if self.first_rotor_spin == "clockwise" else -self.drag_ratio
+
+    @property
+    def carries_published_coefficients(self) -> bool:
+        """Whether formula (1) with the paper's four-digit coefficients belongs to this vehicle."""
+        return (
+            math.isclose(self.drag_ratio, PAPER.drag_ratio, rel_tol=1e-6)
+            and self.first_rotor_spin == PAPER.first_rotor_spin
+            and self.first_arm_angle == PAPER.first_arm_angle
+        )
+
+    def require(self, *names: str, purpose: str) -> None:
+        """Raise MissingConstant if any of the named constants is not stated.
+
+        Parameters
+        ----------
+        names
+            Field names.
+        purpose
+            What needs them, for the message.
+        """
+        for name in names:
+            if getattr(self, name) is None:
+                raise MissingConstant(
+                    f"vehicle {self.name!r} states no {name} ({_UNITS[name]}), which {purpose} needs"
+                )
+
+    def replace(self, **changes: Any) -> Vehicle:
+        """Return a vehicle with some constants changed; what was derived from them is derived anew.
+
+        >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
+        True
+        """
+        unknown = set(changes) - {field.name for field in fields(self)}
+        if unknown:
+            raise _unknown_field(sorted(unknown)[0])
+        chain = ("thrust_coefficient", "drag_coefficient", "drag_to_thrust", "arm_length", "drag_ratio")
+        if any(name in changes for name in chain[:2]):
+            changes.setdefault("drag_to_thrust", None)
+        elif "drag_to_thrust" in changes:
+            changes |= {"thrust_coefficient": None, "drag_coefficient": None}
+        if any(name in changes for name in chain[:4]):
+            changes.setdefault("drag_ratio", math.nan)
+        elif "drag_ratio" in changes:
+            changes |= dict.fromkeys(chain[:4])
+        return replace(self, **changes)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
+        out: dict[str, Any] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                out[field.name] = list(value) if isinstance(value, tuple) else value
+        return out
+
+
+def _quotient(numerator: float | None, denominator: float | None) -> float | None:
+    return None if numerator is None or denominator is None else numerator / denominator
+
+
+def _positive(name: str, value: object) -> float:
+    if name in _ANGLES and isinstance(value, str):
+        number = angle_from_text(value, name)
+    elif isinstance(value, (bool, str)):
+        number = math.nan
+    else:
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({_UNITS[name]})")
+    return number
+
+
+def _unknown_field(name: str) -> InputError:
+    known = [field.name for field in fields(Vehicle)]
+    hint = did_you_mean(name, [*known, "preset"])
+    return InputError(
+        f"vehicle: {name!r} is no constant of a vehicle{hint or '; allowed are preset, ' + ', '.join(known)}"
+    )
+
+
+PAPER = Vehicle(
+    name="paper",
+    mass=0.429,
+    gravity=9.8,
+    arm_length=0.1785,
+    thrust_coefficient=8.048e-6,
+    drag_coefficient=2.423e-7,
+    inertia=(2.24e-3, 2.99e-3, 4.80e-3),
+)
+"""The vehicle of Shen, Ma and Tsuchiya (2022), the default; κ = 0.168666."""
+
+
+@cache
+def _presets() -> dict[str, Vehicle]:
+    # beetle_omni: physical parameters as published in the JSK lab's robot configuration; its rotor 1 is front
+    # left and pushes the body clockwise.
+    beetle = Vehicle(
+        name="beetle_omni",
+        mass=3.0386,
+        gravity=9.798,
+        arm_length=0.2754,
+        drag_to_thrust=0.0165,
+        inertia=(0.0627958, 0.0620796, 0.0948795),
+        first_arm_angle=math.pi / 4,
+        first_rotor_spin="counterclockwise",
+    )
+    return {vehicle.name: vehicle for vehicle in (PAPER, beetle)}
+
+
+def preset_names() -> list[str]:
+    """Return the names of the vehicles that come with the package, the default first.
+
+    >>> preset_names()
+    ['paper', 'beetle_omni']
+    """
+    return list(_presets())
+
+
+def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
+    """Return the vehicle that a table of constants describes.
+
+    Parameters
+    ----------
+    constants
+        Field names of :class:`Vehicle` to values; angles may be texts. An entry ``preset`` names a vehicle to
+        start from.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a value is not allowed.
+
+    Examples
+    --------
+    >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
+    0.429
+    """
+    constants = dict(constants)
+    preset = constants.pop("preset", None)
+    known = {field.name for field in fields(Vehicle)}
+    for name in constants:
+        if name not in known:
+            raise _unknown_field(name)
+    if preset is None:
+        return Vehicle(**constants)
+    if not isinstance(preset, str):
+        raise InputError(f"vehicle preset: {preset!r}; allowed are {', '.join(preset_names())}")
+    base = _preset(preset)
+    constants.setdefault("name", f"{base.name}, changed" if constants else base.name)
+    return base.replace(**constants)
+
+
+def _preset(name: str) -> Vehicle:
+    try:
+        return _presets()[name]
+    except KeyError:
+        hint = did_you_mean(name, preset_names())
+        raise InputError(
+            f"vehicle: {name!r} is neither a preset ({', '.join(preset_names())}) nor a .toml file{hint}"
+        ) from None
+
+
+def vehicle_named(name_or_file: str | Path) -> Vehicle:
+    """Return a preset by name, or the vehicle in a TOML file.
+
+    The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or the file holds something else.
+    FileProblem
+        If the file cannot be read.
+    """
+    if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
+        return _preset(name_or_file)
+    import tomllib
+
+    path = Path(name_or_file)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise FileProblem(f"vehicle: cannot read {str(path)!r}: {reason}; allowed is a TOML file") from error
+    try:
+        content = tomllib.loads(text)
+        inner = content.get("vehicle", content)
+        if not isinstance(inner, dict):
+            raise InputError(f"vehicle: {inner!r} is no table of constants")
+        return vehicle_from_mapping({"name": path.stem, **inner} if "preset" not in inner else inner)
+    except (tomllib.TOMLDecodeError, InputError, RecursionError) as error:
+        reason = str(error) if not isinstance(error, RecursionError) else "it is nested too deeply"
+        raise InputError(f"vehicle file {str(path)!r}: {reason}") from error
