@@ -1,0 +1,298 @@
+"""A gait: a loop of (α1, α2) lifted to the four-dimensional surfaces, as a closed polyline.
+
+Between its corners a gait is straight in all four angles, and the sheets are planes: a segment between two
+points of one sheet lies on that sheet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError
+from gaitgraph.invertibility import Coefficients, coefficients_of, level_determinant
+from gaitgraph.surface import (
+    DEFAULT_CROSSING_TOLERANCE,
+    checked_plane_angles,
+    sheet_angles,
+    text_from_types,
+    types_of,
+)
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from gaitgraph.checks import Report
+    from gaitgraph.timing import TimedGait
+
+__all__ = ["Gait", "color_of_all", "lift", "vertices"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_STRAIGHT = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gait:
+    """A closed polyline of tilt angles with the color of each corner and a direction.
+
+    Parameters
+    ----------
+    alpha
+        Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the way back from the last to the first is implied.
+        Copied and read-only.
+    colors
+        The sheet of each corner, "red" or "blue"; empty for a gait that is off the surfaces (a biased one).
+    vehicle, coefficients
+        What the gait is for, and the coefficients of the surfaces it lies on.
+    crossing_tolerance
+        Distance from a crossing line within which a plane type is `?` [rad].
+
+    Notes
+    -----
+    Nothing about a gait is guaranteed by its existence: :meth:`check` says what holds.
+
+    Examples
+    --------
+    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "blue")
+    >>> gait.alpha[1].round(3).tolist(), round(gait.length, 2)
+    ([1.178, -0.393, -0.844, 0.059], 3.14)
+    """
+
+    alpha: FloatArray
+    colors: tuple[str, ...] = ()
+    vehicle: Vehicle = PAPER
+    coefficients: Coefficients = field(default_factory=coefficients_of)
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+
+    def __post_init__(self) -> None:
+        alpha = np.array(self.alpha, dtype=float)
+        if alpha.ndim != 2 or alpha.shape[1] != 4 or not len(alpha):
+            raise InputError(f"alpha: an array of shape {alpha.shape}; allowed is (n, 4) with n at least 1")
+        if not np.isfinite(alpha).all():
+            raise InputError(f"alpha: {alpha[~np.isfinite(alpha)][0]!r}; allowed are finite angles in radians")
+        if self.colors and len(self.colors) != len(alpha):
+            raise InputError(f"colors: {len(self.colors)} for {len(alpha)} corners; allowed is one for each")
+        for color in self.colors:
+            if color not in ("red", "blue"):
+                raise InputError(f"colors: {color!r}; allowed are 'red' and 'blue'")
+        alpha.flags.writeable = False
+        object.__setattr__(self, "alpha", alpha)
+        object.__setattr__(self, "colors", tuple(self.colors))
+
+    @property
+    def ends(self) -> FloatArray:
+        """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
+        return np.roll(self.alpha, -1, axis=0)
+
+    @property
+    def length(self) -> float:
+        """Length of the loop in the (α1, α2) plane [rad]."""
+        return float(np.linalg.norm((self.ends - self.alpha)[:, :2], axis=1).sum())
+
+    @property
+    def color(self) -> str | None:
+        """The one color of all corners, "mixed", or None off the surfaces."""
+        return color_of_all(self.colors)
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The plane types of each corner; empty off the surfaces."""
+        out = []
+        for color, (a1, a2) in zip(self.colors, self.alpha[:, :2], strict=False):
+            assert color in ("red", "blue")
+            third, fourth = types_of(color, a1, a2, self.coefficients, self.crossing_tolerance)  # type: ignore[arg-type]
+            out.append(text_from_types(int(third), int(fourth)))
+        return tuple(out)
+
+    @property
+    def R(self) -> FloatArray:
+        """Equation (6) at each corner, with the gait's own coefficients, shape (n,)."""
+        return np.asarray(level_determinant(self.alpha, self.coefficients))
+
+    def merged(self) -> Gait:
+        """Return the gait with straight runs merged; the first point stays, corner or not.
+
+        A corner stays if the direction turns there (an out-and-back turn too), or the color changes.
+        """
+        if len(self.alpha) == 1:
+            return self
+        keep = np.linalg.norm(self.ends - self.alpha, axis=1) > 0
+        colors = np.array(self.colors) if self.colors else np.zeros(len(self.alpha), dtype=int)
+        keep |= np.roll(colors, -1) != colors
+        keep[0] |= not keep.any()
+        points, colors = self.alpha[keep], colors[keep]
+        step = np.roll(points, -1, axis=0) - points
+        size = np.linalg.norm(step, axis=1, keepdims=True)
+        unit = step / np.where(size > 0, size, 1.0)
+        turned = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > _STRAIGHT
+        painted = (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
+        corner = turned | painted
+        corner[0] = True
+        return replace(
+            self, alpha=points[corner], colors=tuple(map(str, colors[corner])) if self.colors else ()
+        )
+
+    def reversed(self) -> Gait:
+        """Return the gait run the other way from the same start.
+
+        >>> gait = lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], "red")
+        >>> np.array_equal(gait.reversed().reversed().alpha, gait.alpha)
+        True
+        """
+        order = [0, *range(len(self.alpha) - 1, 0, -1)]
+        return self._reordered(order)
+
+    def started_at(self, corner: int) -> Gait:
+        """Return the same loop started at another of its corners (0 ≤ corner < n)."""
+        n = len(self.alpha)
+        if not 0 <= corner < n:
+            raise InputError(f"corner: {corner!r}; allowed is 0 to {n - 1}")
+        return self._reordered([(corner + k) % n for k in range(n)])
+
+    def _reordered(self, order: list[int]) -> Gait:
+        colors = tuple(self.colors[k] for k in order) if self.colors else ()
+        return replace(self, alpha=self.alpha[order], colors=colors)
+
+    def biased(self, eta: float) -> Gait:
+        """Return the gait with α3 and α4 scaled by η, equations (12) to (15); it leaves the surfaces.
+
+        Parameters
+        ----------
+        eta
+            Scaling coefficient η, in (0, 1].
+        """
+        return self._scaled(eta, [1.0, 1.0, eta, eta])
+
+    def scaled(self, eta: float) -> Gait:
+        """Return the gait with all four angles scaled by η, in (0, 1].
+
+        The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
+        """
+        gait = self._scaled(eta, [eta] * 4)
+        return replace(gait, colors=self.colors) if self.color == "red" else gait
+
+    def _scaled(self, eta: float, factors: list[float]) -> Gait:
+        if not (isinstance(eta, (int, float)) and math.isfinite(eta) and 0 < eta <= 1):
+            raise InputError(f"eta: {eta!r}; allowed is a number in (0, 1]")
+        colors = self.colors if eta == 1 else ()
+        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors)
+
+    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
+        """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`.
+
+        A polyline takes its least and largest angles at corners, so corners suffice.
+        """
+        return vertices(self.alpha, tolerance)
+
+    def parametrize(
+        self,
+        period: float = 1.0,
+        *,
+        law: str = "smooth",
+        samples: int | None = None,
+        rate: float | None = None,
+    ) -> TimedGait:
+        """Return the gait with a clock; see :func:`gaitgraph.timing.parametrize`."""
+        from gaitgraph.timing import parametrize
+
+        return parametrize(self, period, law=law, samples=samples, rate=rate)
+
+    def check(self, **limits: Any) -> Report:
+        """Return every check of valid and flyable; see :func:`gaitgraph.checks.check_gait`."""
+        from gaitgraph.checks import check_gait
+
+        return check_gait(self, **limits)
+
+
+def color_of_all(colors: Sequence[str]) -> str | None:
+    """Return the one color of a sequence, "mixed" if there are both, None if it is empty."""
+    if not colors:
+        return None
+    return colors[0] if len(set(colors)) == 1 else "mixed"
+
+
+def lift(
+    points: npt.ArrayLike,
+    colors: str | Sequence[str],
+    *,
+    vehicle: Vehicle = PAPER,
+    coefficients: Coefficients | None = None,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> Gait:
+    """Return the gait above a loop of (α1, α2): each point is raised to the sheet of its color.
+
+    Parameters
+    ----------
+    points
+        The loop, shape (n, 2) [rad]; closed by itself.
+    colors
+        "red" or "blue" for all, or one for each point.
+    vehicle, coefficients
+        What the gait is for; by default the paper's vehicle with its published coefficients.
+
+    Raises
+    ------
+    InputError
+        If a point is not finite or outside [−π/2, π/2]², or a color is unknown.
+    """
+    plane = np.asarray(points, dtype=float)
+    if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
+        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 1")
+    coefficients = coefficients or coefficients_of(vehicle)
+    a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
+    names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
+    if len(names) != len(plane):
+        raise InputError(f"colors: {len(names)} for {len(plane)} points; allowed is one for all, or one for each")
+    red = sheet_angles("red", a1, a2, coefficients)
+    blue = sheet_angles("blue", a1, a2, coefficients)
+    painted = np.array([name == "red" for name in names])
+    a3, a4 = np.where(painted, red[0], blue[0]), np.where(painted, red[1], blue[1])
+    return Gait(
+        alpha=np.column_stack([a1, a2, a3, a4]),
+        colors=names,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        crossing_tolerance=crossing_tolerance,
+    )
+
+
+def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
+    """Return the vertices of a curve of tilt angles by equations (16) to (19).
+
+    A point is a vertex if each of its four angles is the least or the largest that this angle takes on the
+    curve, to within the tolerance. Vertices are returned once each, in the order in which the curve first meets
+    them, with the extreme values themselves.
+
+    Parameters
+    ----------
+    alpha
+        Points of the curve, shape (n, 4) [rad].
+    tolerance
+        How far an angle may be from its extreme [rad]; for a sampled table, what its samples may miss.
+
+    Returns
+    -------
+    array of shape (k, 4), 0 ≤ k ≤ 16
+
+    Examples
+    --------
+    >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1], [0, 1, 0, 1]]).shape
+    (4, 4)
+    """
+    points = np.asarray(alpha, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
+        raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
+    if not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
+        raise InputError(f"tolerance: {tolerance!r}; allowed is a number ≥ 0 (rad)")
+    low, high = points.min(axis=0), points.max(axis=0)
+    at_high = points >= high - tolerance
+    extreme = (at_high | (points <= low + tolerance)).all(axis=1)
+    # Where an angle is near both of its ends (a constant one), the nearer end decides.
+    at_high &= np.abs(points - high) <= np.abs(points - low)
+    met = dict.fromkeys(map(tuple, at_high[extreme].tolist()))
+    return np.array([np.where(row, high, low) for row in met]).reshape(-1, 4)

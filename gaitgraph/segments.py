@@ -1,0 +1,309 @@
+"""What holds along a straight segment of tilt angles, not only at its ends.
+
+A quantity with a bound between samples is minimised by branch and bound: an interval whose lower bound is good
+enough is settled, any other is halved. The result brackets the true least value; nothing is decided by samples
+alone. Segments are pairs of arrays of shape (m, 4) [rad].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.invertibility import Coefficients, level_determinant
+from gaitgraph.vehicle import PAPER, Vehicle
+
+__all__ = [
+    "Least",
+    "largest_residual",
+    "least_along",
+    "least_level_determinant",
+    "least_singular_value_along",
+    "thrust_shares_along",
+]
+
+FloatArray = npt.NDArray[np.float64]
+Value = Callable[[FloatArray], FloatArray]
+Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+
+_MOST_INTERVALS = 2_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Least:
+    """The least value along each of m segments: certainly in [lower, upper].
+
+    Parameters
+    ----------
+    lower, upper
+        The bracket, shape (m,); `upper` is attained at `fraction`.
+    fraction
+        Where, from 0 at a segment's start to 1 at its end, shape (m,).
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    fraction: FloatArray
+
+    def worst(self) -> tuple[float, float, int, float]:
+        """Return (lower, upper, segment, fraction) of the least over all segments."""
+        k = int(np.argmin(self.upper))
+        return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
+
+
+def least_along(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    value: Value,
+    bound: Bound,
+    *,
+    tolerance: float,
+    floor: float = math.inf,
+    each: bool = False,
+) -> Least:
+    """Bracket the least of a function along straight segments.
+
+    Parameters
+    ----------
+    starts, ends
+        The segments, shape (m, 4), m ≥ 1.
+    value
+        The function, from (k, 4) to (k,).
+    bound
+        A lower bound of the function on an interval from its values at both ends and the ends themselves.
+    tolerance
+        Width at which a bracket is narrow enough.
+    floor
+        If given, a segment is settled as soon as the comparison of its least value with `floor` is.
+    each
+        Whether every segment's own bracket is narrowed, or only that of the least of all.
+
+    Notes
+    -----
+    Not guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always valid.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    segment = np.arange(len(starts))
+    low, high = np.zeros(len(starts)), np.ones(len(starts))
+    p0, p1 = starts, ends
+    f0, f1 = value(p0), value(p1)
+    best = np.minimum(f0, f1)
+    fraction = np.where(f1 < f0, 1.0, 0.0)
+    lower = best.copy()
+    while segment.size:
+        least = bound(f0, f1, p0, p1)
+        reference = best[segment] if each else np.full(segment.size, best.min())
+        open_ = (least < reference - tolerance) & (least < floor)
+        if math.isfinite(floor):
+            open_ &= reference >= floor
+        if open_.sum() > _MOST_INTERVALS:
+            open_[:] = False
+        np.minimum.at(lower, segment[~open_], least[~open_])
+        if not open_.any():
+            break
+        segment, low, high = segment[open_], low[open_], high[open_]
+        p0, p1, f0, f1 = p0[open_], p1[open_], f0[open_], f1[open_]
+        middle = (low + high) / 2
+        # A fraction that no longer splits the interval is the end of what floats resolve.
+        split = (middle > low) & (middle < high)
+        if not split.all():
+            np.minimum.at(lower, segment[~split], np.minimum(f0, f1)[~split])
+            segment, low, high, middle = segment[split], low[split], high[split], middle[split]
+            p0, p1, f0, f1 = p0[split], p1[split], f0[split], f1[split]
+        pm = starts[segment] + middle[:, None] * (ends - starts)[segment]
+        fm = value(pm)
+        order = np.argsort(fm, kind="stable")[::-1]
+        better = order[fm[order] < best[segment[order]]]
+        best[segment[better]], fraction[segment[better]] = fm[better], middle[better]
+        segment, low, high = np.tile(segment, 2), np.concatenate([low, middle]), np.concatenate([middle, high])
+        p0, p1 = np.concatenate([p0, pm]), np.concatenate([pm, p1])
+        f0, f1 = np.concatenate([f0, fm]), np.concatenate([fm, f1])
+    return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
+
+
+def level_determinant_curvature(step: FloatArray, coefficients: Coefficients) -> FloatArray:
+    """Return a bound of |d²R/ds²| along α + s·step, for s in [0, 1] and any α, shape (m,).
+
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles; each product's
+    second derivative is at most its size times the square of the sum of both frequencies.
+    """
+    mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
+    form = mix.T @ coefficients.bilinear_form @ mix
+    m13, q13 = np.abs(step[:, 0] - step[:, 2]), np.abs(step[:, 0] + step[:, 2])
+    m24, q24 = np.abs(step[:, 1] - step[:, 3]), np.abs(step[:, 1] + step[:, 3])
+    return np.asarray(
+        abs(form[0, 0]) * (m13 + m24) ** 2
+        + math.hypot(*form[0, 1:]) * (m13 + q24) ** 2
+        + math.hypot(*form[1:, 0]) * (q13 + m24) ** 2
+        + float(np.linalg.norm(form[1:, 1:], 2)) * (q13 + q24) ** 2
+    )
+
+
+def least_level_determinant(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    sign: float = 1.0,
+    tolerance: float = 1e-6,
+    floor: float = math.inf,
+    each: bool = False,
+) -> Least:
+    """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign.
+
+    >>> corners = np.array([[1.1, -1.1, 1.1, -1.1], [1.1, -0.4, 1.1, -0.4]])
+    >>> from gaitgraph.invertibility import coefficients_of
+    >>> round(least_level_determinant(corners[:1], corners[1:], coefficients_of(), sign=-1).worst()[0], 3)
+    2.105
+    """
+
+    def value(alpha: FloatArray) -> FloatArray:
+        return np.asarray(sign * level_determinant(alpha, coefficients))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return np.minimum(f0, f1) - level_determinant_curvature(p1 - p0, coefficients) / 8
+
+    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+
+
+def least_singular_value_along(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    floor: float = math.inf,
+    each: bool = False,
+) -> Least:
+    """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
+
+    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
+    ‖Δα‖ with that constant. On the red sheet the closed form replaces the decomposition.
+    """
+    from gaitgraph.invertibility import least_singular_value, least_singular_value_on_red
+
+    lipschitz = math.sqrt(2.0 + vehicle.drag_ratio**2)
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    on_red = all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
+
+    def value(alpha: FloatArray) -> FloatArray:
+        if on_red:
+            return np.asarray(least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
+        return np.asarray(least_singular_value(alpha, vehicle))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return (f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2
+
+    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+
+
+def _largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
+    peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
+    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def _least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
+    zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
+    return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def _residual_phases(alpha: FloatArray, delta: float) -> tuple[FloatArray, ...]:
+    a1, a2, a3, a4 = alpha.T
+    return a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta
+
+
+def largest_residual(
+    starts: npt.ArrayLike, ends: npt.ArrayLike, coefficients: Coefficients, *, tolerance: float = 1e-6
+) -> Least:
+    """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
+
+    Both are products of two sines of linear functions, whose extremes on an interval are known.
+    """
+    scale = 1.0 / abs(math.sin(2 * coefficients.delta))
+
+    def value(alpha: FloatArray) -> FloatArray:
+        x, y, u, v = (np.abs(np.sin(phase)) for phase in _residual_phases(alpha, coefficients.delta))
+        return -scale * np.maximum(x * y, u * v)
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        ends0, ends1 = _residual_phases(p0, coefficients.delta), _residual_phases(p1, coefficients.delta)
+        x, y, u, v = (_largest_sine(a, b) for a, b in zip(ends0, ends1, strict=True))
+        return -scale * np.maximum(x * y, u * v)
+
+    return least_along(starts, ends, value, bound, tolerance=tolerance)
+
+
+def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, Any]:
+    """Return the least and largest |w₀| of each rotor on intervals, shape (m, 4), and whether all thrusts push up.
+
+    Each entry of w₀ is a product of a sine and a cosine of linear functions of α.
+    """
+    delta = math.atan(vehicle.signed_drag_ratio)
+    shift = np.array([-delta, delta, -delta, delta])
+    b0, b1 = p0 + shift, p1 + shift
+    quarter = math.pi / 2
+    sines = ((b0[:, 1] + b0[:, 3], b1[:, 1] + b1[:, 3]), (b0[:, 0] + b0[:, 2], b1[:, 0] + b1[:, 2]))
+    least, largest, sign = [], [], []
+    for rotor, opposite in ((0, 2), (1, 3), (2, 0), (3, 1)):
+        s0, s1 = sines[rotor % 2]
+        c0, c1 = b0[:, opposite] + quarter, b1[:, opposite] + quarter
+        least.append(_least_sine(s0, s1) * _least_sine(c0, c1))
+        largest.append(_largest_sine(s0, s1) * _largest_sine(c0, c1))
+        sign.append((-1) ** rotor * np.sign(np.sin((s0 + s1) / 2) * np.sin((c0 + c1) / 2)))
+    low, signs = np.stack(least, axis=-1), np.stack(sign, axis=-1)
+    upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+    return low, np.stack(largest, axis=-1), upward
+
+
+def thrust_shares_along(
+    starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4
+) -> tuple[npt.NDArray[np.bool_], Least, Least]:
+    """Bracket the hover thrusts along segments.
+
+    Returns
+    -------
+    upward
+        Whether every thrust is positive on the whole segment, decided exactly: each factor of w₀ keeps its sign.
+    least
+        Bracket of the least thrust share T/(m·g); meaningful where `upward`.
+    largest
+        Bracket of the least of −T/(m·g), that is of minus the largest share; meaningful where `upward`.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    upward = _inputs_along(starts, ends, vehicle)[2]
+
+    def shares(alpha: FloatArray) -> FloatArray:
+        from gaitgraph.invertibility import hover_thrust_shares
+
+        return hover_thrust_shares(alpha, vehicle)
+
+    def extremes(p0: FloatArray, p1: FloatArray, *, smallest: bool) -> FloatArray:
+        low, high, _ = _inputs_along(p0, p1, vehicle)
+        quarter = math.pi / 2
+        cosine = (_largest_sine if smallest else _least_sine)(p0 + quarter, p1 + quarter)
+        own, others = (low, high) if smallest else (high, low)
+        carried = others * cosine
+        rest = carried.sum(axis=-1, keepdims=True) - carried
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(own > 0, own / (own * cosine + rest), 0.0))
+
+    def least_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return np.asarray(extremes(p0, p1, smallest=True).min(axis=-1))
+
+    def largest_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return np.asarray(-extremes(p0, p1, smallest=False).max(axis=-1))
+
+    if not upward.all():
+        nothing = np.full(len(starts), np.nan)
+        missing = Least(lower=nothing, upper=nothing, fraction=np.zeros(len(starts)))
+        return upward, missing, missing
+    least = least_along(starts, ends, lambda a: shares(a).min(axis=-1), least_bound, tolerance=tolerance)
+    largest = least_along(starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance)
+    return upward, least, largest
