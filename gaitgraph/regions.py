@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,8 +102,8 @@ class Zones:
 
     keep_out: Any = ()
     keep_in: Any = ()
-    _forbidden: BaseGeometry | None = None
-    _permitted: BaseGeometry | None = None
+    _forbidden: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
+    _permitted: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         import shapely

@@ -159,7 +159,7 @@ def least_level_determinant(
     >>> corners = np.array([[1.1, -1.1, 1.1, -1.1], [1.1, -0.4, 1.1, -0.4]])
     >>> from gaitgraph.invertibility import coefficients_of
     >>> round(least_level_determinant(corners[:1], corners[1:], coefficients_of(), sign=-1).worst()[0], 3)
-    2.105
+    3.197
     """
 
     def value(alpha: FloatArray) -> FloatArray:
@@ -197,7 +197,7 @@ def least_singular_value_along(
         return np.asarray(least_singular_value(alpha, vehicle))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return (f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2
+        return np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0)
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
 

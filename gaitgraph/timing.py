@@ -1,0 +1,327 @@
+"""Put a clock on a gait: laws over a period, samples with rates and accelerations, and checks of them.
+
+A law says how time is spent along the closed polyline:
+
+* ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
+  polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
+* ``constant-speed``: the point moves along the four-dimensional curve at constant speed;
+* ``equal-time``: every segment takes the same time, at constant speed within it.
+
+The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
+which no table shows; the rates of a sample at a corner are those just after it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report, check_gait
+from gaitgraph.errors import InputError, did_you_mean
+from gaitgraph.gait import Gait
+from gaitgraph.invertibility import level_determinant
+from gaitgraph.surface import text_from_types, types_of
+
+__all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "parametrize"]
+
+FloatArray = npt.NDArray[np.float64]
+
+LAWS = ("smooth", "constant-speed", "equal-time")
+"""Names of the laws, the default first."""
+
+DEFAULT_SAMPLES = 100
+"""Intervals per period when neither a count nor a rate is asked for."""
+
+MOST_SAMPLES = 10_000_000
+
+# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, and of its slope, 10/√3.
+_PEAK_SPEED = 15.0 / 8.0
+_PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimedGait:
+    """A gait with a clock: exact at every time, and sampled evenly over one period.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline.
+    period
+        T [s].
+    law
+        One of :data:`LAWS`.
+    samples
+        Number N of even intervals; tables have N + 1 rows, from t = 0 to T, the last equal to the first.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait import lift
+    >>> timed = lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(2.0, samples=4)
+    >>> timed.t.tolist(), timed.alpha.shape, bool((timed.alpha[0] == timed.alpha[-1]).all())
+    ([0.0, 0.5, 1.0, 1.5, 2.0], (5, 4), True)
+    """
+
+    gait: Gait
+    period: float
+    law: str
+    samples: int
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
+        return _corner_times(self.gait, self.period, self.law)
+
+    @property
+    def t(self) -> FloatArray:
+        """Sample times, shape (N + 1,) [s]."""
+        t = np.arange(self.samples + 1) * (self.period / self.samples)
+        t[-1] = self.period
+        return t
+
+    @property
+    def alpha(self) -> FloatArray:
+        """Tilt angles at the samples, shape (N + 1, 4) [rad]."""
+        return self.at(self.t)[0]
+
+    @property
+    def rates(self) -> FloatArray:
+        """Tilt rates at the samples, shape (N + 1, 4) [rad/s]."""
+        return self.at(self.t)[1]
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """Tilt accelerations at the samples, shape (N + 1, 4) [rad/s²]."""
+        return self.at(self.t)[2]
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times; the gait repeats with its period.
+
+        Parameters
+        ----------
+        t
+            Times, shape (...) [s].
+
+        Returns
+        -------
+        three arrays of shape (..., 4)
+            [rad], [rad/s], [rad/s²].
+        """
+        t = np.asarray(t, dtype=float)
+        times, gait = self.corner_times, self.gait
+        phase = np.mod(t, self.period)
+        segment = np.clip(np.searchsorted(times, phase, side="right") - 1, 0, len(gait.alpha) - 1)
+        duration = np.diff(times)[segment]
+        moving = duration > 0
+        tau = np.where(moving, (phase - times[segment]) / np.where(moving, duration, 1.0), 0.0)
+        per_second = np.where(moving, 1.0 / np.where(moving, duration, 1.0), 0.0)
+        if self.law == "smooth":
+            progress = tau**3 * (10 - 15 * tau + 6 * tau**2)
+            speed = 30 * tau**2 * (1 - tau) ** 2
+            acceleration = 60 * tau * (1 - tau) * (1 - 2 * tau)
+        else:
+            progress, speed, acceleration = tau, np.ones_like(tau), np.zeros_like(tau)
+        step = (gait.ends - gait.alpha)[segment]
+        return (
+            gait.alpha[segment] + progress[..., None] * step,
+            (speed * per_second)[..., None] * step,
+            (acceleration * per_second**2)[..., None] * step,
+        )
+
+    def colors(self) -> tuple[str, ...]:
+        """Return the sheet of every sample: that of the corner last passed; empty off the surfaces."""
+        if not self.gait.colors:
+            return ()
+        segment = np.searchsorted(self.corner_times, self.t, side="right") - 1
+        return tuple(self.gait.colors[k % len(self.gait.colors)] for k in segment)
+
+    def types(self) -> tuple[str, ...]:
+        """Return the plane types of every sample; empty off the surfaces."""
+        colors, gait = np.array(self.colors()), self.gait
+        if not colors.size:
+            return ()
+        alpha = self.alpha
+        out = np.zeros((len(alpha), 2), dtype=int)
+        for color in ("red", "blue"):
+            of = colors == color
+            third, fourth = types_of(
+                color,  # type: ignore[arg-type]
+                alpha[of, 0],
+                alpha[of, 1],
+                gait.coefficients,
+                gait.crossing_tolerance,
+            )
+            out[of, 0], out[of, 1] = third, fourth
+        return tuple(text_from_types(*pair) for pair in out.tolist())
+
+    def columns(self) -> dict[str, Any]:
+        """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
+
+        Off the surfaces there are no color and types. R has the gait's own coefficients.
+        """
+        angles, rates, accelerations = self.at(self.t)
+        columns: dict[str, Any] = {"t": self.t}
+        columns |= {f"alpha{k + 1}": angles[:, k] for k in range(4)}
+        if self.gait.colors:
+            columns |= {"color": list(self.colors()), "types": list(self.types())}
+        columns["R"] = np.asarray(level_determinant(angles, self.gait.coefficients))
+        columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
+        columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
+        return columns
+
+    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
+        """Return the vertices by equations (16) to (19) over the whole period, not over the samples.
+
+        >>> from gaitgraph.gait import lift
+        >>> points = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
+        >>> lift(points, "red").parametrize().vertices().shape
+        (4, 4)
+        """
+        return self.gait.vertices(tolerance)
+
+    def peak_rates(self) -> FloatArray:
+        """Return the largest |dαᵢ/dt| over the period, between samples too, shape (4,) [rad/s]."""
+        return np.asarray(self._peaks(_PEAK_SPEED if self.law == "smooth" else 1.0, 1).max(axis=0))
+
+    def peak_accelerations(self) -> FloatArray:
+        """Return the largest |d²αᵢ/dt²| over the period, shape (4,) [rad/s²].
+
+        Infinite where a law turns a corner at full speed.
+        """
+        if self.law == "smooth":
+            return np.asarray(self._peaks(_PEAK_ACCELERATION, 2).max(axis=0))
+        velocity = self._velocities()
+        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+        return np.where(turns.any(axis=0), np.inf, 0.0)
+
+    def _velocities(self) -> FloatArray:
+        """Return each moving segment's mean velocity, shape (k, 4) [rad/s]."""
+        duration = np.diff(self.corner_times)
+        step = (self.gait.ends - self.gait.alpha)[duration > 0]
+        if not step.size:
+            return np.zeros((1, 4))
+        return np.asarray(step / duration[duration > 0][:, None])
+
+    def _peaks(self, factor: float, order: int) -> FloatArray:
+        duration = np.diff(self.corner_times)
+        moving = duration > 0
+        if not moving.any():
+            return np.zeros((1, 4))
+        step = np.abs(self.gait.ends - self.gait.alpha)[moving]
+        return np.asarray(factor * step / duration[moving][:, None] ** order)
+
+    def check(
+        self, *, tolerance: float = DEFAULT_TOLERANCE, floor: float = DEFAULT_FLOOR, angle_rounding: float = 0.0
+    ) -> Report:
+        """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
+        report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+        return report.with_checks(self.clock_checks())
+
+    def clock_checks(self) -> tuple[Check, ...]:
+        """Return the checks that need a clock: tilt rate, and tilt acceleration where the vehicle limits it."""
+        vehicle, rates, accelerations = self.gait.vehicle, self.peak_rates(), self.peak_accelerations()
+        checks = [_limit("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, self.period, 1, self.law)]
+        if vehicle.max_tilt_acceleration is not None:
+            limit = vehicle.max_tilt_acceleration
+            checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, self.period, 2, self.law))
+        return tuple(checks)
+
+    def write(self, *paths: str | Path, force: bool = False) -> None:
+        """Write the gait table to files; see :func:`gaitgraph.tables.write_tables`."""
+        from gaitgraph.tables import table_of, write_tables
+
+        write_tables(table_of(self), paths, force=force)
+
+
+def _limit(
+    name: str, unit: str, peaks: FloatArray, limit: float | None, period: float, order: int, law: str
+) -> Check:
+    worst = int(np.argmax(peaks))
+    peak = float(peaks[worst])
+    if limit is None:
+        message = f"peak {peak:.3g} {unit} (α{worst + 1}); the vehicle states no limit"
+        return Check(name=name, kind="flyable", ok=True, value=peak, message=message)
+    ok = peak <= limit * (1 + 1e-12)
+    message = f"peak {peak:.3g} {unit} (α{worst + 1}), limit {limit:.3g}"
+    if not ok and math.isinf(peak):
+        message = f"the law {law!r} turns corners at full speed, limit {limit:.3g} {unit}: use the law 'smooth'"
+    elif not ok:
+        needed = period * (peak / limit) ** (1 / order)
+        message += f": this law needs a period of at least {math.ceil(needed * 1000) / 1000:.3f} s"
+    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, message=message)
+
+
+def _corner_times(gait: Gait, period: float, law: str) -> FloatArray:
+    n = len(gait.alpha)
+    length = np.linalg.norm(gait.ends - gait.alpha, axis=1)
+    if law == "equal-time" or not length.sum() > 0:
+        share = np.full(n, 1.0 / n)
+    else:
+        share = length / length.sum()
+    times = np.concatenate([[0.0], np.cumsum(share)]) * period
+    times[-1] = period
+    return times
+
+
+def parametrize(
+    gait: Gait,
+    period: float = 1.0,
+    *,
+    law: str = "smooth",
+    samples: int | None = None,
+    rate: float | None = None,
+) -> TimedGait:
+    """Put a clock on a gait.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline.
+    period
+        T [s], positive.
+    law
+        One of :data:`LAWS`.
+    samples
+        Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
+    rate
+        Samples per second [Hz], instead of `samples`. If T·rate is not whole, the next larger count is taken, so
+        that the table closes.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed, or both `samples` and `rate` are given.
+
+    Notes
+    -----
+    Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
+    """
+    if not _is_positive(period):
+        raise InputError(f"period: {period!r}; allowed is a positive finite number of seconds")
+    if law not in LAWS:
+        raise InputError(
+            f"law: {law!r}; allowed are {', '.join(LAWS)}{did_you_mean(law, list(LAWS)) if isinstance(law, str) else ''}"
+        )
+    if samples is not None and rate is not None:
+        raise InputError(f"samples, rate: {samples!r} and {rate!r}; allowed is one of the two")
+    if rate is not None:
+        if not _is_positive(rate):
+            raise InputError(f"rate: {rate!r}; allowed is a positive finite number (Hz)")
+        if period * rate > MOST_SAMPLES:
+            raise InputError(f"rate: {rate!r} Hz over {period!r} s; allowed are {MOST_SAMPLES} samples at most")
+        samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
+    count = DEFAULT_SAMPLES if samples is None else samples
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
+        raise InputError(f"samples: {count!r}; allowed is a whole number from 1 to {MOST_SAMPLES}")
+    return TimedGait(gait=gait, period=float(period), law=law, samples=int(count))
+
+
+def _is_positive(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return False
+    return math.isfinite(value) and value > 0
