@@ -296,7 +296,7 @@ def determinant(
     Examples
     --------
     >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
-    -1.713
+    -4.662
     """
     up = body_vertical(roll, pitch)
     return (

@@ -25,6 +25,7 @@ __all__ = [
     "least_level_determinant",
     "least_singular_value_along",
     "thrust_shares_along",
+    "thrusts_push_up",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -126,20 +127,30 @@ def least_along(
     return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
 
 
-def level_determinant_curvature(step: FloatArray, coefficients: Coefficients) -> FloatArray:
-    """Return a bound of |d²R/ds²| along α + s·step, for s in [0, 1] and any α, shape (m,).
+def level_determinant_curvature(
+    start: FloatArray, step: FloatArray, coefficients: Coefficients
+) -> FloatArray:
+    """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
-    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles; each product's
-    second derivative is at most its size times the square of the sum of both frequencies.
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's
+    second derivative is at most its size times the square of the sum of both frequencies. Where one factor is
+    constant along the segment, as on both sheets, its value at the start replaces its size.
     """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     m13, q13 = np.abs(step[:, 0] - step[:, 2]), np.abs(step[:, 0] + step[:, 2])
     m24, q24 = np.abs(step[:, 1] - step[:, 3]), np.abs(step[:, 1] + step[:, 3])
+
+    def crossed(weights: FloatArray, sums: FloatArray, slow: FloatArray, fast: FloatArray) -> FloatArray:
+        size = math.hypot(*weights)
+        now = np.abs(weights[0] * np.cos(sums) + weights[1] * np.sin(sums))
+        local = fast**2 * (now + size * slow) + size * slow * (2 * fast + slow)
+        return np.minimum(local, size * (slow + fast) ** 2)
+
     return np.asarray(
         abs(form[0, 0]) * (m13 + m24) ** 2
-        + math.hypot(*form[0, 1:]) * (m13 + q24) ** 2
-        + math.hypot(*form[1:, 0]) * (q13 + m24) ** 2
+        + crossed(form[0, 1:], start[:, 1] + start[:, 3], q24, m13)
+        + crossed(form[1:, 0], start[:, 0] + start[:, 2], q13, m24)
         + float(np.linalg.norm(form[1:, 1:], 2)) * (q13 + q24) ** 2
     )
 
@@ -166,7 +177,7 @@ def least_level_determinant(
         return np.asarray(sign * level_determinant(alpha, coefficients))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.minimum(f0, f1) - level_determinant_curvature(p1 - p0, coefficients) / 8
+        return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, coefficients) / 8
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
 
@@ -262,8 +273,21 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
     return low, np.stack(largest, axis=-1), upward
 
 
+def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
+    """Return whether all hover thrusts are positive along whole segments, shape (m,).
+
+    Decided exactly: each factor of w₀ keeps its sign. Holds for tilt angles in [−π/2, π/2].
+    """
+    return np.asarray(_inputs_along(starts, ends, vehicle)[2])
+
+
 def thrust_shares_along(
-    starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    each: bool = False,
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Bracket the hover thrusts along segments.
 
@@ -304,6 +328,6 @@ def thrust_shares_along(
         nothing = np.full(len(starts), np.nan)
         missing = Least(lower=nothing, upper=nothing, fraction=np.zeros(len(starts)))
         return upward, missing, missing
-    least = least_along(starts, ends, lambda a: shares(a).min(axis=-1), least_bound, tolerance=tolerance)
-    largest = least_along(starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance)
+    least = least_along(starts, ends, lambda a: shares(a).min(axis=-1), least_bound, tolerance=tolerance, each=each)
+    largest = least_along(starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance, each=each)
     return upward, least, largest
