@@ -1,0 +1,640 @@
+"""Plan a gait: a closed loop through (α1, α2) waypoints that is Two-Color-consistent and, if possible, flyable.
+
+The order of preference is the shortest flyable loop; if there is none, the shortest valid one, with the reason.
+All-red and all-blue loops are planned for each sign of R that is asked for or left open; what is not chosen is
+kept as an alternative with its verdict. When nothing is found the plan says what is in the way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from gaitgraph.angles import HALF_PI, angle_from_text
+from gaitgraph.checks import DEFAULT_FLOOR, Report
+from gaitgraph.errors import Infeasible, InputError, did_you_mean
+from gaitgraph.gait import Gait
+from gaitgraph.graph import (
+    DEFAULT_DIVISIONS,
+    checked_divisions,
+    surface_graph,
+    vehicle_and_coefficients,
+)
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
+from gaitgraph.regions import Zones, separating_factor
+from gaitgraph.search import MOST_ANY_ORDER, Blocked, Use, best_order, closed_walk
+from gaitgraph.surface import COLORS, roots
+from gaitgraph.timing import LAWS, TimedGait, parametrize
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+
+if TYPE_CHECKING:
+
+
+    import networkx as nx
+
+__all__ = ["Loop", "Obstacle", "Plan", "PlanRequest", "plan", "plan_loop"]
+
+Point = tuple[float, float]
+
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "color": ("auto", "red", "blue"),
+    "sign": ("auto", "positive", "negative"),
+    "objective": ("shortest", "robust"),
+    "method": ("grid",),
+    "law": LAWS,
+}
+MOST_WAYPOINTS = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRequest:
+    """What a plan is asked for; checked on construction.
+
+    Parameters
+    ----------
+    waypoints
+        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them
+        exactly, in order, and back to the first. Waypoints that repeat in a row are merged.
+    color
+        "red", "blue" or "auto".
+    sign
+        Sign of R: "positive", "negative" or "auto".
+    objective
+        "shortest", or "robust": the best worst-case least singular value, then the shortest.
+    divisions
+        Pieces into which [−π/2, π/2] is cut by the grid.
+    vehicle
+        A vehicle, a preset's name, or a TOML file.
+    coefficients
+        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+    keep_out, keep_in
+        Polygons in the (α1, α2) plane, lists of (α1, α2).
+    any_order
+        Visit the waypoints in the order that makes the shortest loop; at most nine.
+    reverse
+        Run the loop the other way.
+    method
+        "grid": the paper's grid graph.
+    period, law
+        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.parametrize`.
+    floor
+        Least singular value that a flyable loop keeps, dimensionless.
+
+    Raises
+    ------
+    InputError
+        If anything is malformed; the message names the field, the value and what is allowed.
+    """
+
+    waypoints: Any
+    color: str = "auto"
+    sign: str = "auto"
+    objective: str = "shortest"
+    divisions: int = DEFAULT_DIVISIONS
+    vehicle: Any = PAPER
+    coefficients: Kind | None = None
+    keep_out: Any = ()
+    keep_in: Any = ()
+    any_order: bool = False
+    reverse: bool = False
+    method: str = "grid"
+    period: float = 1.0
+    law: str = LAWS[0]
+    floor: float = DEFAULT_FLOOR
+    zones: Zones | None = field(default=None, init=False, repr=False)
+    notes: tuple[str, ...] = field(default=(), init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        for name, allowed in _CHOICES.items():
+            value = getattr(self, name)
+            if value not in allowed:
+                hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
+                raise InputError(f"{name}: {value!r}; allowed are {', '.join(allowed)}{hint}")
+        for name in ("any_order", "reverse"):
+            if not isinstance(getattr(self, name), bool):
+                raise InputError(f"{name}: {getattr(self, name)!r}; allowed are true and false")
+        put("divisions", checked_divisions(self.divisions))
+        for name, unit in (("period", "seconds"), ("floor", "a singular value")):
+            value = getattr(self, name)
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and math.isfinite(value) and value > 0):
+                raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({unit})")
+        if not isinstance(self.vehicle, Vehicle):
+            put("vehicle", vehicle_named(self.vehicle))
+        put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
+        points = _waypoints(self.waypoints)
+        put("waypoints", _merged(points))
+        if len(self.waypoints) < len(points):
+            merged = len(points) - len(self.waypoints)
+            put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
+        if self.any_order and len(self.waypoints) > MOST_ANY_ORDER:
+            raise InputError(
+                f"any_order: {len(self.waypoints)} waypoints; allowed are {MOST_ANY_ORDER} at most"
+            )
+        if len(self.keep_out) or len(self.keep_in):
+            put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the request as plain values, under the names that a request file uses."""
+        names = [name for name in self.__slots__ if name not in ("zones", "notes")]
+        out = {name: getattr(self, name) for name in names}
+        out["vehicle"] = self.vehicle.as_mapping()
+        out["waypoints"] = [list(point) for point in self.waypoints]
+        for name in ("keep_out", "keep_in"):
+            polygons = getattr(self.zones, name) if self.zones else ()
+            out[name] = [[list(corner) for corner in polygon] for polygon in polygons]
+        return out
+
+
+def _waypoints(value: Any) -> list[Point]:
+    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+        raise InputError(f"waypoints: {value!r}; allowed is {allowed}")
+    if not len(value):
+        raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
+    if len(value) > MOST_WAYPOINTS:
+        raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
+    points = []
+    for number, pair in enumerate(value, start=1):
+        if isinstance(pair, (str, bytes)) or not hasattr(pair, "__len__") or len(pair) != 2:
+            raise InputError(f"waypoint {number}: {pair!r}; allowed is [alpha1, alpha2]")
+        point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
+        for k, angle in enumerate(point, start=1):
+            if abs(angle) > HALF_PI:
+                raise InputError(
+                    f"waypoint {number} alpha{k}: {pair[k - 1]!r}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                )
+        points.append((point[0], point[1]))
+    return points
+
+
+def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Drop points that equal the one before, around the seam too."""
+    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+    if len(kept) > 1 and kept[-1] == kept[0]:
+        kept.pop()
+    return tuple(kept)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop:
+    """One closed loop on the surface with its verdict.
+
+    Parameters
+    ----------
+    path
+        Every node that the loop passes, in order, the first not repeated; a gait.
+    gait
+        The same loop with straight runs merged.
+    sign
+        Sign of R: "positive" or "negative".
+    least_singular_value
+        The loop's worst case, exact physics, level.
+    report
+        All checks, with those of the clock.
+    """
+
+    path: Gait
+    gait: Gait
+    sign: str
+    report: Report
+
+    @property
+    def color(self) -> str:
+        """The loop's color: "red", "blue" or "mixed"."""
+        return str(self.gait.color)
+
+    @property
+    def length(self) -> float:
+        """Length in the (α1, α2) plane [rad]."""
+        return self.path.length
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the loop as plain values, ready for JSON."""
+        verdict = self.report.as_mapping()
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "path": self.path.alpha.tolist(),
+            "types": list(self.path.types),
+            "colors": list(self.path.colors),
+            "length": self.length,
+            "corners": self.gait.alpha.tolist(),
+            "vertices": self.path.vertices().tolist(),
+            **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Why one color and sign of R has no loop: the certificate of a refusal.
+
+    Parameters
+    ----------
+    color, sign
+        What was tried.
+    kind
+        "waypoint": a waypoint has no root of this color and sign (or lies where the request forbids it);
+        "separated": two waypoints cannot be joined; "color": the color does not exist.
+    message
+        What is in the way.
+    waypoints
+        The numbers of the waypoints concerned, from 1.
+    R
+        For "waypoint": the value of R there.
+    components
+        For "separated": how many graph nodes can be reached from each of the two waypoints.
+    """
+
+    color: str
+    sign: str
+    kind: Literal["waypoint", "separated", "color"]
+    message: str
+    waypoints: tuple[int, ...] = ()
+    R: float | None = None
+    components: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
+
+    Parameters
+    ----------
+    request
+        What was asked.
+    loop
+        The chosen loop, or None.
+    reason
+        Why there is no loop, or why the chosen one is not flyable; None if it is.
+    alternatives
+        Other loops through the same waypoints, with their verdicts.
+    obstacles
+        What is in the way of each color and sign that has no loop.
+    warnings
+        What deserves attention.
+    waypoints
+        The waypoints in the order in which the loop passes them [rad].
+    """
+
+    request: PlanRequest
+    loop: Loop | None
+    reason: str | None
+    waypoints: tuple[Point, ...]
+    alternatives: tuple[Loop, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """"planned" or "infeasible"."""
+        return "infeasible" if self.loop is None else "planned"
+
+    def __bool__(self) -> bool:
+        return self.loop is not None
+
+    @property
+    def gait(self) -> Gait:
+        """The planned gait, straight runs merged.
+
+        Raises
+        ------
+        Infeasible
+            If the plan has none; the message is the plan's reason.
+        """
+        if self.loop is None:
+            raise Infeasible(self.reason)
+        return self.loop.gait
+
+    @property
+    def report(self) -> Report:
+        """All checks of the planned gait; raises Infeasible if there is none."""
+        if self.loop is None:
+            raise Infeasible(self.reason)
+        return self.loop.report
+
+    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+        """Return the planned gait with the request's clock; raises Infeasible if there is none."""
+        return parametrize(
+            self.gait, self.request.period, law=self.request.law, samples=samples, rate=rate
+        )
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the plan as plain values, ready for JSON."""
+        loop = self.loop.as_mapping() if self.loop else {}
+        found = self.loop is not None
+        request = self.request.as_mapping()
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "color": loop.get("color"),
+            "sign": loop.get("sign"),
+            "waypoints": [list(point) for point in self.waypoints],
+            "path": loop.get("path", []),
+            "types": loop.get("types", []),
+            "colors": loop.get("colors", []),
+            "length": loop.get("length"),
+            "corners": loop.get("corners", []),
+            "vertices": loop.get("vertices", []),
+            "alternatives": [other.as_mapping() for other in self.alternatives],
+            "valid": loop.get("valid", False),
+            "two_color": loop.get("two_color", False),
+            "flyable": loop.get("flyable", False),
+            "reachable_from_hover": loop.get("reachable_from_hover", False if not found else None),
+            "checks": loop.get("checks", []),
+            "warnings": list(self.warnings),
+            "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
+            "method": self.request.method,
+            "request": request,
+        }
+
+    def __str__(self) -> str:
+        from gaitgraph.summary import text_of_plan
+
+        return text_of_plan(self)
+
+
+def plan_loop(
+    waypoints: Any,
+    *,
+    graph: nx.Graph[Any] | None = None,
+    progress: Callable[[str], None] | None = None,
+    **request: Any,
+) -> Plan:
+    """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
+
+    Parameters
+    ----------
+    waypoints
+        (α1, α2) pairs, numbers [rad] or texts such as "3pi/8". One waypoint plans a gait that is a point, two an
+        out-and-back gait.
+    graph
+        A surface graph to plan on, instead of one built for the request; it fixes sign, divisions, vehicle,
+        coefficients and floor, and must hold the waypoints as nodes.
+    progress
+        Called with a line of text before each step of long work.
+    **request
+        The other fields of :class:`PlanRequest`: color, sign, objective, divisions, vehicle, coefficients,
+        keep_out, keep_in, any_order, reverse, period, law, floor.
+
+    Returns
+    -------
+    Plan
+        Infeasible is an answer, not an error: look at `status` and `reason`.
+
+    Raises
+    ------
+    InputError
+        If the request is malformed.
+
+    Examples
+    --------
+    >>> plan = plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+    >>> plan.status, plan.loop.color, plan.report.flyable
+    ('planned', 'red', True)
+    >>> plan.gait.alpha.round(3).tolist()[0]
+    [1.178, -1.178, 1.178, -1.178]
+    """
+    if graph is not None:
+        vehicle, coefficients = vehicle_and_coefficients(graph)
+        fixed = {
+            "sign": graph.graph["sign"],
+            "divisions": graph.graph["divisions"],
+            "vehicle": vehicle,
+            "coefficients": coefficients.kind,
+            "floor": graph.graph["floor"],
+        }
+        for name in (*fixed, "keep_out", "keep_in"):
+            if name in request:
+                raise InputError(f"{name}: {request[name]!r}; allowed is no {name} beside a graph, which fixes it")
+        request |= fixed
+    try:
+        checked = PlanRequest(waypoints=waypoints, **request)
+    except TypeError as error:
+        unknown = next((name for name in request if name not in PlanRequest.__slots__), None)
+        if unknown is None:
+            raise
+        raise InputError(
+            f"{unknown}: no field of a request{did_you_mean(unknown, list(PlanRequest.__slots__))}"
+        ) from error
+    return plan(checked, graph=graph, progress=progress)
+
+
+def plan(
+    request: PlanRequest,
+    *,
+    graph: nx.Graph[Any] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Plan:
+    """Answer a request; see :func:`plan_loop`."""
+    coefficients = coefficients_of(request.vehicle, request.coefficients)
+    signs = ("positive", "negative") if request.sign == "auto" else (request.sign,)
+    colors = COLORS if request.color == "auto" else (request.color,)
+    loops: list[Loop] = []
+    mixed: list[Loop] = []
+    obstacles: list[Obstacle] = []
+    for sign in signs:
+        if progress is not None:
+            progress(f"building the graph with R {'>' if sign == 'positive' else '<'} 0")
+        on = graph if graph is not None else _graph(request, coefficients, sign)
+        served = _served(on, request.waypoints)
+        if graph is not None and not all(served):
+            missing = request.waypoints[[bool(nodes) for nodes in served].index(False)]
+            raise InputError(f"waypoints: {missing!r} is no node of the graph; pass waypoints= to surface_graph")
+        for color in colors:
+            if progress is not None:
+                progress(f"searching {color} loops")
+            found = _loops_of(on, served, request, coefficients, color, sign)
+            if isinstance(found, Obstacle):
+                obstacles.append(found)
+            else:
+                loops += found
+        if request.color == "auto" and all(served):
+            mixed += _mixed(on, served, request, sign)
+    loops.sort(key=_preference)
+    shortest_pure = min((loop.length for loop in loops), default=math.inf)
+    mixed = [loop for loop in mixed if loop.length < shortest_pure - 1e-9]
+    if not loops:
+        return Plan(
+            request=request,
+            loop=None,
+            reason=_refusal(obstacles),
+            waypoints=request.waypoints,
+            alternatives=tuple(mixed),
+            obstacles=tuple(obstacles),
+            warnings=request.notes,
+        )
+    chosen = loops[0]
+    report = chosen.report
+    reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
+    warnings = [*request.notes, *report.warnings]
+    if not report.reachable_from_hover:
+        warnings.append(report.reachability)
+    order = _passing_order(chosen, request.waypoints)
+    return Plan(
+        request=request,
+        loop=chosen,
+        reason=reason,
+        waypoints=tuple(request.waypoints[k] for k in order),
+        alternatives=(*loops[1:], *mixed),
+        obstacles=tuple(obstacles),
+        warnings=tuple(warnings),
+    )
+
+
+def _graph(request: PlanRequest, coefficients: Coefficients, sign: Any) -> nx.Graph[Any]:
+    return surface_graph(
+        sign,
+        request.divisions,
+        vehicle=request.vehicle,
+        coefficients=coefficients,
+        waypoints=request.waypoints,
+        zones=request.zones,
+        floor=request.floor,
+    )
+
+
+def _served(graph: nx.Graph[Any], waypoints: Iterable[Point]) -> list[list[Any]]:
+    """Return the nodes above each waypoint."""
+    nodes = list(graph.nodes)
+    plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
+    out = []
+    for point in waypoints:
+        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= 1e-12)[0]
+        out.append([nodes[k] for k in near])
+    return out
+
+
+def _loops_of(
+    graph: nx.Graph[Any],
+    served: list[list[Any]],
+    request: PlanRequest,
+    coefficients: Coefficients,
+    color: str,
+    sign: str,
+) -> list[Loop] | Obstacle:
+    """Return the best flyable and the best valid loop of one color, or what is in the way."""
+    stops = [[node for node in nodes if graph.nodes[node]["color"] == color] for nodes in served]
+    lacking = [k for k, nodes in enumerate(stops) if not nodes]
+    if lacking:
+        return _waypoint_obstacle(lacking[0], request, coefficients, color, sign)
+    uses: tuple[Use, ...] = ("flyable", "valid") if color == "red" else ("valid",)
+    loops: list[Loop] = []
+    for use in uses:
+        ordered = stops
+        if request.any_order:
+            order = best_order(graph, [nodes[0] for nodes in stops], use=use)
+            ordered = [stops[k] for k in order] if order else stops
+        walk = closed_walk(graph, ordered, use=use, objective=request.objective)  # type: ignore[arg-type]
+        if isinstance(walk, Blocked):
+            if use == "flyable":
+                continue
+            return _separation(graph, ordered, walk.leg, request, color, sign)
+        loop = _loop(graph, walk.nodes, request, sign)
+        if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
+            loops.append(loop)
+    return loops
+
+
+def _mixed(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest, sign: str) -> list[Loop]:
+    """Return the shortest two-color loop if it uses both colors: valid it cannot be, since it jumps."""
+    walk = closed_walk(graph, served, use="two_color")
+    if isinstance(walk, Blocked) or len({graph.nodes[node]["color"] for node in walk.nodes}) == 1:
+        return []
+    return [_loop(graph, walk.nodes, request, sign)]
+
+
+def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], request: PlanRequest, sign: str) -> Loop:
+    data = [graph.nodes[node] for node in nodes]
+    path = Gait(
+        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
+        colors=tuple(node["color"] for node in data),
+        vehicle=request.vehicle,
+        coefficients=coefficients_of(request.vehicle, request.coefficients),
+        crossing_tolerance=graph.graph["crossing_tolerance"],
+    )
+    if request.reverse:
+        path = path.reversed()
+    gait = path.merged()
+    timed = parametrize(gait, request.period, law=request.law)
+    return Loop(path=path, gait=gait, sign=sign, report=timed.check(floor=request.floor))
+
+
+def _preference(loop: Loop) -> tuple[Any, ...]:
+    report = loop.report
+    return (not report.flyable, not report.valid, round(loop.length, 9), loop.color != "red", loop.sign != "positive")
+
+
+def _passing_order(loop: Loop, waypoints: Sequence[Point]) -> list[int]:
+    """Return the waypoints' indices in the order in which the loop first passes them, the first one first."""
+    first_pass = []
+    for point in waypoints:
+        near = np.abs(loop.path.alpha[:, :2] - np.array(point)).max(axis=1) <= 1e-12
+        first_pass.append(int(np.argmax(near)))
+    return sorted(range(len(waypoints)), key=lambda k: first_pass[k])
+
+
+def _waypoint_obstacle(
+    k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str
+) -> Obstacle:
+    point = request.waypoints[k]
+    place = f"waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f})"
+    if color == "blue" and coefficients.kind == "exact":
+        return Obstacle(
+            color=color,
+            sign=sign,
+            kind="color",
+            message="blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there",
+            R=0.0,
+        )
+    wanted = 1.0 if sign == "positive" else -1.0
+    values = [root.R for root in roots(*point, coefficients) if root.color == color]
+    best = max(values, key=lambda value: wanted * value)
+    relation = ">" if sign == "positive" else "<"
+    if wanted * best > 0 and request.zones is not None:
+        message = f"{color}, R {relation} 0: {place} lies where keep_out or keep_in forbids it"
+    elif abs(best) < 1e-9:
+        message = f"{color}, R {relation} 0: {place} has R = 0, the matrix is singular there"
+    else:
+        message = f"{color}, R {relation} 0: {place} has R = {best:.4g}"
+    return Obstacle(color=color, sign=sign, kind="waypoint", message=message, waypoints=(k + 1,), R=best)
+
+
+def _separation(
+    graph: nx.Graph[Any], stops: list[list[Any]], leg: int, request: PlanRequest, color: str, sign: str
+) -> Obstacle:
+    from networkx import node_connected_component, subgraph_view
+
+    def usable(first: Any, second: Any) -> bool:
+        edge = graph.edges[first, second]
+        return bool(edge["continuous"] and edge["keeps_sign"])
+
+    view = subgraph_view(graph, filter_edge=usable)
+    ends = stops[leg], stops[(leg + 1) % len(stops)]
+    points = [(graph.nodes[nodes[0]]["alpha1"], graph.nodes[nodes[0]]["alpha2"]) for nodes in ends]
+    numbers = tuple(request.waypoints.index(min(request.waypoints, key=lambda w: math.dist(w, p))) + 1 for p in points)
+    wall = separating_factor(*points, request.vehicle) if color == "red" else None
+    if wall is None:
+        region = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
+        wall = f"{region} of {request.divisions} divisions: more divisions may join them"
+    relation = ">" if sign == "positive" else "<"
+    return Obstacle(
+        color=color,
+        sign=sign,
+        kind="separated",
+        message=f"{color}, R {relation} 0: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}",
+        waypoints=numbers,
+        components=tuple(len(node_connected_component(view, nodes[0])) for nodes in ends),
+    )
+
+
+def _refusal(obstacles: Sequence[Obstacle]) -> str:
+    messages = list(dict.fromkeys(obstacle.message for obstacle in obstacles))
+    return "no closed loop: " + "; ".join(messages)

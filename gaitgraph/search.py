@@ -1,0 +1,309 @@
+"""Closed walks on the surface graph: the shortest, or the most robust, through ordered stops.
+
+Lengths are compared as whole multiples of 1e-12 rad, so that paths of the same length tie exactly; among them
+the one with the fewest turns is taken, then the one that the order of the graph's nodes and edges brings first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import count
+from typing import TYPE_CHECKING, Any, Literal
+
+from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+__all__ = ["MOST_ANY_ORDER", "Blocked", "ClosedWalk", "best_order", "closed_walk"]
+
+Node = Hashable
+Use = Literal["flyable", "valid", "two_color"]
+Objective = Literal["shortest", "robust"]
+Allowed = Callable[[Mapping[str, Any]], bool]
+
+_QUANTUM = 1e12
+MOST_ANY_ORDER = 9
+
+_ALLOWED: dict[str, Allowed] = {
+    "flyable": lambda edge: edge["flyable"],
+    "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
+    "two_color": lambda edge: True,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosedWalk:
+    """A closed walk: its nodes in order, the first not repeated, and its length in the (α1, α2) plane [rad]."""
+
+    nodes: tuple[Any, ...]
+    length: float
+    stops: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blocked:
+    """No closed walk exists: no usable path leads from stop `leg` to the next one."""
+
+    leg: int
+
+
+class _Roads:
+    """The usable part of a graph, looked at through plain dictionaries."""
+
+    def __init__(self, graph: nx.Graph[Any], use: Use) -> None:
+        self.adjacency: dict[Any, Any] = dict(graph.adjacency())
+        self.nodes: dict[Any, dict[str, Any]] = dict(graph.nodes(data=True))
+        self.allowed = _ALLOWED[use]
+        self.legs: dict[tuple[Any, Any], tuple[int, list[Any]] | None] = {}
+
+    def restrict(self, threshold: float) -> None:
+        """Drop edges whose least singular value is below a threshold."""
+        before = self.allowed
+        self.allowed = lambda edge: before(edge) and edge["least_singular_value"] >= threshold
+        self.legs.clear()
+
+    def leg(self, source: Node, target: Node) -> tuple[int, list[Any]] | None:
+        """Return (length in quanta, nodes from source to target) of the best path, or None."""
+        key = (source, target)
+        if key not in self.legs:
+            self.legs[key] = self._leg(source, target)
+        return self.legs[key]
+
+    def _leg(self, source: Any, target: Any) -> tuple[int, list[Any]] | None:
+        """A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
+        if source == target:
+            return 0, [source]
+        nodes, adjacency, allowed, hypot = self.nodes, self.adjacency, self.allowed, math.hypot
+        goal = nodes[target]
+        x, y = goal["alpha1"], goal["alpha2"]
+        # A little less than the distance, so that rounding to quanta cannot make it too large.
+        scale = _QUANTUM * (1 - 1e-9)
+        start = nodes[source]
+        straight = int(hypot(start["alpha1"] - x, start["alpha2"] - y) * _QUANTUM)
+        best: dict[Any, int] = {source: 0}
+        parent: dict[Any, Any] = {}
+        order = count()
+        heap: list[tuple[float, int, int, Any]] = [(0.0, 0, 0, source)]
+        limit = math.inf
+        while heap:
+            estimate, _, cost, node = heappop(heap)
+            if estimate > limit:
+                break
+            if cost > best[node] or node == target:
+                continue
+            for neighbor, edge in adjacency[node].items():
+                if not allowed(edge):
+                    continue
+                reached = cost + int(edge["length"] * _QUANTUM + 0.5)
+                if reached < best.get(neighbor, math.inf):
+                    best[neighbor] = reached
+                    parent[neighbor] = node
+                    if neighbor == target:
+                        limit = reached
+                        if reached <= straight + len(best):
+                            break  # a straight line: nothing is shorter or has fewer turns
+                    data = nodes[neighbor]
+                    ahead = hypot(data["alpha1"] - x, data["alpha2"] - y) * scale
+                    heappush(heap, (reached + ahead, next(order), reached, neighbor))
+            else:
+                continue
+            path = [target]
+            while path[-1] != source:
+                path.append(parent[path[-1]])
+            return limit, path[::-1]
+        if target not in best:
+            return None
+        return best[target], self._fewest_turns(source, target, best)
+
+    def _fewest_turns(self, source: Any, target: Any, best: dict[Any, int]) -> list[Any]:
+        """Among the shortest paths, return one with the fewest turns, then the fewest steps."""
+        onward: dict[Any, list[Any]] = {}
+        seen, stack = {target}, [target]
+        while stack:
+            node = stack.pop()
+            for previous, edge in self.adjacency[node].items():
+                if previous not in best or not self.allowed(edge):
+                    continue
+                if best[previous] + int(edge["length"] * _QUANTUM + 0.5) == best[node]:
+                    onward.setdefault(previous, []).append(node)
+                    if previous not in seen:
+                        seen.add(previous)
+                        stack.append(previous)
+        order = count()
+        heap: list[tuple[int, int, int, Any, Any, Any]] = [(0, 0, 0, source, None, None)]
+        done: dict[tuple[Any, Any], Any] = {}
+        while heap:
+            turns, steps, _, node, heading, trail = heappop(heap)
+            if (node, heading) in done:
+                continue
+            done[node, heading] = trail
+            if node == target:
+                path = [node]
+                while trail is not None:
+                    path.append(trail[0])
+                    trail = done[trail]
+                return path[::-1]
+            here = self.nodes[node]
+            for following in onward.get(node, ()):
+                there = self.nodes[following]
+                dx, dy = there["alpha1"] - here["alpha1"], there["alpha2"] - here["alpha2"]
+                size = math.hypot(dx, dy)
+                ahead = (round(dx / size, 9), round(dy / size, 9)) if size else heading
+                turned = turns + (heading is not None and ahead != heading)
+                heappush(heap, (turned, steps + 1, next(order), following, ahead, (node, heading)))
+        raise AssertionError("the shortest paths lead to the target")
+
+    def widest(self, source: Any, target: Any) -> float:
+        """Return the best worst-case least singular value of the paths from source to target; −∞ if none."""
+        best = {source: math.inf}
+        order = count()
+        heap: list[tuple[float, int, Any]] = [(-math.inf, 0, source)]
+        while heap:
+            negative, _, node = heappop(heap)
+            if node == target:
+                return -negative
+            if -negative < best[node]:
+                continue
+            for neighbor, edge in self.adjacency[node].items():
+                if not self.allowed(edge):
+                    continue
+                width = min(-negative, edge["least_singular_value"])
+                if width > best.get(neighbor, -math.inf):
+                    best[neighbor] = width
+                    heappush(heap, (-width, next(order), neighbor))
+        return -math.inf
+
+
+def closed_walk(
+    graph: nx.Graph[Any],
+    stops: Sequence[Sequence[Any]],
+    *,
+    use: Use = "valid",
+    objective: Objective = "shortest",
+) -> ClosedWalk | Blocked:
+    """Return the best closed walk through ordered stops and back to the first, or which leg blocks it.
+
+    Parameters
+    ----------
+    graph
+        A surface graph that keeps the contract of :mod:`gaitgraph.graph`.
+    stops
+        For each waypoint, in order, the nodes that may serve it; each at least one.
+    use
+        Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
+    objective
+        "shortest" in the (α1, α2) plane, or "robust": the best worst case of the edges' least singular value,
+        then the shortest.
+
+    Returns
+    -------
+    ClosedWalk or Blocked
+        A stop may be passed more than once; one stop alone is a walk of one node.
+
+    Examples
+    --------
+    >>> from gaitgraph.graph import surface_graph
+    >>> corners = [(14, 2), (14, 6), (10, 6), (10, 2)]
+    >>> walk = closed_walk(surface_graph("negative"), [[(*corner, "red")] for corner in corners])
+    >>> len(walk.nodes), round(walk.length, 4)
+    (16, 3.1416)
+    """
+    roads = _Roads(graph, use)
+    if objective == "robust":
+        width = _best_cycle(stops, roads.widest, widest=True)
+        if width is not None and width[0] > -math.inf:
+            roads.restrict(width[0])
+
+    def cost(source: Any, target: Any) -> float:
+        leg = roads.leg(source, target)
+        return math.inf if leg is None else leg[0]
+
+    found = _best_cycle(stops, cost, widest=False)
+    if found is None:
+        for k, here in enumerate(stops):
+            onward = stops[(k + 1) % len(stops)]
+            if all(math.isinf(cost(a, b)) for a in here for b in onward):
+                return Blocked(leg=k)
+        return Blocked(leg=len(stops) - 1)
+    chosen = found[1]
+    nodes: list[Any] = []
+    starts = []
+    for source, target in zip(chosen, [*chosen[1:], chosen[0]], strict=True):
+        leg = roads.leg(source, target)
+        assert leg is not None
+        starts.append(len(nodes))
+        nodes += leg[1][:-1]
+    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=found[0] / _QUANTUM, stops=tuple(starts))
+
+
+def _best_cycle(
+    stops: Sequence[Sequence[Any]], measure: Callable[[Any, Any], float], *, widest: bool
+) -> tuple[float, list[Any]] | None:
+    """Choose a node for each stop so that the sum of the legs is least, or the narrowest leg is widest."""
+    best: tuple[float, list[Any]] | None = None
+    for first in stops[0]:
+        reached: dict[Any, tuple[float, list[Any]]] = {first: (math.inf if widest else 0.0, [first])}
+        for options in [*stops[1:], [first]]:
+            following: dict[Any, tuple[float, list[Any]]] = {}
+            for option in options:
+                for node, (so_far, chosen) in reached.items():
+                    leg = measure(node, option)
+                    total = min(so_far, leg) if widest else so_far + leg
+                    if math.isinf(total) and (total < 0) == widest:
+                        continue
+                    known = following.get(option)
+                    if known is None or (total > known[0] if widest else total < known[0]):
+                        following[option] = (total, [*chosen, option])
+            reached = following
+        for total, chosen in reached.values():
+            if best is None or (total > best[0] if widest else total < best[0]):
+                best = (total, chosen[:-1])
+    return best
+
+
+def best_order(
+    graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
+) -> tuple[int, ...] | None:
+    """Return the order of stops, the first one first, with the shortest closed walk; None if there is none.
+
+    Exact, by dynamic programming over subsets.
+
+    Raises
+    ------
+    InputError
+        If there are more than nine stops.
+    """
+    if len(stops) > MOST_ANY_ORDER:
+        raise InputError(f"any_order: {len(stops)} waypoints; allowed are {MOST_ANY_ORDER} at most")
+    roads = _Roads(graph, use)
+    n = len(stops)
+
+    def cost(a: int, b: int) -> float:
+        leg = roads.leg(stops[min(a, b)], stops[max(a, b)])
+        return math.inf if leg is None else leg[0]
+
+    table: dict[tuple[int, int], tuple[float, tuple[int, ...]]] = {(1, 0): (0.0, (0,))}
+    for subset in range(1, 1 << n, 2):
+        for last in range(n):
+            if (subset, last) not in table:
+                continue
+            so_far, order = table[subset, last]
+            for following in range(1, n):
+                if subset >> following & 1:
+                    continue
+                candidate = (so_far + cost(last, following), (*order, following))
+                key = (subset | 1 << following, following)
+                if math.isfinite(candidate[0]) and candidate < table.get(key, (math.inf, ())):
+                    table[key] = candidate
+    full = (1 << n) - 1
+    closed = [
+        (length + (cost(last, 0) if last else 0.0), order)
+        for (subset, last), (length, order) in table.items()
+        if subset == full
+    ]
+    closed = [entry for entry in closed if math.isfinite(entry[0])]
+    return min(closed)[1] if closed else None
