@@ -1,2 +1,155 @@
-"""x"""
+"""Plan gaits of a tilt-rotor that keep its decoupling matrix invertible.
+
+The names below are loaded when they are first used, so that importing the package costs nothing::
+
+    import gaitgraph as gg
+
+    plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+    gait = plan.gait
+    gait.parametrize(period=1.0).write("gait3.csv")
+
+The modules, each of which imports only from those before it, tell the method in order: errors, angles, vehicle,
+invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, search, planning, validation,
+tables, requests, summary, cli.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from gaitgraph.angles import angle_from_text
+    from gaitgraph.checks import Check, Report
+    from gaitgraph.coloring import types_may_be_adjacent
+    from gaitgraph.errors import (
+        ContractError,
+        FileProblem,
+        GaitgraphError,
+        Infeasible,
+        InputError,
+        MissingConstant,
+        OutputExists,
+    )
+    from gaitgraph.gait import Gait, lift, vertices
+    from gaitgraph.graph import surface_graph, validate_graph
+    from gaitgraph.invertibility import (
+        Coefficients,
+        coefficients_of,
+        control_force_matrix,
+        control_moment_matrix,
+        decoupling_matrix,
+        determinant,
+        hover_thrust_shares,
+        least_singular_value,
+        level_determinant,
+        pitch_sensitivity,
+        roll_sensitivity,
+        zero_moment_direction,
+    )
+    from gaitgraph.planning import Plan, PlanRequest, plan_loop
+    from gaitgraph.surface import root_arrays, roots, sheet_grid
+    from gaitgraph.tables import gait_of, read_table
+    from gaitgraph.timing import TimedGait, parametrize
+    from gaitgraph.validation import validate
+    from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+
+_HOMES = {
+    "angles": ("angle_from_text",),
+    "checks": ("Check", "Report"),
+    "coloring": ("types_may_be_adjacent",),
+    "errors": (
+        "ContractError",
+        "FileProblem",
+        "GaitgraphError",
+        "Infeasible",
+        "InputError",
+        "MissingConstant",
+        "OutputExists",
+    ),
+    "gait": ("Gait", "lift", "vertices"),
+    "graph": ("surface_graph", "validate_graph"),
+    "invertibility": (
+        "Coefficients",
+        "coefficients_of",
+        "control_force_matrix",
+        "control_moment_matrix",
+        "decoupling_matrix",
+        "determinant",
+        "hover_thrust_shares",
+        "least_singular_value",
+        "level_determinant",
+        "pitch_sensitivity",
+        "roll_sensitivity",
+        "zero_moment_direction",
+    ),
+    "planning": ("Plan", "PlanRequest", "plan_loop"),
+    "surface": ("root_arrays", "roots", "sheet_grid"),
+    "tables": ("gait_of", "read_table"),
+    "timing": ("TimedGait", "parametrize"),
+    "validation": ("validate",),
+    "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "PAPER",
+    "Check",
+    "Coefficients",
+    "ContractError",
+    "FileProblem",
+    "Gait",
+    "GaitgraphError",
+    "Infeasible",
+    "InputError",
+    "MissingConstant",
+    "OutputExists",
+    "Plan",
+    "PlanRequest",
+    "Report",
+    "TimedGait",
+    "Vehicle",
+    "__version__",
+    "angle_from_text",
+    "coefficients_of",
+    "control_force_matrix",
+    "control_moment_matrix",
+    "decoupling_matrix",
+    "determinant",
+    "gait_of",
+    "hover_thrust_shares",
+    "least_singular_value",
+    "level_determinant",
+    "lift",
+    "parametrize",
+    "pitch_sensitivity",
+    "plan_loop",
+    "preset_names",
+    "read_table",
+    "roll_sensitivity",
+    "root_arrays",
+    "roots",
+    "sheet_grid",
+    "surface_graph",
+    "types_may_be_adjacent",
+    "validate",
+    "validate_graph",
+    "vehicle_from_mapping",
+    "vehicle_named",
+    "vertices",
+    "zero_moment_direction",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'gaitgraph' has no attribute {name!r}")
+    value = getattr(import_module(f"gaitgraph.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -410,7 +410,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     >>> validate_graph(graph)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.ContractError: node (6, 2, 'red'): R is 1.0, computed is -9.13...
+    gaitgraph.errors.ContractError: node (6, 2, 'red'): R is 1.0, computed is -6.7323
     """
     if type(graph) is not nx.Graph:
         raise ContractError(f"graph: {type(graph).__name__}; allowed is networkx.Graph")

@@ -1,0 +1,321 @@
+"""The command line: parse, make one library call, print or write.
+
+Exit codes: 0 done; 1 well-formed, and the answer is no; 2 wrong input or something missing, one line on standard
+error and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
+Nothing heavy is imported before a command runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from gaitgraph import __version__
+from gaitgraph.errors import GaitgraphError, InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["main"]
+
+_NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.\d|pi|π)", re.IGNORECASE)
+_MINUS = "−"  # what a leading minus of an angle becomes, so that it is not read as an option
+
+
+class _Command(click.Command):
+    """A command whose arguments may be negative angles as they stand; there are no short options."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(
+            ctx, [_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) else arg for arg in args]
+        )
+
+
+class _Group(click.Group):
+    command_class = _Command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
+            known = self.list_commands(ctx)
+            hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
+            raise click.UsageError(f"no command {name!r}{hint}")
+        return super().resolve_command(ctx, args)
+
+
+def _setting(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that every command has."""
+    command = click.option(
+        "--coefficients",
+        type=click.Choice(["published", "exact"]),
+        help="Coefficients of formula (1); published for the paper's own vehicle, exact for any other.",
+    )(command)
+    return click.option(
+        "--vehicle", metavar="NAME_OR_FILE", help="A preset (see gaitgraph vehicles) or a TOML file."
+    )(command)
+
+
+_json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+
+
+def _sampling(command: Callable[..., None]) -> Callable[..., None]:
+    options = (
+        click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: 1]"),
+        click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]"),
+        click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples."),
+        click.option(
+            "--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]"
+        ),
+        click.option("--force", is_flag=True, help="Overwrite outputs that exist."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _print_json(content: Any) -> None:
+    click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+
+
+@click.group(cls=_Group, context_settings={"max_content_width": 100})
+@click.version_option(__version__, prog_name="gaitgraph")
+def cli() -> None:
+    """Plan gaits of a tilt-rotor that keep its decoupling matrix invertible.
+
+    Angles are numbers in radians or texts such as 3pi/8, -3*pi/8 or 67.5deg.
+    """
+
+
+@cli.command(short_help="Plan a closed gait through (α1, α2) waypoints.")
+@click.argument("request_file", metavar="[REQUEST.toml]", required=False)
+@click.option(
+    "--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="A waypoint; repeat in order."
+)
+@click.option("--color", metavar="NAME", help="auto, red or blue.  [default: auto]")
+@click.option("--sign", metavar="NAME", help="Sign of R: auto, positive or negative.  [default: auto]")
+@click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@click.option("--objective", metavar="NAME", help="shortest or robust.  [default: shortest]")
+@click.option("--method", metavar="NAME", help="grid: the paper's grid graph.  [default: grid]")
+@click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")
+@click.option("--reverse", is_flag=True, help="Run the loop the other way.")
+@click.option(
+    "--output", "outputs", multiple=True, metavar="FILE", help="Write the gait table (.csv, .json); repeatable."
+)
+@_sampling
+@_setting
+@_json_option
+def plan(
+    request_file: str | None,
+    waypoints: Sequence[str],
+    outputs: Sequence[str],
+    force: bool,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
+
+    The request comes from a TOML or JSON file, from options, or from both: options replace what the file says.
+    The exit code is 1, with the reason, if there is no such gait.
+    """
+    from gaitgraph.planning import plan as answer
+    from gaitgraph.requests import read_request, request_from_mapping
+    from gaitgraph.summary import text_of_plan
+    from gaitgraph.tables import check_outputs, table_of, write_tables
+
+    asked = {name: value for name, value in options.items() if value not in (None, False)}
+    if waypoints:
+        asked["waypoints"] = [_waypoint(text, number) for number, text in enumerate(waypoints, start=1)]
+    if request_file is not None:
+        request, sampling = read_request(request_file, asked)
+    elif waypoints:
+        request, sampling = request_from_mapping(asked)
+    else:
+        raise InputError("waypoints: none given; allowed is a request file, or --waypoint A1,A2 at least once")
+    check_outputs(outputs, force=force)
+    _check_sampling(request.period, request.law, sampling)
+    result = answer(request, progress=_progress())
+    if result and outputs:
+        write_tables(table_of(result.timed(**sampling), {"request": request.as_mapping()}), outputs, force=force)
+    if as_json:
+        _print_json(result.as_mapping())
+    else:
+        click.echo(text_of_plan(result, written=tuple(outputs) if result else ()))
+    return 0 if result else 1
+
+
+def _waypoint(text: str, number: int) -> list[str]:
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
+    return [part.strip() for part in parts]
+
+
+def _check_sampling(period: float, law: str, sampling: dict[str, Any]) -> None:
+    """Refuse impossible samples before any work is done."""
+    from gaitgraph.gait import lift
+    from gaitgraph.timing import parametrize
+
+    parametrize(lift([[0.0, 0.0]], "red"), period, law=law, **sampling)
+
+
+def _progress() -> Callable[[str], None] | None:
+    """Return what shows progress on a terminal, or nothing for a pipe."""
+    if not sys.stderr.isatty():
+        return None
+
+    from time import monotonic
+
+    start = monotonic()
+
+    def show(text: str) -> None:
+        if monotonic() - start > 1.0:
+            click.echo(f"{text} …", err=True)
+
+    return show
+
+
+@cli.command(name="roots", short_help="Every (α3, α4) on the gait surfaces for one (α1, α2).")
+@click.argument("a1", metavar="A1")
+@click.argument("a2", metavar="A2")
+@click.option(
+    "--crossing-tolerance",
+    metavar="ANGLE",
+    help="Distance from a crossing line within which a type is '?'.  [default: pi/32]",
+)
+@_setting
+@_json_option
+def roots_command(
+    a1: str,
+    a2: str,
+    crossing_tolerance: str | None,
+    vehicle: str | None,
+    coefficients: Any,
+    as_json: bool,
+) -> int:
+    """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
+    from dataclasses import asdict
+
+    from gaitgraph.angles import angle_from_text, text_from_angle
+    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE, roots
+    from gaitgraph.vehicle import PAPER, vehicle_named
+
+    numbers = coefficients_of(vehicle_named(vehicle) if vehicle else PAPER, coefficients)
+    tolerance = DEFAULT_CROSSING_TOLERANCE
+    if crossing_tolerance is not None:
+        tolerance = angle_from_text(crossing_tolerance, "--crossing-tolerance")
+        if tolerance < 0:
+            raise InputError(f"--crossing-tolerance: {crossing_tolerance!r}; allowed is an angle ≥ 0")
+    alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
+    found = roots(alpha1, alpha2, numbers, crossing_tolerance=tolerance)
+    if as_json:
+        rows = []
+        for root in found:
+            row = asdict(root)
+            del row["alpha1"], row["alpha2"]
+            rows.append(row)
+        fibers = [asdict(fiber) for fiber in found.fibers]
+        _print_json({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": fibers})
+        return 0
+    click.echo(f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients")
+    click.echo("  color  types            α3            α4             R")
+    for root in found:
+        click.echo(f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}")
+    for fiber in found.fibers:
+        fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
+        note = "; singular at every attitude" if fiber.singular else ""
+        click.echo(f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}")
+    return 0
+
+
+@cli.command(name="export", short_help="Write a gait file in other formats, or with another clock.")
+@click.argument("gait_file", metavar="GAIT_FILE")
+@click.argument("outputs", metavar="OUTPUT...", nargs=-1, required=True)
+@_sampling
+@_setting
+@_json_option
+def export_command(
+    gait_file: str,
+    outputs: Sequence[str],
+    vehicle: str | None,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """Read a gait table or a saved plan and write it to OUTPUT files (.csv, .json).
+
+    A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
+    polyline through the rows gets a new clock.
+    """
+    from gaitgraph.tables import export
+    from gaitgraph.vehicle import vehicle_named
+
+    table = export(gait_file, outputs, vehicle=vehicle_named(vehicle) if vehicle else None, **options)
+    if as_json:
+        _print_json({"rows": len(table), "columns": list(table.columns), "outputs": list(outputs)})
+        return 0
+    for name in outputs:
+        click.echo(f"wrote {name}: {len(table)} rows of {', '.join(table.columns)}")
+    return 0
+
+
+@cli.command(short_help="List the vehicles that come with the package, or show one.")
+@_setting
+@_json_option
+def vehicles(vehicle: str | None, coefficients: Any, as_json: bool) -> int:
+    """List the preset vehicles with their drag ratio κ and crossing angle δ, or show the one of --vehicle."""
+    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.vehicle import preset_names, vehicle_named
+
+    rows = []
+    for name in [vehicle] if vehicle else preset_names():
+        one = vehicle_named(name)
+        delta = coefficients_of(one, coefficients).delta
+        rows.append({**one.as_mapping(), "delta": delta})
+    if as_json:
+        _print_json({"vehicles": rows})
+        return 0
+    for row in rows:
+        click.echo(f"{row['name']}: κ = {row['drag_ratio']:.6f}, δ = {row['delta']:.6f} rad")
+        for name, value in row.items():
+            if name not in ("name", "drag_ratio", "delta"):
+                click.echo(f"    {name} = {value}")
+    return 0
+
+
+def _stop(code: int, message: str = "") -> NoReturn:
+    if message:
+        click.echo("gaitgraph: " + " ".join(message.split()), err=True)
+    sys.exit(code)
+
+
+def main(args: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit with its code."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal without Greek letters gets question marks instead of a traceback.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    try:
+        code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        _stop(2 if error.ctx and error.ctx.parent else 0)
+    except click.ClickException as error:
+        _stop(2, error.format_message())
+    except (click.Abort, KeyboardInterrupt):
+        _stop(130, "interrupted")
+    except BrokenPipeError:
+        # The reader went away; there is nobody to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _stop(0)
+    except GaitgraphError as error:
+        _stop(2, str(error))
+    sys.exit(code or 0)
