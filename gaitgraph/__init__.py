@@ -9,8 +9,8 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, vehicle,
-invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, search, planning, validation,
-tables, requests, summary, cli.
+invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, contract, search, requests, summary,
+planning, validation, tables, cli.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from gaitgraph.angles import angle_from_text
     from gaitgraph.checks import Check, Report
     from gaitgraph.coloring import types_may_be_adjacent
+    from gaitgraph.contract import validate_graph
     from gaitgraph.errors import (
         ContractError,
         FileProblem,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
         OutputExists,
     )
     from gaitgraph.gait import Gait, lift, vertices
-    from gaitgraph.graph import surface_graph, validate_graph
+    from gaitgraph.graph import surface_graph
     from gaitgraph.invertibility import (
         Coefficients,
         coefficients_of,
@@ -49,7 +50,8 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
-    from gaitgraph.planning import Plan, PlanRequest, plan_loop
+    from gaitgraph.planning import Plan, plan_loop
+    from gaitgraph.requests import PlanRequest
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.tables import gait_of, read_table
     from gaitgraph.timing import TimedGait, parametrize
@@ -60,6 +62,7 @@ _HOMES = {
     "angles": ("angle_from_text",),
     "checks": ("Check", "Report"),
     "coloring": ("types_may_be_adjacent",),
+    "contract": ("validate_graph",),
     "errors": (
         "ContractError",
         "FileProblem",
@@ -70,7 +73,7 @@ _HOMES = {
         "OutputExists",
     ),
     "gait": ("Gait", "lift", "vertices"),
-    "graph": ("surface_graph", "validate_graph"),
+    "graph": ("surface_graph",),
     "invertibility": (
         "Coefficients",
         "coefficients_of",
@@ -85,7 +88,8 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
-    "planning": ("Plan", "PlanRequest", "plan_loop"),
+    "planning": ("Plan", "plan_loop"),
+    "requests": ("PlanRequest",),
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "tables": ("gait_of", "read_table"),
     "timing": ("TimedGait", "parametrize"),

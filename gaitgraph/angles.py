@@ -28,7 +28,6 @@ _ANGLE = re.compile(
 _LONGEST = 64
 
 
-
 def angle_from_text(value: object, name: str = "angle") -> float:
     """Return the angle that a number or a text means.
 

@@ -9,15 +9,13 @@ closed form or a bound, not at samples alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.coloring import first_violation
-from gaitgraph.gait import Gait
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -32,6 +30,11 @@ from gaitgraph.segments import (
     thrust_shares_along,
 )
 from gaitgraph.surface import sheet_angles
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from gaitgraph.gait import Gait
 
 __all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report", "check_gait"]
 
@@ -164,7 +167,9 @@ class Report:
         for check in self.checks:
             mark = "ok" if check.ok and check.decided else "??" if check.ok else "NO"
             lines.append(f"  {mark}  {check.name:<22} {check.message}")
-        lines.append(f"  {'ok' if self.reachable_from_hover else '--'}  {'reachable_from_hover':<22} {self.reachability}")
+        lines.append(
+            f"  {'ok' if self.reachable_from_hover else '--'}  {'reachable_from_hover':<22} {self.reachability}"
+        )
         return "\n".join(lines)
 
 
@@ -238,7 +243,10 @@ def _on_surface(gait: Gait, tolerance: float) -> Check:
 def _two_color(gait: Gait) -> Check:
     if not gait.colors:
         return Check(
-            name="two_color", kind="valid", ok=False, message="off the surfaces a gait has no colors to compare"
+            name="two_color",
+            kind="valid",
+            ok=False,
+            message="off the surfaces a gait has no colors to compare",
         )
     broken = first_violation(gait.types)
     if broken is None:
@@ -282,9 +290,7 @@ def jumps(
 
 def _continuous(gait: Gait) -> Check:
     if not gait.colors:
-        return Check(
-            name="continuous", kind="valid", ok=False, message="off the surfaces a gait follows no sheet"
-        )
+        return Check(name="continuous", kind="valid", ok=False, message="off the surfaces a gait follows no sheet")
     red = np.array([color == "red" for color in gait.colors])
     sizes = jumps(gait.alpha, gait.ends, red, np.roll(red, -1), gait.coefficients)
     worst = int(np.argmax(sizes))
@@ -347,7 +353,13 @@ def _singular_value(gait: Gait, floor: float) -> Check:
         if "blue" in gait.colors:
             message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
     return Check(
-        name="least_singular_value", kind="flyable", ok=ok, value=upper, limit=floor, where=where, message=message
+        name="least_singular_value",
+        kind="flyable",
+        ok=ok,
+        value=upper,
+        limit=floor,
+        where=where,
+        message=message,
     )
 
 
@@ -370,7 +382,15 @@ def _thrusts(gait: Gait) -> list[Check]:
             "stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
         )
         return [
-            Check(name="hover_thrust", kind="flyable", ok=False, value=value, limit=0.0, where=where, message=message)
+            Check(
+                name="hover_thrust",
+                kind="flyable",
+                ok=False,
+                value=value,
+                limit=0.0,
+                where=where,
+                message=message,
+            )
         ]
     _, low, segment, fraction = least.worst()
     peak, _, peak_segment, peak_fraction = largest.worst()
@@ -378,10 +398,8 @@ def _thrusts(gait: Gait) -> list[Check]:
     where = _place(gait, segment, fraction)
     checks = [Check(name="hover_thrust", kind="flyable", ok=True, value=low, limit=0.0, where=where, message=message)]
     if vehicle.max_thrust is not None:
-        vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
-        assert vehicle.mass is not None
-        assert vehicle.gravity is not None
-        newtons = -peak * vehicle.mass * vehicle.gravity
+        mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+        newtons = -peak * mass * gravity
         ok = newtons <= vehicle.max_thrust
         message = f"largest hover thrust {newtons:.3g} N, limit {vehicle.max_thrust:.3g} N"
         where = _place(gait, peak_segment, peak_fraction)

@@ -31,9 +31,7 @@ class _Command(click.Command):
     """A command whose arguments may be negative angles as they stand; there are no short options."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        return super().parse_args(
-            ctx, [_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) else arg for arg in args]
-        )
+        return super().parse_args(ctx, [_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) else arg for arg in args])
 
 
 class _Group(click.Group):
@@ -50,29 +48,27 @@ class _Group(click.Group):
         return super().resolve_command(ctx, args)
 
 
-def _setting(command: Callable[..., None]) -> Callable[..., None]:
+def _setting(command: Callable[..., int]) -> Callable[..., int]:
     """Add the options that every command has."""
     command = click.option(
         "--coefficients",
         type=click.Choice(["published", "exact"]),
         help="Coefficients of formula (1); published for the paper's own vehicle, exact for any other.",
     )(command)
-    return click.option(
-        "--vehicle", metavar="NAME_OR_FILE", help="A preset (see gaitgraph vehicles) or a TOML file."
-    )(command)
+    return click.option("--vehicle", metavar="NAME_OR_FILE", help="A preset (see gaitgraph vehicles) or a TOML file.")(
+        command
+    )
 
 
 _json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
 
 
-def _sampling(command: Callable[..., None]) -> Callable[..., None]:
+def _sampling(command: Callable[..., int]) -> Callable[..., int]:
     options = (
         click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: 1]"),
         click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]"),
         click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples."),
-        click.option(
-            "--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]"
-        ),
+        click.option("--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]"),
         click.option("--force", is_flag=True, help="Overwrite outputs that exist."),
     )
     for option in reversed(options):
@@ -95,9 +91,7 @@ def cli() -> None:
 
 @cli.command(short_help="Plan a closed gait through (α1, α2) waypoints.")
 @click.argument("request_file", metavar="[REQUEST.toml]", required=False)
-@click.option(
-    "--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="A waypoint; repeat in order."
-)
+@click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="A waypoint; repeat in order.")
 @click.option("--color", metavar="NAME", help="auto, red or blue.  [default: auto]")
 @click.option("--sign", metavar="NAME", help="Sign of R: auto, positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
@@ -106,7 +100,11 @@ def cli() -> None:
 @click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")
 @click.option("--reverse", is_flag=True, help="Run the loop the other way.")
 @click.option(
-    "--output", "outputs", multiple=True, metavar="FILE", help="Write the gait table (.csv, .json); repeatable."
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="FILE",
+    help="Write the gait table (.csv, .json); repeatable.",
 )
 @_sampling
 @_setting

@@ -8,13 +8,15 @@ neighbour of every type.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["PLANE_TYPES", "first_violation", "neighbors_allowed", "types_from_text", "types_may_be_adjacent"]
 
@@ -45,9 +47,7 @@ def types_from_text(label: str) -> tuple[int, int]:
     return codes
 
 
-def neighbors_allowed(
-    first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]
-) -> Any:
+def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
     """Return whether types, given as +1, 0 or −1 for α3 and for α4, may be adjacent; arrays broadcast.
 
     Neither angle may have the types + and −, whose product is the only negative one.

@@ -7,7 +7,6 @@ points of one sheet lies on that sheet.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +25,8 @@ from gaitgraph.surface import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.checks import Report
     from gaitgraph.timing import TimedGait
 
@@ -104,7 +105,6 @@ class Gait:
         """The plane types of each corner; empty off the surfaces."""
         out = []
         for color, (a1, a2) in zip(self.colors, self.alpha[:, :2], strict=False):
-            assert color in ("red", "blue")
             third, fourth = types_of(color, a1, a2, self.coefficients, self.crossing_tolerance)  # type: ignore[arg-type]
             out.append(text_from_types(int(third), int(fourth)))
         return tuple(out)
@@ -133,9 +133,7 @@ class Gait:
         painted = (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
         corner = turned | painted
         corner[0] = True
-        return replace(
-            self, alpha=points[corner], colors=tuple(map(str, colors[corner])) if self.colors else ()
-        )
+        return replace(self, alpha=points[corner], colors=tuple(map(str, colors[corner])) if self.colors else ())
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start.

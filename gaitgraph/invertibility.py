@@ -89,9 +89,7 @@ class Coefficients:
     @property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4)."""
-        return np.array(
-            [[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]]
-        )
+        return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
     @property
     def rounding(self) -> tuple[float, float, float, float]:
@@ -136,9 +134,7 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
                 f"{vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}); allowed is 'exact'"
             )
         a, b, c, d = _PUBLISHED
-        return Coefficients(
-            kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a)
-        )
+        return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     if kind != "exact":
         raise InputError(f"coefficients: {kind!r}; allowed are 'published' and 'exact'")
     k = vehicle.signed_drag_ratio
@@ -214,9 +210,7 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     return np.sum(pairs * pair_features(a2, a4), axis=-1)
 
 
-def level_determinant_resolution(
-    alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0
-) -> Any:
+def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
     """Return how large |R| must be for its sign to mean something, shape (...).
 
     The bound adds up what the rounding of the coefficients, the rounding of δ that α3 and α4 inherit from them,
@@ -260,9 +254,7 @@ def level_determinant_resolution(
 
 def _feature_slope(moving: FloatArray, still: FloatArray) -> FloatArray:
     """Return the derivative of the pair features with respect to one of the two angles."""
-    return np.stack(
-        [-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still)], axis=-1
-    )
+    return np.stack([-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still)], axis=-1)
 
 
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
@@ -310,7 +302,7 @@ def _per_rotor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return each arm's angle from body x and the sign with which w > 0 thrusts upward, both of shape (4,)."""
     arms = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
     lift = np.array([-1.0, 1.0, -1.0, 1.0]) * (1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0)
-    return arms, lift
+    return np.asarray(arms, dtype=float), lift
 
 
 def _directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
@@ -321,7 +313,7 @@ def _directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, Flo
     outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)])
     direction = np.stack([np.sin(arms) * sine, -np.cos(arms) * sine, cosine], axis=-2)
     lever = np.cross(np.broadcast_to(outward, direction.shape), direction, axis=-2)
-    return lift * direction, lift * lever - vehicle.drag_ratio * direction
+    return np.asarray(lift * direction), np.asarray(lift * lever - vehicle.drag_ratio * direction)
 
 
 def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -332,9 +324,8 @@ def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Floa
     MissingConstant
         If the vehicle states no thrust coefficient.
     """
-    vehicle.require("thrust_coefficient", purpose="the control force matrix")
-    assert vehicle.thrust_coefficient is not None
-    return vehicle.thrust_coefficient * _directions(alpha, vehicle)[0]
+    (thrust,) = vehicle.require("thrust_coefficient", purpose="the control force matrix")
+    return np.asarray(thrust * _directions(alpha, vehicle)[0])
 
 
 def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -345,10 +336,8 @@ def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
     MissingConstant
         If the vehicle states no thrust coefficient or arm length.
     """
-    vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
-    assert vehicle.thrust_coefficient is not None
-    assert vehicle.arm_length is not None
-    return vehicle.arm_length * vehicle.thrust_coefficient * _directions(alpha, vehicle)[1]
+    thrust, arm = vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
+    return np.asarray(arm * thrust * _directions(alpha, vehicle)[1])
 
 
 def scaled_decoupling_matrix(
@@ -386,8 +375,8 @@ def decoupling_matrix(
     MissingConstant
         If mass, inertia, arm length or thrust coefficient is not stated.
     """
-    vehicle.require("mass", "inertia", "arm_length", "thrust_coefficient", purpose="the decoupling matrix")
-    assert vehicle.mass is not None
+    needed = ("mass", "inertia", "arm_length", "thrust_coefficient")
+    mass, inertia, *_ = vehicle.require(*needed, purpose="the decoupling matrix")
     force = control_force_matrix(alpha, vehicle)
     moment = control_moment_matrix(alpha, vehicle)
     up = body_vertical(roll, pitch)
@@ -403,8 +392,8 @@ def decoupling_matrix(
             ],
             axis=-2,
         )
-    altitude = np.sum(up[..., :, None] * force, axis=-2)[..., None, :] / vehicle.mass
-    angular = kinematics @ (moment / np.asarray(vehicle.inertia)[:, None])
+    altitude = np.sum(up[..., :, None] * force, axis=-2)[..., None, :] / mass
+    angular = kinematics @ (moment / np.asarray(inertia)[:, None])
     shape = np.broadcast_shapes(altitude.shape[:-2], angular.shape[:-2])
     parts = (np.broadcast_to(altitude, (*shape, 1, 4)), np.broadcast_to(angular, (*shape, 3, 4)))
     return np.concatenate(parts, axis=-2)
@@ -420,9 +409,7 @@ def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatA
     delta = math.atan(vehicle.signed_drag_ratio)
     b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
     odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
-    return np.stack(
-        [odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1
-    )
+    return np.stack([odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1)
 
 
 def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -469,9 +456,7 @@ def least_singular_value(
     return np.linalg.svd(matrix, compute_uv=False)[..., -1]
 
 
-def least_singular_value_on_red(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
-) -> Any:
+def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...).
 
     On the red sheet the matrix splits: two 1×1 blocks and a 2×2 block with columns √2·(cos αᵢ, sin βᵢ/cos δ).

@@ -8,179 +8,29 @@ kept as an alternative with its verdict. When nothing is found the plan says wha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text
-from gaitgraph.checks import DEFAULT_FLOOR, Report
 from gaitgraph.errors import Infeasible, InputError, did_you_mean
 from gaitgraph.gait import Gait
-from gaitgraph.graph import (
-    DEFAULT_DIVISIONS,
-    checked_divisions,
-    surface_graph,
-    vehicle_and_coefficients,
-)
-from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
-from gaitgraph.regions import Zones, separating_factor
-from gaitgraph.search import MOST_ANY_ORDER, Blocked, Use, best_order, closed_walk
+from gaitgraph.graph import surface_graph, vehicle_and_coefficients
+from gaitgraph.invertibility import Coefficients, coefficients_of
+from gaitgraph.regions import separating_factor
+from gaitgraph.requests import PlanRequest, Point
+from gaitgraph.search import Blocked, Use, best_order, closed_walk
 from gaitgraph.surface import COLORS, roots
-from gaitgraph.timing import LAWS, TimedGait, parametrize
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from gaitgraph.timing import TimedGait, parametrize
 
 if TYPE_CHECKING:
-
+    from collections.abc import Callable, Iterable, Sequence
 
     import networkx as nx
 
-__all__ = ["Loop", "Obstacle", "Plan", "PlanRequest", "plan", "plan_loop"]
+    from gaitgraph.checks import Report
 
-Point = tuple[float, float]
-
-_CHOICES: dict[str, tuple[str, ...]] = {
-    "color": ("auto", "red", "blue"),
-    "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust"),
-    "method": ("grid",),
-    "law": LAWS,
-}
-MOST_WAYPOINTS = 1000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanRequest:
-    """What a plan is asked for; checked on construction.
-
-    Parameters
-    ----------
-    waypoints
-        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them
-        exactly, in order, and back to the first. Waypoints that repeat in a row are merged.
-    color
-        "red", "blue" or "auto".
-    sign
-        Sign of R: "positive", "negative" or "auto".
-    objective
-        "shortest", or "robust": the best worst-case least singular value, then the shortest.
-    divisions
-        Pieces into which [−π/2, π/2] is cut by the grid.
-    vehicle
-        A vehicle, a preset's name, or a TOML file.
-    coefficients
-        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
-    keep_out, keep_in
-        Polygons in the (α1, α2) plane, lists of (α1, α2).
-    any_order
-        Visit the waypoints in the order that makes the shortest loop; at most nine.
-    reverse
-        Run the loop the other way.
-    method
-        "grid": the paper's grid graph.
-    period, law
-        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.parametrize`.
-    floor
-        Least singular value that a flyable loop keeps, dimensionless.
-
-    Raises
-    ------
-    InputError
-        If anything is malformed; the message names the field, the value and what is allowed.
-    """
-
-    waypoints: Any
-    color: str = "auto"
-    sign: str = "auto"
-    objective: str = "shortest"
-    divisions: int = DEFAULT_DIVISIONS
-    vehicle: Any = PAPER
-    coefficients: Kind | None = None
-    keep_out: Any = ()
-    keep_in: Any = ()
-    any_order: bool = False
-    reverse: bool = False
-    method: str = "grid"
-    period: float = 1.0
-    law: str = LAWS[0]
-    floor: float = DEFAULT_FLOOR
-    zones: Zones | None = field(default=None, init=False, repr=False)
-    notes: tuple[str, ...] = field(default=(), init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        def put(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
-
-        for name, allowed in _CHOICES.items():
-            value = getattr(self, name)
-            if value not in allowed:
-                hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
-                raise InputError(f"{name}: {value!r}; allowed are {', '.join(allowed)}{hint}")
-        for name in ("any_order", "reverse"):
-            if not isinstance(getattr(self, name), bool):
-                raise InputError(f"{name}: {getattr(self, name)!r}; allowed are true and false")
-        put("divisions", checked_divisions(self.divisions))
-        for name, unit in (("period", "seconds"), ("floor", "a singular value")):
-            value = getattr(self, name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and math.isfinite(value) and value > 0):
-                raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({unit})")
-        if not isinstance(self.vehicle, Vehicle):
-            put("vehicle", vehicle_named(self.vehicle))
-        put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
-        points = _waypoints(self.waypoints)
-        put("waypoints", _merged(points))
-        if len(self.waypoints) < len(points):
-            merged = len(points) - len(self.waypoints)
-            put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
-        if self.any_order and len(self.waypoints) > MOST_ANY_ORDER:
-            raise InputError(
-                f"any_order: {len(self.waypoints)} waypoints; allowed are {MOST_ANY_ORDER} at most"
-            )
-        if len(self.keep_out) or len(self.keep_in):
-            put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the request as plain values, under the names that a request file uses."""
-        names = [name for name in self.__slots__ if name not in ("zones", "notes")]
-        out = {name: getattr(self, name) for name in names}
-        out["vehicle"] = self.vehicle.as_mapping()
-        out["waypoints"] = [list(point) for point in self.waypoints]
-        for name in ("keep_out", "keep_in"):
-            polygons = getattr(self.zones, name) if self.zones else ()
-            out[name] = [[list(corner) for corner in polygon] for polygon in polygons]
-        return out
-
-
-def _waypoints(value: Any) -> list[Point]:
-    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
-    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-        raise InputError(f"waypoints: {value!r}; allowed is {allowed}")
-    if not len(value):
-        raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
-    if len(value) > MOST_WAYPOINTS:
-        raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
-    points = []
-    for number, pair in enumerate(value, start=1):
-        if isinstance(pair, (str, bytes)) or not hasattr(pair, "__len__") or len(pair) != 2:
-            raise InputError(f"waypoint {number}: {pair!r}; allowed is [alpha1, alpha2]")
-        point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
-        for k, angle in enumerate(point, start=1):
-            if abs(angle) > HALF_PI:
-                raise InputError(
-                    f"waypoint {number} alpha{k}: {pair[k - 1]!r}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
-                )
-        points.append((point[0], point[1]))
-    return points
-
-
-def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Drop points that equal the one before, around the seam too."""
-    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    if len(kept) > 1 and kept[-1] == kept[0]:
-        kept.pop()
-    return tuple(kept)
+__all__ = ["Loop", "Obstacle", "Plan", "plan", "plan_loop"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -294,7 +144,7 @@ class Plan:
 
     @property
     def status(self) -> str:
-        """"planned" or "infeasible"."""
+        """Whether the plan is "planned" or "infeasible"."""
         return "infeasible" if self.loop is None else "planned"
 
     def __bool__(self) -> bool:
@@ -322,9 +172,7 @@ class Plan:
 
     def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
         """Return the planned gait with the request's clock; raises Infeasible if there is none."""
-        return parametrize(
-            self.gait, self.request.period, law=self.request.law, samples=samples, rate=rate
-        )
+        return parametrize(self.gait, self.request.period, law=self.request.law, samples=samples, rate=rate)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
@@ -569,7 +417,13 @@ def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], request: PlanRequest, sign
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
     report = loop.report
-    return (not report.flyable, not report.valid, round(loop.length, 9), loop.color != "red", loop.sign != "positive")
+    return (
+        not report.flyable,
+        not report.valid,
+        round(loop.length, 9),
+        loop.color != "red",
+        loop.sign != "positive",
+    )
 
 
 def _passing_order(loop: Loop, waypoints: Sequence[Point]) -> list[int]:
@@ -581,9 +435,7 @@ def _passing_order(loop: Loop, waypoints: Sequence[Point]) -> list[int]:
     return sorted(range(len(waypoints)), key=lambda k: first_pass[k])
 
 
-def _waypoint_obstacle(
-    k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str
-) -> Obstacle:
+def _waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:
     point = request.waypoints[k]
     place = f"waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f})"
     if color == "blue" and coefficients.kind == "exact":
@@ -595,7 +447,7 @@ def _waypoint_obstacle(
             R=0.0,
         )
     wanted = 1.0 if sign == "positive" else -1.0
-    values = [root.R for root in roots(*point, coefficients) if root.color == color]
+    values = [root.R for root in roots(point[0], point[1], coefficients) if root.color == color]
     best = max(values, key=lambda value: wanted * value)
     relation = ">" if sign == "positive" else "<"
     if wanted * best > 0 and request.zones is not None:
@@ -620,7 +472,7 @@ def _separation(
     ends = stops[leg], stops[(leg + 1) % len(stops)]
     points = [(graph.nodes[nodes[0]]["alpha1"], graph.nodes[nodes[0]]["alpha2"]) for nodes in ends]
     numbers = tuple(request.waypoints.index(min(request.waypoints, key=lambda w: math.dist(w, p))) + 1 for p in points)
-    wall = separating_factor(*points, request.vehicle) if color == "red" else None
+    wall = separating_factor(points[0], points[1], request.vehicle) if color == "red" else None
     if wall is None:
         region = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
         wall = f"{region} of {request.divisions} divisions: more divisions may join them"

@@ -12,7 +12,6 @@ of α = 0, all three positive, is what ordinary hover can reach.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +23,8 @@ from gaitgraph.errors import InputError
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
@@ -50,12 +51,10 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
     delta = math.atan(kappa)
     saddle = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
     factors = np.stack(np.broadcast_arrays(np.cos(a1 - delta), np.cos(a2 + delta), saddle), axis=-1)
-    return np.sign(factors).astype(np.int64)
+    return np.asarray(np.sign(factors).astype(np.int64))
 
 
-def separating_factor(
-    first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER
-) -> str | None:
+def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER) -> str | None:
     """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None.
 
     >>> separating_factor((0.0, 0.0), (1.178, -0.393))
@@ -116,9 +115,9 @@ class Zones:
             elif polygons:
                 region = shapely.union_all(polygons).buffer(_BORDER, join_style="mitre")
                 object.__setattr__(self, "_permitted", region)
-            for region in (self._forbidden, self._permitted):
-                if region is not None:
-                    shapely.prepare(region)
+            for area in (self._forbidden, self._permitted):
+                if area is not None:
+                    shapely.prepare(area)
             corners = tuple(tuple((float(x), float(y)) for x, y in p.exterior.coords[:-1]) for p in polygons)
             object.__setattr__(self, name, corners)
 

@@ -1,4 +1,4 @@
-"""Requests as files: what `gaitgraph plan` reads, in TOML or JSON, with the names of PlanRequest.
+"""What a plan is asked for: a request, checked on construction, and requests as TOML or JSON files.
 
 A minimal file::
 
@@ -10,14 +10,168 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from gaitgraph.angles import HALF_PI, angle_from_text
+from gaitgraph.checks import DEFAULT_FLOOR
 from gaitgraph.errors import FileProblem, InputError, did_you_mean
-from gaitgraph.planning import PlanRequest
-from gaitgraph.vehicle import vehicle_from_mapping
+from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
+from gaitgraph.invertibility import Kind, coefficients_of
+from gaitgraph.regions import Zones
+from gaitgraph.search import MOST_ANY_ORDER
+from gaitgraph.timing import LAWS
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
-__all__ = ["read_request", "request_from_mapping"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["PlanRequest", "Point", "read_request", "request_from_mapping"]
+
+Point = tuple[float, float]
+
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "color": ("auto", "red", "blue"),
+    "sign": ("auto", "positive", "negative"),
+    "objective": ("shortest", "robust"),
+    "method": ("grid",),
+    "law": LAWS,
+}
+MOST_WAYPOINTS = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRequest:
+    """What a plan is asked for; checked on construction.
+
+    Parameters
+    ----------
+    waypoints
+        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them
+        exactly, in order, and back to the first. Waypoints that repeat in a row are merged.
+    color
+        "red", "blue" or "auto".
+    sign
+        Sign of R: "positive", "negative" or "auto".
+    objective
+        "shortest", or "robust": the best worst-case least singular value, then the shortest.
+    divisions
+        Pieces into which [−π/2, π/2] is cut by the grid.
+    vehicle
+        A vehicle, a preset's name, or a TOML file.
+    coefficients
+        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+    keep_out, keep_in
+        Polygons in the (α1, α2) plane, lists of (α1, α2).
+    any_order
+        Visit the waypoints in the order that makes the shortest loop; at most nine.
+    reverse
+        Run the loop the other way.
+    method
+        "grid": the paper's grid graph.
+    period, law
+        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.parametrize`.
+    floor
+        Least singular value that a flyable loop keeps, dimensionless.
+
+    Raises
+    ------
+    InputError
+        If anything is malformed; the message names the field, the value and what is allowed.
+    """
+
+    waypoints: Any
+    color: str = "auto"
+    sign: str = "auto"
+    objective: str = "shortest"
+    divisions: int = DEFAULT_DIVISIONS
+    vehicle: Any = PAPER
+    coefficients: Kind | None = None
+    keep_out: Any = ()
+    keep_in: Any = ()
+    any_order: bool = False
+    reverse: bool = False
+    method: str = "grid"
+    period: float = 1.0
+    law: str = LAWS[0]
+    floor: float = DEFAULT_FLOOR
+    zones: Zones | None = field(default=None, init=False, repr=False)
+    notes: tuple[str, ...] = field(default=(), init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        for name, allowed in _CHOICES.items():
+            value = getattr(self, name)
+            if value not in allowed:
+                hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
+                raise InputError(f"{name}: {value!r}; allowed are {', '.join(allowed)}{hint}")
+        for name in ("any_order", "reverse"):
+            if not isinstance(getattr(self, name), bool):
+                raise InputError(f"{name}: {getattr(self, name)!r}; allowed are true and false")
+        put("divisions", checked_divisions(self.divisions))
+        for name, unit in (("period", "seconds"), ("floor", "a singular value")):
+            value = getattr(self, name)
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and math.isfinite(value) and value > 0):
+                raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({unit})")
+        if not isinstance(self.vehicle, Vehicle):
+            put("vehicle", vehicle_named(self.vehicle))
+        put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
+        points = _waypoints(self.waypoints)
+        put("waypoints", _merged(points))
+        if len(self.waypoints) < len(points):
+            merged = len(points) - len(self.waypoints)
+            put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
+        if self.any_order and len(self.waypoints) > MOST_ANY_ORDER:
+            raise InputError(f"any_order: {len(self.waypoints)} waypoints; allowed are {MOST_ANY_ORDER} at most")
+        if len(self.keep_out) or len(self.keep_in):
+            put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the request as plain values, under the names that a request file uses."""
+        names = [name for name in self.__slots__ if name not in ("zones", "notes")]
+        out = {name: getattr(self, name) for name in names}
+        out["vehicle"] = self.vehicle.as_mapping()
+        out["waypoints"] = [list(point) for point in self.waypoints]
+        for name in ("keep_out", "keep_in"):
+            polygons = getattr(self.zones, name) if self.zones else ()
+            out[name] = [[list(corner) for corner in polygon] for polygon in polygons]
+        return out
+
+
+def _waypoints(value: Any) -> list[Point]:
+    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+        raise InputError(f"waypoints: {value!r}; allowed is {allowed}")
+    if not len(value):
+        raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
+    if len(value) > MOST_WAYPOINTS:
+        raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
+    points = []
+    for number, pair in enumerate(value, start=1):
+        if isinstance(pair, (str, bytes)) or not hasattr(pair, "__len__") or len(pair) != 2:
+            raise InputError(f"waypoint {number}: {pair!r}; allowed is [alpha1, alpha2]")
+        point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
+        for k, angle in enumerate(point, start=1):
+            if abs(angle) > HALF_PI:
+                raise InputError(
+                    f"waypoint {number} alpha{k}: {pair[k - 1]!r}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                )
+        points.append((point[0], point[1]))
+    return points
+
+
+def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Drop points that equal the one before, around the seam too."""
+    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+    if len(kept) > 1 and kept[-1] == kept[0]:
+        kept.pop()
+    return tuple(kept)
+
 
 _SAMPLING = ("samples", "rate")
 

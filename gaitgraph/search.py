@@ -74,7 +74,7 @@ class _Roads:
         return self.legs[key]
 
     def _leg(self, source: Any, target: Any) -> tuple[int, list[Any]] | None:
-        """A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
+        """Search by A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
         if source == target:
             return 0, [source]
         nodes, adjacency, allowed, hypot = self.nodes, self.adjacency, self.allowed, math.hypot
@@ -233,10 +233,9 @@ def closed_walk(
     nodes: list[Any] = []
     starts = []
     for source, target in zip(chosen, [*chosen[1:], chosen[0]], strict=True):
-        leg = roads.leg(source, target)
-        assert leg is not None
         starts.append(len(nodes))
-        nodes += leg[1][:-1]
+        leg = roads.leg(source, target)
+        nodes += leg[1][:-1] if leg else []
     return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=found[0] / _QUANTUM, stops=tuple(starts))
 
 
@@ -265,9 +264,7 @@ def _best_cycle(
     return best
 
 
-def best_order(
-    graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
-) -> tuple[int, ...] | None:
+def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid") -> tuple[int, ...] | None:
     """Return the order of stops, the first one first, with the shortest closed walk; None if there is none.
 
     Exact, by dynamic programming over subsets.

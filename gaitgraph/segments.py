@@ -88,7 +88,10 @@ def least_along(
     -----
     Not guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always valid.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    starts, ends = (
+        np.atleast_2d(np.asarray(starts, dtype=float)),
+        np.atleast_2d(np.asarray(ends, dtype=float)),
+    )
     segment = np.arange(len(starts))
     low, high = np.zeros(len(starts)), np.ones(len(starts))
     p0, p1 = starts, ends
@@ -121,15 +124,17 @@ def least_along(
         order = np.argsort(fm, kind="stable")[::-1]
         better = order[fm[order] < best[segment[order]]]
         best[segment[better]], fraction[segment[better]] = fm[better], middle[better]
-        segment, low, high = np.tile(segment, 2), np.concatenate([low, middle]), np.concatenate([middle, high])
+        segment, low, high = (
+            np.tile(segment, 2),
+            np.concatenate([low, middle]),
+            np.concatenate([middle, high]),
+        )
         p0, p1 = np.concatenate([p0, pm]), np.concatenate([pm, p1])
         f0, f1 = np.concatenate([f0, fm]), np.concatenate([fm, f1])
     return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
 
 
-def level_determinant_curvature(
-    start: FloatArray, step: FloatArray, coefficients: Coefficients
-) -> FloatArray:
+def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
     R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's
@@ -145,7 +150,7 @@ def level_determinant_curvature(
         size = math.hypot(*weights)
         now = np.abs(weights[0] * np.cos(sums) + weights[1] * np.sin(sums))
         local = fast**2 * (now + size * slow) + size * slow * (2 * fast + slow)
-        return np.minimum(local, size * (slow + fast) ** 2)
+        return np.asarray(np.minimum(local, size * (slow + fast) ** 2))
 
     return np.asarray(
         abs(form[0, 0]) * (m13 + m24) ** 2
@@ -199,7 +204,10 @@ def least_singular_value_along(
     from gaitgraph.invertibility import least_singular_value, least_singular_value_on_red
 
     lipschitz = math.sqrt(2.0 + vehicle.drag_ratio**2)
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    starts, ends = (
+        np.atleast_2d(np.asarray(starts, dtype=float)),
+        np.atleast_2d(np.asarray(ends, dtype=float)),
+    )
     on_red = all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
 
     def value(alpha: FloatArray) -> FloatArray:
@@ -208,7 +216,7 @@ def least_singular_value_along(
         return np.asarray(least_singular_value(alpha, vehicle))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0)
+        return np.asarray(np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
 
@@ -241,7 +249,7 @@ def largest_residual(
 
     def value(alpha: FloatArray) -> FloatArray:
         x, y, u, v = (np.abs(np.sin(phase)) for phase in _residual_phases(alpha, coefficients.delta))
-        return -scale * np.maximum(x * y, u * v)
+        return np.asarray(-scale * np.maximum(x * y, u * v))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         ends0, ends1 = _residual_phases(p0, coefficients.delta), _residual_phases(p1, coefficients.delta)
@@ -300,7 +308,10 @@ def thrust_shares_along(
     largest
         Bracket of the least of −T/(m·g), that is of minus the largest share; meaningful where `upward`.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    starts, ends = (
+        np.atleast_2d(np.asarray(starts, dtype=float)),
+        np.atleast_2d(np.asarray(ends, dtype=float)),
+    )
     upward = _inputs_along(starts, ends, vehicle)[2]
 
     def shares(alpha: FloatArray) -> FloatArray:
@@ -329,5 +340,7 @@ def thrust_shares_along(
         missing = Least(lower=nothing, upper=nothing, fraction=np.zeros(len(starts)))
         return upward, missing, missing
     least = least_along(starts, ends, lambda a: shares(a).min(axis=-1), least_bound, tolerance=tolerance, each=each)
-    largest = least_along(starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance, each=each)
+    largest = least_along(
+        starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance, each=each
+    )
     return upward, least, largest

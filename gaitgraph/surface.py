@@ -341,7 +341,12 @@ def _fibers(alpha1: float, alpha2: float, delta: float) -> tuple[Fiber, ...]:
         values = _both_ends(float(wrapped(alpha1)))
         found.append(
             Fiber(
-                name="first", fixed="alpha3", values=values, free="alpha4", singular=not regular, types="(?,*)"
+                name="first",
+                fixed="alpha3",
+                values=values,
+                free="alpha4",
+                singular=not regular,
+                types="(?,*)",
             )
         )
     if distance_to_multiple(alpha2 + delta, HALF_PI) <= _FIBER_TOLERANCE:
@@ -349,7 +354,12 @@ def _fibers(alpha1: float, alpha2: float, delta: float) -> tuple[Fiber, ...]:
         values = _both_ends(float(wrapped(alpha2)))
         found.append(
             Fiber(
-                name="second", fixed="alpha4", values=values, free="alpha3", singular=not regular, types="(*,?)"
+                name="second",
+                fixed="alpha4",
+                values=values,
+                free="alpha3",
+                singular=not regular,
+                types="(*,?)",
             )
         )
     return tuple(found)

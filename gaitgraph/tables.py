@@ -14,10 +14,9 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +36,9 @@ from gaitgraph.surface import (
 )
 from gaitgraph.timing import LAWS, TimedGait, parametrize
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
 __all__ = ["Table", "export", "gait_of", "read_table", "table_of", "write_tables", "writer_for"]
 
@@ -282,7 +284,9 @@ def _from_csv(text: str) -> Table:
             if not row:
                 continue
             if len(row) != len(names):
-                raise InputError(f"line {rows.line_num} has {len(row)} fields; allowed are {len(names)}, as in the header")
+                raise InputError(
+                    f"line {rows.line_num} has {len(row)} fields; allowed are {len(names)}, as in the header"
+                )
             for column, value in zip(columns, row, strict=True):
                 column.append(value)
     except csv.Error as error:
@@ -411,9 +415,7 @@ def _texts(name: str, values: list[Any]) -> tuple[str, ...]:
 # --- from tables to gaits ----------------------------------------------------------------------------------------
 
 
-def _setting(
-    table: Table, vehicle: Vehicle | None, coefficients: Kind | None
-) -> tuple[Vehicle, Coefficients, float]:
+def _setting(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> tuple[Vehicle, Coefficients, float]:
     """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
     about = table.about
     if vehicle is None:
@@ -446,7 +448,11 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
     else:
         colors = table["color"] if "color" in table else _sheet_of(table.alpha, numbers)
         gait = Gait(
-            alpha=table.alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance
+            alpha=table.alpha,
+            colors=colors,
+            vehicle=vehicle,
+            coefficients=numbers,
+            crossing_tolerance=tolerance,
         )
     n = len(gait.alpha)
     if n > 1 and np.abs(gait.alpha[-1] - gait.alpha[0]).max() <= _CLOSED:
@@ -482,9 +488,7 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
         if colors:
             columns["color"] = colors
     if "color" in columns and "types" not in columns:
-        red, blue = (
-            np.column_stack(types_of(color, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for color in COLORS
-        )
+        red, blue = (np.column_stack(types_of(color, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for color in COLORS)
         painted = np.array([color == "red" for color in columns["color"]])[:, None]
         columns["types"] = tuple(text_from_types(*pair) for pair in np.where(painted, red, blue).tolist())
     if "R" not in columns:

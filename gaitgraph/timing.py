@@ -15,17 +15,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report, check_gait
 from gaitgraph.errors import InputError, did_you_mean
-from gaitgraph.gait import Gait
 from gaitgraph.invertibility import level_determinant
 from gaitgraph.surface import text_from_types, types_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.gait import Gait
 
 __all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "parametrize"]
 
@@ -82,7 +85,7 @@ class TimedGait:
         """Sample times, shape (N + 1,) [s]."""
         t = np.arange(self.samples + 1) * (self.period / self.samples)
         t[-1] = self.period
-        return t
+        return np.asarray(t)
 
     @property
     def alpha(self) -> FloatArray:
@@ -150,7 +153,7 @@ class TimedGait:
         for color in ("red", "blue"):
             of = colors == color
             third, fourth = types_of(
-                color,  # type: ignore[arg-type]
+                color,
                 alpha[of, 0],
                 alpha[of, 1],
                 gait.coefficients,
@@ -216,7 +219,11 @@ class TimedGait:
         return np.asarray(factor * step / duration[moving][:, None] ** order)
 
     def check(
-        self, *, tolerance: float = DEFAULT_TOLERANCE, floor: float = DEFAULT_FLOOR, angle_rounding: float = 0.0
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float = 0.0,
     ) -> Report:
         """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
         report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
@@ -238,9 +245,7 @@ class TimedGait:
         write_tables(table_of(self), paths, force=force)
 
 
-def _limit(
-    name: str, unit: str, peaks: FloatArray, limit: float | None, period: float, order: int, law: str
-) -> Check:
+def _limit(name: str, unit: str, peaks: FloatArray, limit: float | None, period: float, order: int, law: str) -> Check:
     worst = int(np.argmax(peaks))
     peak = float(peaks[worst])
     if limit is None:
@@ -259,10 +264,8 @@ def _limit(
 def _corner_times(gait: Gait, period: float, law: str) -> FloatArray:
     n = len(gait.alpha)
     length = np.linalg.norm(gait.ends - gait.alpha, axis=1)
-    if law == "equal-time" or not length.sum() > 0:
-        share = np.full(n, 1.0 / n)
-    else:
-        share = length / length.sum()
+    even = law == "equal-time" or not length.sum() > 0
+    share = np.full(n, 1.0 / n) if even else length / length.sum()
     times = np.concatenate([[0.0], np.cumsum(share)]) * period
     times[-1] = period
     return times
@@ -304,9 +307,8 @@ def parametrize(
     if not _is_positive(period):
         raise InputError(f"period: {period!r}; allowed is a positive finite number of seconds")
     if law not in LAWS:
-        raise InputError(
-            f"law: {law!r}; allowed are {', '.join(LAWS)}{did_you_mean(law, list(LAWS)) if isinstance(law, str) else ''}"
-        )
+        hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
+        raise InputError(f"law: {law!r}; allowed are {', '.join(LAWS)}{hint}")
     if samples is not None and rate is not None:
         raise InputError(f"samples, rate: {samples!r} and {rate!r}; allowed is one of the two")
     if rate is not None:
@@ -324,4 +326,4 @@ def parametrize(
 def _is_positive(value: object) -> bool:
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         return False
-    return math.isfinite(value) and value > 0
+    return bool(math.isfinite(value) and value > 0)

@@ -135,9 +135,7 @@ class Vehicle:
             raise InputError(
                 f"first_rotor_spin: {self.first_rotor_spin!r}; allowed are 'clockwise' and 'counterclockwise'"
             )
-        self._resolve(
-            "drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf"
-        )
+        self._resolve("drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf")
         self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
         if math.isnan(self.drag_ratio):
             raise InputError(
@@ -173,8 +171,8 @@ class Vehicle:
             and self.first_arm_angle == PAPER.first_arm_angle
         )
 
-    def require(self, *names: str, purpose: str) -> None:
-        """Raise MissingConstant if any of the named constants is not stated.
+    def require(self, *names: str, purpose: str) -> tuple[Any, ...]:
+        """Return the named constants, or raise MissingConstant for the first that is not stated.
 
         Parameters
         ----------
@@ -185,9 +183,8 @@ class Vehicle:
         """
         for name in names:
             if getattr(self, name) is None:
-                raise MissingConstant(
-                    f"vehicle {self.name!r} states no {name} ({_UNITS[name]}), which {purpose} needs"
-                )
+                raise MissingConstant(f"vehicle {self.name!r} states no {name} ({_UNITS[name]}), which {purpose} needs")
+        return tuple(getattr(self, name) for name in names)
 
     def replace(self, **changes: Any) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived anew.
