@@ -24,6 +24,7 @@ from gaitgraph.invertibility import (
 )
 from gaitgraph.regions import HOVER_LABEL, red_label
 from gaitgraph.segments import (
+    keeps_singular_value_above,
     largest_residual,
     least_level_determinant,
     least_singular_value_along,
@@ -344,6 +345,8 @@ def _singular_value(gait: Gait, floor: float) -> Check:
     lower, upper, segment, fraction = least_singular_value_along(gait.alpha, gait.ends, gait.vehicle).worst()
     where = _place(gait, segment, fraction)
     ok = lower >= floor
+    if not ok and upper >= floor:
+        ok = bool(keeps_singular_value_above(gait.alpha, gait.ends, floor, gait.vehicle).all())
     message = f"least singular value {upper:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
     if not ok:
         message = (

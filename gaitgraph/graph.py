@@ -46,6 +46,7 @@ from gaitgraph.invertibility import (
     coefficients_of,
 )
 from gaitgraph.segments import (
+    keeps_singular_value_above,
     least_level_determinant,
     least_singular_value_along,
     thrust_shares_along,
@@ -284,7 +285,11 @@ def edge_quantities(
         p, q = starts[smooth], ends[smooth]
         bracket = least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
         singular[smooth] = bracket.lower
-        flies = (bracket.lower >= floor) & thrusts_push_up(p, q, vehicle)
+        flies = bracket.lower >= floor
+        close = ~flies & (bracket.upper >= floor)
+        if close.any():
+            flies[close] = keeps_singular_value_above(p[close], q[close], floor, vehicle)
+        flies &= thrusts_push_up(p, q, vehicle)
         if vehicle.max_tilt is not None:
             flies &= np.maximum(np.abs(p), np.abs(q)).max(axis=1) <= vehicle.max_tilt + _SAME
         if vehicle.max_thrust is not None and flies.any():

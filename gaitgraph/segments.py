@@ -20,6 +20,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
     "Least",
+    "keeps_singular_value_above",
     "largest_residual",
     "least_along",
     "least_level_determinant",
@@ -219,6 +220,17 @@ def least_singular_value_along(
         return np.asarray(np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+
+
+def keeps_singular_value_above(
+    starts: npt.ArrayLike, ends: npt.ArrayLike, floor: float, vehicle: Vehicle = PAPER
+) -> npt.NDArray[np.bool_]:
+    """Return whether the least singular value is at least `floor` along each whole segment, shape (m,).
+
+    Decided to within 1e-6 of the floor; what is closer than that counts as below.
+    """
+    least = least_singular_value_along(starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True)
+    return np.asarray(least.lower >= floor)
 
 
 def _largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:

@@ -1,0 +1,62 @@
+"""The paper's four gaits: waypoints, color, sign of R and the sixteen vertices as printed (Section 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+
+@dataclass(frozen=True)
+class PublishedGait:
+    number: int
+    color: str
+    sign: str
+    waypoints: tuple[tuple[str, str], ...]
+    angles: tuple[tuple[float, float], ...]
+    printed: tuple[tuple[float, float], ...]
+    flyable: bool
+    reachable: bool
+
+
+GAITS = (
+    PublishedGait(
+        number=1,
+        color="blue",
+        sign="negative",
+        waypoints=(("5pi/16", "pi/8"), ("5pi/16", "3pi/8"), ("pi/16", "3pi/8"), ("pi/16", "pi/8")),
+        angles=((5 * pi / 16, pi / 8), (5 * pi / 16, 3 * pi / 8), (pi / 16, 3 * pi / 8), (pi / 16, pi / 8)),
+        printed=((-0.648, -0.727), (-0.648, -1.512), (0.138, -1.512), (0.138, -0.727)),
+        flyable=False,
+        reachable=False,
+    ),
+    PublishedGait(
+        number=2,
+        color="blue",
+        sign="negative",
+        waypoints=(("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")),
+        angles=((3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)),
+        printed=((-0.844, 0.844), (-0.844, 0.059), (-0.059, 0.059), (-0.059, 0.844)),
+        flyable=False,
+        reachable=False,
+    ),
+    PublishedGait(
+        number=3,
+        color="red",
+        sign="negative",
+        waypoints=(("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")),
+        angles=((3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)),
+        printed=((1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)),
+        flyable=True,
+        reachable=False,
+    ),
+    PublishedGait(
+        number=4,
+        color="red",
+        sign="positive",
+        waypoints=(("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")),
+        angles=((-pi / 8, pi / 8), (-pi / 8, 3 * pi / 8), (-3 * pi / 8, 3 * pi / 8), (-3 * pi / 8, pi / 8)),
+        printed=((-0.393, 0.393), (-0.393, 1.178), (-1.178, 1.178), (-1.178, 0.393)),
+        flyable=True,
+        reachable=True,
+    ),
+)

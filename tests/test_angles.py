@@ -1,0 +1,204 @@
+"""Reading and writing angles, and arithmetic modulo π."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, text_from_angle, wrapped
+from gaitgraph.errors import GaitgraphError, InputError
+
+PI = math.pi
+finite = st.floats(allow_nan=False, allow_infinity=False)
+# Beyond a few thousand radians an angle modulo π has lost digits that no arithmetic brings back.
+moderate = st.floats(-1e3, 1e3)
+within = st.floats(-HALF_PI, HALF_PI)
+whole = st.integers(-10_000, 10_000)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("0", 0.0),
+        ("1.178", 1.178),
+        ("-1.178", -1.178),
+        ("+.5", 0.5),
+        ("5.", 5.0),
+        ("1e-3", 1e-3),
+        ("1.5E2", 150.0),
+        ("0.3 rad", 0.3),
+        ("  0.3\n", 0.3),
+        ("pi", PI),
+        ("-pi", -PI),
+        ("π", PI),
+        ("3pi/8", 3 * PI / 8),
+        ("3PI/8", 3 * PI / 8),
+        ("3π/8", 3 * PI / 8),
+        ("+3*pi/8", 3 * PI / 8),
+        ("-3*pi/8", -3 * PI / 8),
+        ("- 3 * pi / 8", -3 * PI / 8),
+        ("−3π/8", -3 * PI / 8),  # the minus sign that typesetters use
+        ("0.375pi", 3 * PI / 8),
+        ("1.5pi/4", 3 * PI / 8),
+        ("3e0pi/.8e1", 3 * PI / 8),
+        ("67.5deg", 3 * PI / 8),
+        ("67.5 DEG", 3 * PI / 8),
+        ("-67.5°", -3 * PI / 8),
+        ("−90°", -PI / 2),
+    ],
+)
+def test_a_text_means_its_angle(text: str, expected: float) -> None:
+    assert angle_from_text(text) == pytest.approx(expected, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("number", [0, 2, -3, 0.25, np.float64(0.25), np.float32(0.25), np.int64(3), np.array(0.25)])
+def test_real_numbers_are_radians(number: object) -> None:
+    angle = angle_from_text(number)
+    assert type(angle) is float
+    assert angle == number
+
+
+def test_exact_rationals_are_numbers_too() -> None:
+    assert angle_from_text(Fraction(1, 4)) == 0.25
+    assert angle_from_text(Decimal("0.25")) == 0.25
+
+
+NO_ANGLES: list[object] = [
+    *(math.nan, math.inf, -math.inf, np.float64("nan"), Decimal("Infinity"), 10**400),
+    *(True, False, None, 1j, object, [], [0.3], (0.3,), {}, np.array([0.3, 0.4])),
+    *("", " ", "\n", "+", "-", ".", "e", "e5", "deg", "°", "rad", "x", "0.3x", "0.3 0.4", "0,3", "0.3,"),
+    *("nan", "NaN", "-nan", "inf", "Infinity", "-inf", "1e400", "-1e400deg", "1e308pi", "1e400pi"),
+    *("0x10", "0b1", "1_000", "1e", "1e+", "1.2.3", "--1", "+-1", "−−1", "1-", "(1)", "1+1", "١", "٣pi/8"),
+    *("1/0pi", "pi/0", "3pi/0.0", "pi/0e5", "pi/1e-400", "pi/1e-320", "pi/", "/8", "pi/-8", "3pi/8/2"),
+    *("3/8", "3/8pi", "pi3", "pi*3", "pi pi", "pipi", "p i", "Π", "3pi/8deg", "pideg", "3radpi", "67.5degrees"),
+    *("3**pi", "3*/8", "*pi", "sqrt(2)", "tau", "None", "true", "\ufeff1", "1\x00"),
+]
+
+
+@pytest.mark.parametrize("value", NO_ANGLES, ids=repr)
+def test_everything_else_is_refused(value: object) -> None:
+    with pytest.raises(InputError) as caught:
+        angle_from_text(value, "waypoint 2 alpha1")
+    message = str(caught.value)
+    shown = repr(value)
+    assert message.startswith(f"waypoint 2 alpha1: {shown[:64]}")
+    assert "allowed is a finite number in radians, or a text such as '3pi/8'" in message
+    assert "\n" not in message
+    assert isinstance(caught.value, ValueError)
+    assert isinstance(caught.value, GaitgraphError)
+
+
+@pytest.mark.parametrize("text", ["1" * 10**6, "0." + "3" * 80, "pi/" + "8" * 70, " " * 100 + "1", "(" * 5000])
+def test_a_very_long_text_is_refused_in_a_short_line(text: str) -> None:
+    with pytest.raises(InputError) as caught:
+        angle_from_text(text)
+    assert len(str(caught.value)) < 250
+    assert "…" in str(caught.value)
+
+
+def test_all_digits_of_a_float_fit_into_a_text() -> None:
+    # The limit on length is against abuse; it must not refuse a number that some program printed in full.
+    assert angle_from_text(f"{-PI:.40f}") == -PI
+
+
+@settings(deadline=None, max_examples=200)
+@given(angle=finite)
+def test_every_float_reads_back_from_its_shortest_text(angle: float) -> None:
+    assert angle_from_text(repr(angle)) == angle
+    assert angle_from_text(repr(angle).replace("-", "−")) == angle
+    assert angle_from_text(f"{angle!r}deg") == math.radians(angle)
+    assert angle_from_text(angle) == angle
+
+
+@settings(deadline=None, max_examples=100)
+@given(numerator=whole, divisor=st.integers(1, 10_000))
+def test_every_spelling_of_a_multiple_of_pi_is_the_same_angle(numerator: int, divisor: int) -> None:
+    expected = numerator * PI / divisor
+    for pi in ("pi", "π", "PI"):
+        for times in ("", "*", " * "):
+            assert angle_from_text(f"{numerator}{times}{pi}/{divisor}") == expected
+    assert angle_from_text(f"{numerator * 180 / divisor!r}deg") == pytest.approx(expected, rel=1e-14)
+
+
+@settings(deadline=None, max_examples=200)
+@given(count=whole, ascii_only=st.booleans())
+def test_multiples_of_a_thirtysecond_of_pi_are_written_as_such(count: int, ascii_only: bool) -> None:
+    angle = count * PI / 32
+    text = text_from_angle(angle, ascii_only=ascii_only)
+    assert "." not in text
+    assert text.isascii() or not ascii_only
+    assert angle_from_text(text) == pytest.approx(angle, rel=1e-14, abs=1e-14)
+    if "/" in text:  # in lowest terms
+        factor, divisor = text.replace("pi", "π").split("π/")
+        assert math.gcd(int({"": "1", "-": "-1"}.get(factor, factor)), int(divisor)) == 1
+
+
+@settings(deadline=None, max_examples=200)
+@given(angle=moderate)
+def test_any_other_angle_is_written_to_four_decimals(angle: float) -> None:
+    assert abs(angle_from_text(text_from_angle(angle)) - angle) <= 5.0001e-5
+
+
+@settings(deadline=None, max_examples=300)
+@given(angle=moderate)
+def test_wrapping_takes_away_whole_multiples_of_pi(angle: float) -> None:
+    inside = wrapped(angle)
+    assert -HALF_PI - 1e-12 <= inside <= HALF_PI + 1e-12
+    # Functions of period π do not see the difference.
+    assert math.sin(2 * inside) == pytest.approx(math.sin(2 * angle), abs=1e-12)
+    assert math.cos(2 * inside) == pytest.approx(math.cos(2 * angle), abs=1e-12)
+    assert wrapped(-angle) == -inside
+    assert distance_to_multiple(wrapped(angle + PI) - inside, PI) < 1e-12
+
+
+@settings(deadline=None, max_examples=200)
+@given(angle=within)
+def test_what_is_inside_stays_as_it_is(angle: float) -> None:
+    assert wrapped(angle) == angle
+    assert np.array_equal(wrapped(np.array([angle, -angle])), [angle, -angle])
+
+
+def test_both_ends_are_inside() -> None:
+    assert wrapped(HALF_PI) == HALF_PI
+    assert wrapped(-HALF_PI) == -HALF_PI
+    assert wrapped(np.array([HALF_PI, -HALF_PI])).tolist() == [HALF_PI, -HALF_PI]
+    assert wrapped(math.nextafter(HALF_PI, 2.0)) == pytest.approx(-HALF_PI)
+
+
+@settings(deadline=None, max_examples=300)
+@given(angle=moderate, other=moderate, period=st.sampled_from([PI, HALF_PI, 1.0, 0.3]))
+def test_the_distance_to_a_multiple_is_a_distance(angle: float, other: float, period: float) -> None:
+    distance = distance_to_multiple(angle, period)
+    assert 0 <= distance <= period / 2 + 1e-12
+    # A chord of the circle whose circumference is the period, without any rounding to multiples.
+    assert math.sin(PI / period * distance) == pytest.approx(abs(math.sin(PI / period * angle)), abs=1e-10)
+    assert distance_to_multiple(-angle, period) == distance
+    assert distance_to_multiple(angle + period, period) == pytest.approx(distance, abs=1e-12)
+    assert abs(distance_to_multiple(other, period) - distance) <= abs(other - angle) + 1e-12
+
+
+@settings(deadline=None, max_examples=100)
+@given(count=whole, period=st.sampled_from([PI, HALF_PI, 1.0, 0.3]))
+def test_the_distance_vanishes_on_the_multiples(count: int, period: float) -> None:
+    assert distance_to_multiple(count * period, period) <= 1e-15 * abs(count * period)
+
+
+@settings(deadline=None, max_examples=100)
+@given(
+    angles=hnp.arrays(
+        float, hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4), elements=st.floats(-1e3, 1e3)
+    )
+)
+def test_arrays_of_any_shape_are_taken_element_by_element(angles: np.ndarray) -> None:  # type: ignore[type-arg]
+    inside, distance = wrapped(angles), distance_to_multiple(angles, HALF_PI)
+    assert np.shape(inside) == np.shape(distance) == angles.shape
+    flat = [float(angle) for angle in angles.flat]
+    assert np.ravel(inside).tolist() == [wrapped(angle) for angle in flat]
+    assert np.ravel(distance).tolist() == [distance_to_multiple(angle, HALF_PI) for angle in flat]

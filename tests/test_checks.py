@@ -1,0 +1,188 @@
+"""The checks of valid and flyable, and what can be reached from hover."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.gait import Gait, lift
+from gaitgraph.invertibility import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+)
+from tests.published import GAITS, PublishedGait
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_the_four_gaits(gait: PublishedGait) -> None:
+    report = gg.validate(lift(gait.angles, gait.color))
+    assert report
+    assert report.valid
+    assert report.two_color
+    assert report.flyable is gait.flyable
+    assert report.reachable_from_hover is gait.reachable
+    assert report["R_sign"].decided is (gait.color == "red")
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_the_four_gaits_as_printed(gait: PublishedGait) -> None:
+    """Three printed decimals are still on the surface, and R of Gaits 1 and 2 stays undecided."""
+    alpha = np.column_stack([np.round(gait.angles, 3), gait.printed])
+    printed = Gait(alpha=alpha, colors=(gait.color,) * 4)
+    report = gg.validate(printed, angle_rounding=5e-4)
+    assert report["on_surface"].ok
+    assert report["R_sign"].ok
+    assert report["R_sign"].decided is (gait.color == "red")
+    assert report.flyable is False or gait.flyable
+
+
+def test_least_singular_values_of_gaits_3_and_4() -> None:
+    """Against dense sampling; 0.454 and 0.321 to three digits."""
+    for gait, expected in ((GAITS[2], 0.454), (GAITS[3], 0.321)):
+        lifted = lift(gait.angles, gait.color)
+        s = np.linspace(0, 1, 4001)[:, None, None]
+        dense = least_singular_value(lifted.alpha + s * (lifted.ends - lifted.alpha)).min()
+        check = lifted.check()["least_singular_value"]
+        assert check.value == pytest.approx(dense, abs=2e-4)
+        assert check.value == pytest.approx(expected, abs=5e-4)
+
+
+@settings(deadline=None, max_examples=80)
+@given(
+    points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=4),
+    spin=st.sampled_from(["clockwise", "counterclockwise"]),
+)
+def test_flyable_means_what_dense_sampling_shows(points: list[tuple[float, float]], spin: str) -> None:
+    vehicle = gg.PAPER.replace(first_rotor_spin=spin)
+    gait = lift(points, "red", vehicle=vehicle)
+    report = gait.check()
+    s = np.linspace(0, 1, 801)[:, None, None]
+    along = gait.alpha + s * (gait.ends - gait.alpha)
+    exact = coefficients_of(vehicle, "exact")
+    R = level_determinant(along, exact)
+    if report.flyable:
+        assert least_singular_value(along, vehicle).min() >= 0.05
+        assert hover_thrust_shares(along, vehicle).min() > 0
+        assert R.min() * R.max() > 0
+        assert report["hover_thrust"].value == pytest.approx(hover_thrust_shares(along, vehicle).min(), abs=2e-3)
+    elif R.min() * R.max() > 0 and least_singular_value(along, vehicle).min() > 0.0505:
+        # The only other reason is a thrust that is not positive somewhere, or a factor of R that vanishes.
+        assert hover_thrust_shares(along, vehicle).min() < 1e-3
+    # The published coefficients of the paper's vehicle carry R to about 1e-3.
+    if R.min() * R.max() < 0 and min(abs(R.min()), abs(R.max())) > 5e-3:
+        assert not report.valid
+        assert not report["R_sign"].ok
+
+
+@settings(deadline=None, max_examples=60)
+@given(a=st.tuples(st.floats(-1.3, 1.3), st.floats(-1.3, 1.3)))
+def test_reachable_from_hover_means_a_path_without_a_singular_matrix(a: tuple[float, float]) -> None:
+    """A straight way from α = 0 with R > 0 proves that it can be reached; R < 0 proves that it cannot."""
+    gait = lift([a], "red")
+    exact = coefficients_of(kind="exact")
+    s = np.linspace(0, 1, 501)[:, None]
+    straight = s * gait.alpha[0]
+    clear = level_determinant(straight, exact).min() > 1e-6
+    if clear:
+        assert gait.check().reachable_from_hover is True
+    if level_determinant(gait.alpha, exact)[0] < 0:
+        assert gait.check().reachable_from_hover is False
+
+
+def test_the_small_components_with_positive_R_are_not_reachable() -> None:
+    gait = lift([(-1.55, 1.5)], "red")
+    assert level_determinant(gait.alpha, coefficients_of(kind="exact"))[0] > 0
+    assert gait.check().reachable_from_hover is False
+
+
+def test_a_step_over_the_saddle_is_caught_between_corners() -> None:
+    """Both ends have R > 0, the straight way between them does not."""
+    gait = lift([(-1.5, -1.0), (-1.2, 1.2), (1.35, 1.2)], "red")
+    assert (gait.R > 0).all() or (gait.R < 0).any()
+    dense = np.linspace(0, 1, 2001)[:, None, None]
+    R = level_determinant(gait.alpha + dense * (gait.ends - gait.alpha), gait.coefficients)
+    assert gait.check()["R_sign"].ok is bool(R.min() > 0)
+
+
+def test_exact_blue_is_not_valid_and_says_why() -> None:
+    report = lift(GAITS[1].angles, "blue", coefficients=coefficients_of(kind="exact")).check()
+    assert not report
+    assert "R = 0 on the whole blue sheet" in report.reason
+    assert not report["hover_thrust"].ok
+
+
+def test_a_biased_gait_is_off_the_surface() -> None:
+    report = lift(GAITS[2].angles, "red").biased(0.8).check()
+    assert not report["on_surface"].ok
+    assert not report["two_color"].ok
+    assert not report["continuous"].ok
+    assert report["R_sign"].ok
+
+
+def test_a_biased_gait_with_positive_R_leaves_reachability_open() -> None:
+    assert lift(GAITS[3].angles, "red").biased(0.9).check().reachable_from_hover is None
+
+
+def test_colors_that_figure_15_forbids_are_named() -> None:
+    report = lift([(0.9, -0.9), (1.1, -0.9)], ["red", "blue"]).check()
+    assert not report.two_color
+    assert "corners 1 (+,+) and 2 (-,-)" in report["two_color"].message
+    assert not report["continuous"].ok
+
+
+def test_a_color_change_at_a_crossing_obeys_figure_15_but_jumps() -> None:
+    """At (π/16, −π/16) the planes are 0.0585 rad apart: twice the distance from the crossing line."""
+    gait = lift([(np.pi / 16, -np.pi / 16), (np.pi / 8, -np.pi / 16)], ["blue", "red"])
+    report = gait.check()
+    assert report.two_color
+    assert not report["continuous"].ok
+    assert not report.valid
+    jump = 2 * (np.pi / 16 - coefficients_of().delta)
+    assert report["continuous"].value == pytest.approx(jump, abs=1e-12)
+    assert round(jump, 4) == 0.0585
+
+
+def test_a_wrap_is_a_jump_by_pi() -> None:
+    gait = lift([(-1.3, 0.4), (-1.1, 0.4)], "blue")
+    assert gait.check()["continuous"].value == pytest.approx(np.pi, abs=0.5)
+    assert not gait.check().valid
+
+
+def test_vehicle_limits() -> None:
+    points = GAITS[3].angles
+    weak = lift(points, "red", vehicle=gg.PAPER.replace(max_thrust=2.0)).check()
+    strong = lift(points, "red", vehicle=gg.PAPER.replace(max_thrust=3.0)).check()
+    assert not weak.flyable
+    assert strong.flyable
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    gait = lift(points, "red")
+    dense = hover_thrust_shares(gait.alpha + s * (gait.ends - gait.alpha)).max() * 0.429 * 9.8
+    assert weak["thrust_limit"].value == pytest.approx(dense, abs=2e-3)
+    narrow = lift(points, "red", vehicle=gg.PAPER.replace(max_tilt="60deg")).check()
+    assert not narrow["tilt_range"].ok
+    assert lift(points, "red", vehicle=gg.PAPER.replace(max_tilt="67.5deg")).check()["tilt_range"].ok
+
+
+def test_a_thrust_limit_needs_the_mass() -> None:
+    vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
+    with pytest.raises(gg.MissingConstant, match="mass"):
+        lift(GAITS[2].angles, "red", vehicle=vehicle).check()
+
+
+def test_reports_print_and_serialise() -> None:
+    report = lift(GAITS[0].angles, "blue").check()
+    text = str(report)
+    assert text.startswith("valid yes, flyable no, reachable from hover no")
+    assert "??  R_sign" in text
+    plain = json.loads(json.dumps(report.as_mapping(), allow_nan=False))
+    assert {"name", "ok", "value", "limit", "where", "message"} <= set(plain["checks"][0])
+    assert plain["warnings"]
+    with pytest.raises(KeyError):
+        report["nothing"]

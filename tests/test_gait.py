@@ -1,0 +1,201 @@
+"""Gaits: lifting, exactness between corners, reordering, biasing, merging, vertices."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.gait import Gait, lift, vertices
+from gaitgraph.surface import COLORS, roots
+from tests.published import GAITS, PublishedGait
+
+angle = st.floats(-1.5, 1.5)
+loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
+kinds = st.sampled_from(
+    [gg.coefficients_of(), gg.coefficients_of(kind="exact"), gg.coefficients_of(gg.vehicle_named("beetle_omni"))]
+)
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> None:
+    lifted = lift(gait.angles, gait.color)
+    np.testing.assert_allclose(lifted.alpha[:, 2:], gait.printed, atol=5.0001e-4)
+    np.testing.assert_allclose(lifted.vertices(), lifted.alpha)
+
+
+@settings(deadline=None, max_examples=60)
+@given(points=loops, color=st.sampled_from(COLORS), numbers=kinds, fraction=st.floats(0, 1))
+def test_points_between_corners_are_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
+    gait = lift(points, color, coefficients=numbers)
+    along = gait.alpha + fraction * (gait.ends - gait.alpha)
+    # α3 ∓ α1 and α4 ∓ α2 are constant on a sheet; where they are not, an angle wraps by π.
+    sign = 1 if color == "red" else -1
+    constant = gait.alpha[:, 2:] - sign * gait.alpha[:, :2]
+    wraps = np.abs(np.roll(constant, -1, axis=0) - constant).max(axis=1) > 1
+    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+        assert np.abs(residual(along[~wraps], numbers)).max(initial=0) < 1e-12
+
+
+@settings(deadline=None, max_examples=60)
+@given(points=loops, color=st.sampled_from(COLORS))
+def test_lifting_agrees_with_the_roots(points: list[tuple[float, float]], color: str) -> None:
+    for (a1, a2), lifted in zip(points, lift(points, color).alpha, strict=True):
+        (root,) = (root for root in roots(a1, a2) if root.color == color)
+        np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
+
+
+@settings(deadline=None, max_examples=60)
+@given(points=loops, start=st.integers(0, 6))
+def test_reversing_and_restarting_are_permutations(points: list[tuple[float, float]], start: int) -> None:
+    gait = lift(points, ["red" if k % 2 else "blue" for k in range(len(points))])
+    start %= len(points)
+    again = gait.started_at(start).started_at((len(points) - start) % len(points))
+    np.testing.assert_array_equal(again.alpha, gait.alpha)
+    assert again.colors == gait.colors
+    back = gait.reversed()
+    np.testing.assert_array_equal(back.alpha[0], gait.alpha[0])
+    assert back.length == pytest.approx(gait.length)
+    pairs = {(tuple(a), tuple(b)) for a, b in zip(gait.alpha, gait.ends, strict=True)}
+    assert {(tuple(b), tuple(a)) for a, b in zip(back.alpha, back.ends, strict=True)} == pairs
+
+
+def test_bias_scales_the_last_two_angles_only() -> None:
+    gait = lift(GAITS[3].angles, "red")
+    biased = gait.biased(0.8)
+    np.testing.assert_array_equal(biased.alpha[:, :2], gait.alpha[:, :2])
+    np.testing.assert_allclose(biased.alpha[:, 2:], 0.8 * gait.alpha[:, 2:])
+    assert biased.colors == ()
+    assert biased.types == ()
+    np.testing.assert_array_equal(gait.biased(1.0).alpha, gait.alpha)
+    assert gait.biased(1.0).colors == gait.colors
+
+
+def test_scaling_all_four_keeps_red_on_its_plane_and_not_blue() -> None:
+    red, blue = lift(GAITS[2].angles, "red").scaled(0.5), lift(GAITS[1].angles, "blue").scaled(0.5)
+    assert red.check()["on_surface"].ok
+    assert red.color == "red"
+    assert not blue.check()["on_surface"].ok
+    assert blue.color is None
+
+
+@pytest.mark.parametrize("eta", [0.0, -0.5, 1.5, float("nan"), float("inf"), "x"])
+def test_eta_outside_its_range_is_refused(eta: float) -> None:
+    gait = lift([(0.1, 0.2)], "red")
+    for scale in (gait.biased, gait.scaled):
+        with pytest.raises(gg.InputError, match=r"eta: .* allowed is a number in \(0, 1\]"):
+            scale(eta)
+
+
+def test_straight_runs_merge_and_turns_stay() -> None:
+    points = [(0.0, 0.1), (0.2, 0.1), (0.2, 0.1), (0.5, 0.1), (0.5, 0.5), (0.5, 0.3), (0.5, 0.1), (0.3, 0.1)]
+    merged = lift(points, "red").merged()
+    # Out along (0.5, …) and back: the turning point stays, the corner passed twice stays twice.
+    np.testing.assert_allclose(merged.alpha[:, :2], [(0, 0.1), (0.5, 0.1), (0.5, 0.5), (0.5, 0.1)])
+    assert merged.length == pytest.approx(lift(points, "red").length)
+    np.testing.assert_array_equal(merged.merged().alpha, merged.alpha)
+
+
+def test_the_start_stays_where_it_is_even_on_a_straight_run() -> None:
+    merged = lift([(0.2, 0.0), (0.4, 0.0), (0.4, 0.4), (0.0, 0.4), (0.0, 0.0)], "red").merged()
+    np.testing.assert_allclose(merged.alpha[0, :2], (0.2, 0.0))
+    assert len(merged.alpha) == 5
+
+
+def test_a_change_of_color_is_a_corner() -> None:
+    gait = lift([(0.1, 0.0), (0.2, 0.0), (0.3, 0.0), (0.4, 0.0)], ["red", "red", "blue", "blue"])
+    assert len(gait.merged().alpha) == 4
+    assert gait.color == "mixed"
+
+
+def test_a_point_repeated_is_a_point() -> None:
+    merged = lift([(0.3, -0.3)] * 4, "red").merged()
+    assert merged.alpha.shape == (1, 4)
+    assert merged.length == 0
+    assert merged.vertices().shape == (1, 4)
+
+
+def test_corners_are_copied_and_read_only() -> None:
+    source = np.zeros((2, 4))
+    gait = Gait(alpha=source)
+    source[:] = 1
+    assert (gait.alpha == 0).all()
+    with pytest.raises(ValueError, match="read-only"):
+        gait.alpha[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"alpha": np.zeros((0, 4))}, "alpha: an array of shape"),
+        ({"alpha": np.zeros((2, 3))}, "alpha: an array of shape"),
+        ({"alpha": [[0, 0, 0, np.nan]]}, "alpha: .*nan"),
+        ({"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors: 1 for 2 corners"),
+        ({"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors: 'green'"),
+    ],
+)
+def test_malformed_gaits_are_refused(arguments, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        Gait(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("points", "colors", "message"),
+    [
+        ([], "red", "points: an array of shape"),
+        ([(0.0, 0.0, 0.0)], "red", "points: an array of shape"),
+        ([(2.0, 0.0)], "red", "alpha1: 2.0"),
+        ([(0.0, float("nan"))], "red", "alpha2: nan"),
+        ([(0.0, 0.0)], ["red", "red"], "colors: 2 for 1 points"),
+        ([(0.0, 0.0)], "green", "colors: 'green'"),
+    ],
+)
+def test_malformed_loops_are_refused(points, colors, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        lift(points, colors)
+
+
+def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:
+    """Equations (16) to (19) word by word: every angle is the least or the largest over the curve."""
+    found = set()
+    low, high = points.min(axis=0), points.max(axis=0)
+    for point in points:
+        sides = []
+        for k in range(4):
+            if abs(point[k] - low[k]) <= tolerance:
+                sides.append(low[k])
+            elif abs(point[k] - high[k]) <= tolerance:
+                sides.append(high[k])
+        if len(sides) == 4:
+            found.add(tuple(sides))
+    return found
+
+
+@settings(deadline=None, max_examples=80)
+@given(rows=st.lists(st.tuples(*[st.sampled_from([0.0, 0.5, 1.0])] * 4), min_size=1, max_size=40))
+def test_vertices_by_their_definition(rows: list[tuple[float, ...]]) -> None:
+    found = vertices(rows)
+    assert {tuple(row) for row in found.tolist()} == brute_vertices(np.array(rows), 1e-9)
+    assert len(np.unique(found, axis=0)) == len(found)
+
+
+def test_vertices_of_a_sampled_curve_need_its_tolerance() -> None:
+    turn = np.linspace(0, 2 * pi, 37)
+    # A triangle in (α1, α2): only two of its corners are extreme in both angles.
+    loop = lift([(0.1, 0.1), (0.9, 0.1), (0.9, 0.7)], "red")
+    assert {tuple(v) for v in loop.vertices().tolist()} == brute_vertices(loop.alpha, 1e-9)
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.cos(turn), np.sin(turn)])
+    assert vertices(circle).shape == (0, 4)
+    noisy = np.repeat(loop.alpha, 3, axis=0) + np.random.default_rng(1).uniform(-1e-4, 1e-4, (9, 4))
+    assert len(vertices(noisy)) < len(loop.vertices())
+    np.testing.assert_allclose(vertices(noisy, 3e-4), loop.vertices(), atol=3e-4)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, float("nan"), float("inf"), "x"])
+def test_vertex_tolerance_is_checked(tolerance: float) -> None:
+    with pytest.raises(gg.InputError, match="tolerance"):
+        vertices([[0, 0, 0, 0]], tolerance)

@@ -1,0 +1,289 @@
+"""The surface graph: its contract, Figure 16's picture, jumps, edges that hold along their whole length."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from math import pi
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.graph import grid_axis, surface_arrays, surface_graph
+from gaitgraph.invertibility import coefficients_of, least_singular_value, level_determinant
+from gaitgraph.regions import Zones, red_label
+
+
+@pytest.fixture(scope="module")
+def negative() -> nx.Graph[Any]:
+    return surface_graph("negative")
+
+
+@pytest.fixture(scope="module")
+def positive() -> nx.Graph[Any]:
+    return surface_graph("positive")
+
+
+def cells(graph: nx.Graph[Any]) -> dict[Any, set[str]]:
+    out: dict[Any, set[str]] = {}
+    for _, data in graph.nodes(data=True):
+        out.setdefault(data["cell"], set()).add(data["color"])
+    return out
+
+
+def test_figure_16(negative: nx.Graph[Any]) -> None:
+    """97 nodes red and blue, 100 blue alone, 28 none; blue alone in the upper-left half."""
+    kinds = Counter(tuple(sorted(colors)) for colors in cells(negative).values())
+    assert kinds == {("blue", "red"): 97, ("blue",): 100}
+    assert 15 * 15 - len(cells(negative)) == 28
+    axis = grid_axis()
+    for (i, j), colors in cells(negative).items():
+        if "red" in colors:
+            assert axis[i] > axis[j]
+    seven = {data["types"] for _, data in negative.nodes(data=True)}
+    assert seven == {"(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)"}
+
+
+def test_the_region_with_positive_R(positive: nx.Graph[Any], negative: nx.Graph[Any]) -> None:
+    """128 red nodes; the 28 blue ones that the paper denies come from rounding the coefficients."""
+    kinds = Counter(data["color"] for _, data in positive.nodes(data=True))
+    assert kinds == {"red": 128, "blue": 28}
+    exact = surface_graph("positive", coefficients=coefficients_of(kind="exact"))
+    assert Counter(data["color"] for _, data in exact.nodes(data=True)) == {"red": 128}
+    assert len(positive) + len(negative) == 2 * 15 * 15
+
+
+def test_question_marks_are_the_nodes_nearest_to_the_crossing_lines(negative: nx.Graph[Any]) -> None:
+    for (i, j, _), data in negative.nodes(data=True):
+        third, fourth = data["types"].strip("()").split(",")
+        assert (third == "?") == (i in (1, 9))  # α1 = −7π/16, π/16
+        assert (fourth == "?") == (j in (7, 15))  # α2 = −π/16, 7π/16
+
+
+def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
+    """All pairs, the rule word by word: neighbouring cells, and no angle from + to −."""
+    out = set()
+    step = graph.graph["step"] * (1 + 1e-9)
+    for (a, first), (b, second) in itertools.combinations(graph.nodes(data=True), 2):
+        near = all(abs(first[k] - second[k]) <= step for k in ("alpha1", "alpha2"))
+        marks = zip(first["types"].strip("()").split(","), second["types"].strip("()").split(","), strict=True)
+        if near and not any(set(pair) == {"+", "-"} for pair in marks):
+            out.add(frozenset((a, b)))
+    return out
+
+
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
+    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7)]
+    graph = surface_graph(sign, 10, waypoints=waypoints)
+    assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
+    gg.validate_graph(graph)
+
+
+def test_jumps(negative: nx.Graph[Any]) -> None:
+    """Colors meet only at (?,?), 0.0585 rad apart or more; a wrap of blue at the border is π."""
+    delta = coefficients_of().delta
+    sizes = []
+    for a, b, data in negative.edges(data=True):
+        first, second = negative.nodes[a], negative.nodes[b]
+        if first["color"] != second["color"]:
+            sizes.append(data["jump"])
+            assert not data["continuous"]
+            assert not data["flyable"]
+        elif not data["continuous"]:
+            assert data["jump"] == pytest.approx(pi)
+            assert first["color"] == "blue"
+            assert {first["cell"][0], second["cell"][0]} >= {1} or {first["cell"][1], second["cell"][1]} >= {15}
+    assert min(sizes) == pytest.approx(2 * (pi / 16 - delta))
+    same_cell = negative.edges[(9, 7, "red"), (9, 7, "blue")]
+    assert same_cell["length"] == 0
+    assert same_cell["jump"] == pytest.approx(2 * (pi / 16 - delta))
+
+
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_flags_hold_along_whole_edges(sign: Any) -> None:
+    arrays = surface_arrays(sign, 12)
+    a, b = arrays.edge.T
+    s = np.linspace(0, 1, 301)[:, None, None]
+    along = arrays.alpha[a] + s * (arrays.alpha[b] - arrays.alpha[a])
+    wanted = 1 if sign == "positive" else -1
+    R = wanted * level_determinant(along, coefficients_of())
+    keeps = R.min(axis=0) > 0
+    decided = np.abs(R.min(axis=0)) > 1e-9
+    np.testing.assert_array_equal(arrays.keeps_sign[decided], keeps[decided])
+    red = arrays.red[a] & arrays.red[b] & arrays.keeps_sign
+    least = least_singular_value(along[:, red]).min(axis=0)
+    assert (arrays.least_singular_value[red] <= least + 1e-12).all()
+    assert (arrays.least_singular_value[red] >= least - 2e-3).all()
+    shares = gg.hover_thrust_shares(along[:, arrays.flyable])
+    assert shares.min() > 0
+    assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
+
+
+def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
+    """Near a saddle, nodes of different components with R of one sign can be neighbours."""
+    leaks = 0
+    for n in (20, 32, 48, 64):
+        for sign in ("positive", "negative"):
+            arrays = surface_arrays(sign, n, coefficients=coefficients_of(kind="exact"))  # type: ignore[arg-type]
+            red = arrays.red[arrays.edge].all(axis=1)
+            labels = red_label(arrays.alpha[:, 0], arrays.alpha[:, 1])
+            crossing = (labels[arrays.edge[:, 0]] != labels[arrays.edge[:, 1]]).any(axis=1) & red
+            assert not arrays.keeps_sign[crossing].any()
+            leaks += int(crossing.sum())
+    assert leaks > 0
+
+
+def test_vehicle_limits_reach_the_edges() -> None:
+    free = surface_arrays("positive").flyable
+    weak = surface_arrays("positive", vehicle=gg.PAPER.replace(max_thrust=2.0))
+    assert 0 < weak.flyable.sum() < free.sum()
+    corners = weak.alpha[np.unique(weak.edge[weak.flyable])]
+    assert gg.hover_thrust_shares(corners).max() * 0.429 * 9.8 <= 2.0
+    narrow = surface_arrays("positive", vehicle=gg.PAPER.replace(max_tilt=0.8))
+    assert np.abs(narrow.alpha[np.unique(narrow.edge[narrow.flyable])]).max() <= 0.8
+
+
+def test_waypoints_become_nodes_of_their_own() -> None:
+    graph = surface_graph(waypoints=[(0.91, -0.33), (3 * pi / 8, -pi / 8), (0.91, -0.33)])
+    own = [name for name in graph if name[0] == "w"]
+    assert len(own) == 2  # red and blue, once, and none for the point on the grid
+    assert all(graph.nodes[name]["cell"] is None for name in own)
+    assert {graph.nodes[name]["alpha1"] for name in own} == {0.91}
+    assert all(graph.degree(name) >= 4 for name in own)
+
+
+def test_corner_waypoints_have_every_representation() -> None:
+    graph = surface_graph("negative", waypoints=[(pi / 2, -0.7)])
+    red = [data["alpha3"] for name, data in graph.nodes(data=True) if name[0] == "w" and data["color"] == "red"]
+    assert red == [pi / 2]  # the copy at −π/2 has R of the other sign
+
+
+def test_zones_cut_nodes_and_edges() -> None:
+    zones = Zones(
+        keep_out=[[(0.6, -0.9), (0.95, -0.9), (0.95, -0.6), (0.6, -0.6)]],
+        keep_in=[[(0, 0), (1.5, 0), (1.5, -1.5), (0, -1.5)]],
+    )
+    graph = surface_graph(zones=zones)
+    gg.validate_graph(graph)
+    for _, data in graph.nodes(data=True):
+        assert 0 <= data["alpha1"] <= 1.5
+        assert not (0.6 < data["alpha1"] < 0.95 and -0.9 < data["alpha2"] < -0.6)
+    for a, b in graph.edges:
+        middle = [(graph.nodes[a][k] + graph.nodes[b][k]) / 2 for k in ("alpha1", "alpha2")]
+        assert not (0.6 < middle[0] < 0.95 and -0.9 < middle[1] < -0.6)
+
+
+@pytest.mark.parametrize("divisions", [2, 3, 4, 16, 33])
+@pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
+def test_any_grid_and_vehicle_keeps_the_contract(divisions: int, vehicle: str) -> None:
+    for sign in ("positive", "negative"):
+        gg.validate_graph(surface_graph(sign, divisions, vehicle=gg.vehicle_named(vehicle)))  # type: ignore[arg-type]
+
+
+def test_kappa_where_two_delta_is_a_multiple_of_the_step() -> None:
+    """δ on a grid line: red and blue coincide there, and neither leaves the contract."""
+    for kappa in (float(np.tan(pi / 16)), float(np.tan(pi / 8)), 1.0, 1e-4):
+        vehicle = gg.Vehicle(drag_ratio=kappa)
+        for sign in ("positive", "negative"):
+            gg.validate_graph(surface_graph(sign, vehicle=vehicle))  # type: ignore[arg-type]
+
+
+def test_same_input_same_graph(negative: nx.Graph[Any]) -> None:
+    again = surface_graph("negative")
+    assert list(again.nodes(data=True)) == list(negative.nodes(data=True))
+    assert list(again.edges(data=True)) == list(negative.edges(data=True))
+
+
+def test_the_mirrored_vehicle_has_the_mirrored_graph() -> None:
+    exact = coefficients_of(kind="exact")
+    graph = surface_graph("positive", coefficients=exact)
+    mirrored = surface_graph("positive", vehicle=gg.PAPER.replace(first_rotor_spin="counterclockwise"))
+    here = {(i, j): data["R"] for (i, j, _), data in graph.nodes(data=True)}
+    there = {(16 - i, 16 - j): data["R"] for (i, j, _), data in mirrored.nodes(data=True)}
+    assert here.keys() == there.keys()
+    for cell, value in here.items():
+        assert there[cell] == pytest.approx(value)
+
+
+def breakages() -> list[tuple[str, Any]]:
+    first, second = (14, 2, "red"), (14, 3, "red")
+
+    def node(key: str, value: object) -> Any:
+        return lambda graph: graph.nodes[first].__setitem__(key, value)
+
+    def edge(key: str, value: object) -> Any:
+        return lambda graph: graph.edges[first, second].__setitem__(key, value)
+
+    def meta(key: str, value: object) -> Any:
+        return lambda graph: graph.graph.__setitem__(key, value)
+
+    return [
+        ("contract is 'x'", meta("contract", "x")),
+        ("divisions: 1.5", meta("divisions", 1.5)),
+        ("sign is 'up'", meta("sign", "up")),
+        ("step is 1.0", meta("step", 1.0)),
+        ("no constant of a vehicle", meta("vehicle", {"x": 1})),
+        ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
+        ("'R' is missing", lambda graph: graph.nodes[first].pop("R")),
+        ("color is 'green'", node("color", "green")),
+        ("disagrees with cell", node("cell", (1, 1))),
+        ("disagrees with cell", lambda graph: nx.relabel_nodes(graph, {first: (14, 99, "red")}, copy=False)),
+        ("its id is neither", lambda graph: nx.relabel_nodes(graph, {first: "x"}, copy=False)),
+        ("not its grid node", node("alpha1", 0.3)),
+        ("tilt angles are", node("alpha3", 2.0)),
+        ("tilt angles are", node("alpha3", "1")),
+        ("it is no root", node("alpha3", 0.3)),
+        ("R is 'x'", node("R", "x")),
+        ("types are '\\(\\+,\\?\\)'", node("types", "(+,?)")),
+        ("'jump' is missing", lambda graph: graph.edges[first, second].pop("jump")),
+        ("length is 1.0", edge("length", 1.0)),
+        ("jump is 0.5", edge("jump", 0.5)),
+        ("continuous is False", edge("continuous", False)),
+        ("keeps_sign is 1", edge("keeps_sign", 1)),
+        ("flyable is False", edge("flyable", False)),
+        ("least_singular_value is 2.0", edge("least_singular_value", 2.0)),
+        ("not neighbours", lambda graph: graph.add_edge(first, (9, 2, "red"), **graph.edges[first, second])),
+        ("not neighbours", lambda graph: graph.add_edge(first, first, **graph.edges[first, second])),
+        ("Figure 15 forbids", lambda graph: graph.add_edge(first, (14, 3, "blue"), **graph.edges[first, second])),
+        ("cell is \\(1, 1\\)", lambda graph: _foreign(graph, first)),
+    ]
+
+
+def _foreign(graph: nx.Graph[Any], node: Any) -> None:
+    graph.add_node(("w", 0, 0), **{**graph.nodes[node], "cell": (1, 1)})
+
+
+@pytest.mark.parametrize(("message", "break_it"), breakages())
+def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> None:
+    graph = surface_graph("negative")
+    gg.validate_graph(graph)
+    break_it(graph)
+    with pytest.raises(gg.ContractError, match=message):
+        gg.validate_graph(graph)
+
+
+def test_the_sign_of_every_node_is_the_graphs() -> None:
+    graph = surface_graph("negative")
+    graph.graph["sign"] = "positive"
+    with pytest.raises(gg.ContractError, match="the graph's sign is positive"):
+        gg.validate_graph(graph)
+
+
+def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
+    with pytest.raises(gg.ContractError, match="DiGraph"):
+        gg.validate_graph(negative.to_directed())
+
+
+@pytest.mark.parametrize("divisions", [0, 1, -3, 1.5, "16", True, 100000])
+def test_divisions_are_checked(divisions: Any) -> None:
+    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 512"):
+        surface_graph("negative", divisions)
+
+
+def test_signs_are_checked() -> None:
+    with pytest.raises(gg.InputError, match="sign: 'up'"):
+        surface_graph("up")  # type: ignore[arg-type]

@@ -1,0 +1,317 @@
+"""Plans: the paper's gaits, preferences, alternatives, refusals with certificates."""
+
+from __future__ import annotations
+
+import json
+import math
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.graph import surface_graph
+from gaitgraph.planning import Plan
+from tests.published import GAITS, PublishedGait
+
+G1, G2, G3, G4 = GAITS
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_the_papers_gaits_plan_themselves(gait: PublishedGait) -> None:
+    plan = gg.plan_loop(gait.waypoints, color=gait.color)
+    assert plan
+    assert plan.loop is not None
+    assert (plan.loop.color, plan.loop.sign) == (gait.color, gait.sign)
+    assert plan.report.valid
+    assert plan.report.flyable is gait.flyable
+    assert plan.report.reachable_from_hover is gait.reachable
+    assert len(plan.gait.alpha) == 4
+    np.testing.assert_allclose(plan.gait.alpha, np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4)
+    np.testing.assert_allclose(plan.timed().vertices(), plan.gait.alpha)
+    assert len(plan.loop.path.alpha) == 16
+    assert plan.loop.length == pytest.approx(pi)
+    assert (plan.reason is None) is gait.flyable
+
+
+def test_red_is_preferred_because_it_flies_and_blue_is_the_alternative() -> None:
+    plan = gg.plan_loop(G3.waypoints)
+    assert plan.loop is not None
+    assert plan.loop.color == "red"
+    (blue,) = plan.alternatives
+    assert blue.color == "blue"
+    assert blue.report.valid
+    assert not blue.report.flyable
+
+
+def test_where_only_blue_exists_it_is_returned_with_the_reason() -> None:
+    plan = gg.plan_loop(G1.waypoints)
+    assert plan.loop is not None
+    assert plan.loop.color == "blue"
+    assert plan.alternatives == ()
+    assert plan.reason is not None
+    assert "no loop through these waypoints is flyable" in plan.reason
+    assert any("undecided" in warning for warning in plan.warnings)
+
+
+def test_blue_with_exact_coefficients_is_infeasible_for_that_reason() -> None:
+    plan = gg.plan_loop(G2.waypoints, color="blue", coefficients="exact")
+    assert plan.status == "infeasible"
+    assert "R = 0 on the whole blue sheet" in str(plan.reason)
+    with pytest.raises(gg.Infeasible, match="R = 0 on the whole blue sheet"):
+        _ = plan.gait
+    with pytest.raises(gg.Infeasible):
+        _ = plan.report
+    assert not plan
+
+
+def test_a_flyable_detour_beats_a_shorter_valid_loop() -> None:
+    """Straight between these two the least singular value dips under the floor; a detour keeps it."""
+    vehicle = gg.Vehicle(drag_ratio=0.4)
+    points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+    plan = gg.plan_loop(points, color="red", sign="negative", floor=0.9, vehicle=vehicle)
+    assert plan.loop is not None
+    assert plan.reason is None
+    assert plan.report.flyable
+    (straight,) = plan.alternatives
+    assert straight.report.valid
+    assert not straight.report.flyable
+    assert straight.length < plan.loop.length
+    for loop, above in ((plan.loop, True), (straight, False)):
+        s = np.linspace(0, 1, 501)[:, None, None]
+        along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
+        assert bool(gg.least_singular_value(along, vehicle).min() >= 0.9) is above
+
+
+def test_separated_waypoints_come_with_the_wall_between_them() -> None:
+    plan = gg.plan_loop([(-0.5, 0.5), (-1.5, 0.5)], color="red", sign="auto")
+    assert plan.status == "infeasible"
+    kinds = {(obstacle.sign, obstacle.kind) for obstacle in plan.obstacles}
+    assert kinds == {("positive", "waypoint"), ("negative", "waypoint")}
+    plan = gg.plan_loop([(1.2, -0.6), (-1.5, 0.5)], color="red", sign="negative", divisions=64)
+    (obstacle,) = plan.obstacles
+    assert obstacle.kind == "separated"
+    assert obstacle.waypoints == (1, 2)
+    assert "β1 = " in obstacle.message
+    assert len(obstacle.components) == 2
+    # The certificate is checked without the search: the labels differ, so R vanishes on any way between.
+    s = np.linspace(0, 1, 2001)[:, None]
+    line = (1 - s) * np.array([1.2, -0.6, 1.2, -0.6]) + s * np.array([-1.5, 0.5, -1.5, 0.5])
+    assert (gg.level_determinant(line, gg.coefficients_of(kind="exact")) > 0).any()
+
+
+def test_a_grid_too_coarse_says_so() -> None:
+    plan = gg.plan_loop([(-1.45, -0.3), (-1.45, 1.0)], color="red", sign="negative", divisions=4)
+    assert plan.status == "infeasible"
+    assert "more divisions may join them" in str(plan.reason)
+    assert gg.plan_loop([(-1.45, -0.3), (-1.45, 1.0)], color="red", sign="negative", divisions=128)
+
+
+def test_a_waypoint_with_the_wrong_sign_is_named_with_its_R() -> None:
+    plan = gg.plan_loop([(0.5, -0.5), (-0.5, 0.5)], color="red", sign="negative")
+    (obstacle,) = plan.obstacles
+    assert obstacle.kind == "waypoint"
+    assert obstacle.waypoints == (2,)
+    assert obstacle.R == pytest.approx(float(gg.level_determinant([-0.5, 0.5, -0.5, 0.5], gg.coefficients_of())))
+
+
+def test_a_singular_waypoint_is_named() -> None:
+    edge = gg.coefficients_of(kind="exact").delta - pi / 2
+    plan = gg.plan_loop([(edge, 0.3)], color="red", coefficients="exact")
+    assert "the matrix is singular there" in str(plan.reason)
+
+
+def test_points_and_out_and_back_curves_are_loops() -> None:
+    point = gg.plan_loop([("0.7", "-0.9")])
+    assert point.loop is not None
+    assert point.loop.length == 0
+    assert point.report.flyable
+    there = gg.plan_loop([(0.5, -0.9), (1.1, -0.9)], color="red")
+    assert there.loop is not None
+    assert there.report.flyable
+    assert there.gait.vertices().shape[0] >= 1
+    back = there.loop.path.alpha
+    assert {tuple(row) for row in back[1 : len(back) // 2]} == {tuple(row) for row in back[len(back) // 2 + 1 :]}
+
+
+def test_off_grid_waypoints_are_passed_exactly() -> None:
+    points = [(0.51, -0.62), (1.23, -0.71), (0.94, -1.37)]
+    plan = gg.plan_loop(points)
+    assert plan.loop is not None
+    rows = plan.loop.path.alpha[:, :2].tolist()
+    places = [rows.index(list(point)) for point in points]
+    assert places == sorted(places)
+    assert places[0] == 0
+    assert [list(point) for point in plan.waypoints] == [list(point) for point in points]
+
+
+def test_repeated_waypoints_merge_with_a_warning() -> None:
+    points = [*G3.waypoints[:2], G3.waypoints[1], *G3.waypoints[2:], G3.waypoints[0]]
+    plan = gg.plan_loop(points)
+    assert len(plan.waypoints) == 4
+    assert plan.warnings[0] == "merged 2 waypoints that repeated the one before"
+    np.testing.assert_array_equal(plan.gait.alpha, gg.plan_loop(G3.waypoints).gait.alpha)
+
+
+def test_reverse_runs_the_same_loop_backwards() -> None:
+    forward, backward = gg.plan_loop(G4.waypoints), gg.plan_loop(G4.waypoints, reverse=True)
+    np.testing.assert_array_equal(forward.gait.reversed().alpha, backward.gait.alpha)
+    assert backward.waypoints[1] == forward.waypoints[3]
+
+
+def test_any_order_finds_the_shorter_loop() -> None:
+    crossed = [G3.waypoints[k] for k in (0, 2, 1, 3)]
+    ordered, free = gg.plan_loop(crossed), gg.plan_loop(crossed, any_order=True)
+    assert ordered.loop is not None
+    assert free.loop is not None
+    assert free.loop.length == pytest.approx(pi)
+    assert ordered.loop.length > free.loop.length
+
+
+def test_robust_is_never_worse_in_its_worst_case_and_never_shorter() -> None:
+    points = [(0.3, -0.25), (1.3, -0.35), (1.2, -1.3)]
+    shortest = gg.plan_loop(points, color="red")
+    robust = gg.plan_loop(points, color="red", objective="robust")
+    assert shortest.loop is not None
+    assert robust.loop is not None
+    a, b = (plan.report["least_singular_value"].value for plan in (shortest, robust))
+    assert a is not None
+    assert b is not None
+    assert b >= a - 1e-3
+    assert robust.loop.length >= shortest.loop.length - 1e-9
+
+
+def test_keep_out_bends_the_loop_and_keep_in_can_forbid_it() -> None:
+    wall = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
+    free, bent = gg.plan_loop(G3.waypoints), gg.plan_loop(G3.waypoints, keep_out=[wall])
+    assert bent.loop is not None
+    assert free.loop is not None
+    assert bent.loop.length > free.loop.length
+    s = np.linspace(0, 1, 101)[:, None, None]
+    along = (bent.gait.alpha + s * (bent.gait.ends - bent.gait.alpha)).reshape(-1, 4)
+    inside = (along[:, 0] > 0.6) & (along[:, 0] < 1.0) & (along[:, 1] > -0.6) & (along[:, 1] < -0.2)
+    assert not inside.any()
+    refused = gg.plan_loop(G3.waypoints, keep_in=[wall])
+    assert "waypoint 1" in str(refused.reason)
+    assert "keep_out or keep_in forbids it" in str(refused.reason)
+    fence = [("0.3", "-1.3"), ("1.3", "-1.3"), ("1.3", "-0.3"), ("0.3", "-0.3")]
+    assert gg.plan_loop(G3.waypoints, keep_in=[fence])
+
+
+def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
+    """On R > 0 red and 28 blue nodes of rounding exist; joined only through a jump at (?,?)."""
+    found = []
+    for a in [(pi / 16 * i, pi / 16 * j) for i in range(-7, 8) for j in range(-7, 8)]:
+        plan = gg.plan_loop([a, (pi / 4, -pi / 4)], sign="negative")
+        found += [loop for loop in plan.alternatives if loop.color == "mixed"]
+    for loop in found:
+        assert loop.report.two_color
+        assert not loop.report["continuous"].ok
+        assert not loop.report.valid
+
+
+def test_a_users_graph_is_planned_on() -> None:
+    graph = surface_graph("negative")
+    before = dict(graph.nodes(data=True))
+    whole = gg.plan_loop(G3.waypoints, graph=graph)
+    np.testing.assert_array_equal(whole.gait.alpha, gg.plan_loop(G3.waypoints, sign="negative").gait.alpha)
+    assert dict(graph.nodes(data=True)) == before
+    graph.remove_node((12, 6, "red"))
+    detour = gg.plan_loop(G3.waypoints, graph=graph, color="red")
+    assert detour.loop is not None
+    assert detour.loop.length > pi + 0.1
+    with pytest.raises(gg.InputError, match="is no node of the graph"):
+        gg.plan_loop([(0.5, -0.5)], graph=graph)
+    with pytest.raises(gg.InputError, match="sign: 'negative'; allowed is no sign beside a graph"):
+        gg.plan_loop(G3.waypoints, graph=graph, sign="negative")
+
+
+def test_other_vehicles() -> None:
+    beetle = gg.plan_loop(G3.waypoints, vehicle="beetle_omni")
+    assert beetle.request.coefficients == "exact"
+    assert beetle.report.flyable
+    mirrored = gg.PAPER.replace(first_rotor_spin="counterclockwise")
+    points = [(-a, -b) for a, b in G3.angles]
+    here, there = gg.plan_loop(G3.angles, coefficients="exact"), gg.plan_loop(points, vehicle=mirrored)
+    np.testing.assert_allclose(here.gait.alpha, -there.gait.alpha)
+    assert there.report.flyable
+
+
+def test_plans_repeat_and_serialise() -> None:
+    first, second = (json.dumps(gg.plan_loop(G3.waypoints).as_mapping(), allow_nan=False) for _ in range(2))
+    assert first == second
+    keys = set(json.loads(first))
+    refused = json.loads(json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()))
+    assert set(refused) == keys
+    assert refused["status"] == "infeasible"
+    assert refused["path"] == []
+    assert refused["length"] is None
+    assert refused["valid"] is refused["flyable"] is False
+
+
+def test_progress_is_told() -> None:
+    lines: list[str] = []
+    gg.plan_loop(G3.waypoints, progress=lines.append)
+    assert "building the graph with R > 0" in lines
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        ({"waypoints": []}, "waypoints: none given"),
+        ({"waypoints": "0,0"}, "waypoints: '0,0'"),
+        ({"waypoints": 3}, "waypoints: 3"),
+        ({"waypoints": [1, 2]}, "waypoint 1: 1"),
+        ({"waypoints": [(0, 0, 0)]}, "waypoint 1: "),
+        ({"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1: 'x'"),
+        ({"waypoints": [(0, math.nan)]}, "waypoint 1 alpha2: nan"),
+        ({"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1: '100deg'; allowed is −π/2 to π/2"),
+        ({"waypoints": [(0, 0)] * 1001}, "waypoints: 1001 given"),
+        ({"color": "rad"}, "color: 'rad'; .* did you mean 'red'"),
+        ({"sign": 1}, "sign: 1"),
+        ({"objective": "fast"}, "objective: 'fast'"),
+        ({"method": "exact"}, "method: 'exact'"),
+        ({"law": "x"}, "law: 'x'"),
+        ({"divisions": 1}, "divisions: 1"),
+        ({"period": -1}, "period: -1"),
+        ({"floor": math.nan}, "floor: nan"),
+        ({"reverse": 1}, "reverse: 1"),
+        ({"vehicle": "papr"}, "vehicle: 'papr'.* did you mean 'paper'"),
+        ({"coefficients": "x"}, "coefficients: 'x'"),
+        ({"vehicle": "beetle_omni", "coefficients": "published"}, "'published' belong to the paper's vehicle"),
+        ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
+        ({"any_order": True, "waypoints": [(0.1 * k, -0.5) for k in range(1, 11)]}, "any_order: 10 waypoints"),
+        ({"colour": "red"}, "colour: no field of a request; did you mean 'color'"),
+    ],
+)
+def test_wrong_requests_are_refused(request_: dict[str, Any], message: str) -> None:
+    with pytest.raises(gg.InputError, match=message):
+        gg.plan_loop(**{"waypoints": G3.waypoints, **request_})
+
+
+points = st.lists(st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)), min_size=1, max_size=3)
+
+
+@settings(deadline=None, max_examples=25)
+@given(points=points, divisions=st.integers(3, 20))
+def test_whatever_is_planned_holds_when_sampled(points: list[tuple[float, float]], divisions: int) -> None:
+    plan: Plan = gg.plan_loop(points, divisions=divisions)
+    if plan.loop is None:
+        assert plan.obstacles
+        return
+    assert plan.report.valid
+    gait = plan.gait
+    s = np.linspace(0, 1, 101)[:, None, None]
+    along = gait.alpha + s * (gait.ends - gait.alpha)
+    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+        assert np.abs(residual(along, gait.coefficients)).max() < 1e-10
+    R = gg.level_determinant(along, gait.coefficients)
+    assert R.min() * R.max() > 0 or not plan.report["R_sign"].decided
+    for point in plan.waypoints:
+        assert np.abs(plan.loop.path.alpha[:, :2] - point).max(axis=1).min() <= 1e-12
+    if plan.report.flyable:
+        assert gg.least_singular_value(along).min() >= 0.05
+        assert gg.hover_thrust_shares(along).min() > 0

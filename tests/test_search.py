@@ -1,0 +1,183 @@
+"""Closed walks against brute force on small grids."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.graph import surface_graph
+from gaitgraph.search import Blocked, ClosedWalk, best_order, closed_walk
+
+USES = {
+    "flyable": lambda edge: edge["flyable"],
+    "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
+    "two_color": lambda edge: True,
+}
+
+
+def usable(graph: nx.Graph[Any], use: str, threshold: float = -math.inf) -> nx.Graph[Any]:
+    kept = [
+        (a, b) for a, b, data in graph.edges(data=True) if USES[use](data) and data["least_singular_value"] >= threshold
+    ]
+    out = graph.edge_subgraph(kept).copy()
+    out.add_nodes_from(graph.nodes(data=True))
+    return out
+
+
+def brute_length(graph: nx.Graph[Any], stops: list[list[Any]], use: str, threshold: float = -math.inf) -> float:
+    """Every choice of a node for each stop, all-pairs shortest paths by another algorithm."""
+    cut = usable(graph, use, threshold)
+    distance = dict(nx.all_pairs_bellman_ford_path_length(cut, weight="length"))
+    best = math.inf
+    for choice in itertools.product(*stops):
+        legs = zip(choice, (*choice[1:], choice[0]), strict=True)
+        best = min(best, sum(distance[a].get(b, math.inf) for a, b in legs))
+    return best
+
+
+def brute_width(graph: nx.Graph[Any], stops: list[list[Any]], use: str) -> float:
+    """The largest threshold at which the stops are still joined."""
+    values = sorted({data["least_singular_value"] for *_, data in graph.edges(data=True)}, reverse=True)
+    for value in values:
+        cut = usable(graph, use, value)
+        for choice in itertools.product(*stops):
+            if all(nx.has_path(cut, choice[0], other) for other in choice[1:]):
+                return value
+    return -math.inf
+
+
+def walk_length(graph: nx.Graph[Any], walk: ClosedWalk, use: str) -> float:
+    total = 0.0
+    if len(walk.nodes) > 1:
+        for a, b in zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True):
+            assert USES[use](graph.edges[a, b])
+            total += graph.edges[a, b]["length"]
+    return total
+
+
+def cases() -> list[tuple[str, int, str, int]]:
+    return [
+        (sign, divisions, use, seed)
+        for sign in ("negative", "positive")
+        for divisions in (6, 7)
+        for use in USES
+        for seed in range(4)
+    ]
+
+
+@pytest.mark.parametrize(("sign", "divisions", "use", "seed"), cases())
+def test_shortest_against_brute_force(sign: Any, divisions: int, use: Any, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.2, 1.2, (2, 2)).round(2)
+    graph = surface_graph(sign, divisions, waypoints=points, floor=0.2)
+    by_place: dict[Any, list[Any]] = {}
+    for name, data in graph.nodes(data=True):
+        by_place.setdefault((data["alpha1"], data["alpha2"]), []).append(name)
+    places = list(by_place)
+    chosen = [places[k] for k in rng.choice(len(places), 3, replace=False)]
+    chosen += [tuple(point) for point in points.tolist() if tuple(point) in by_place]
+    stops = [by_place[place] for place in chosen]
+    walk = closed_walk(graph, stops, use=use)
+    expected = brute_length(graph, stops, use)
+    if isinstance(walk, Blocked):
+        assert math.isinf(expected)
+        return
+    assert walk.length == pytest.approx(expected, abs=1e-10)
+    assert walk_length(graph, walk, use) == pytest.approx(expected, abs=1e-10)
+    for stop, start in zip(stops, walk.stops, strict=True):
+        assert walk.nodes[start % len(walk.nodes)] in stop
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_robust_against_brute_force(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    graph = surface_graph("negative", 8)
+    names = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red")
+    stops = [[names[k]] for k in rng.choice(len(names), 3, replace=False)]
+    walk = closed_walk(graph, stops, use="valid", objective="robust")
+    width = brute_width(graph, stops, "valid")
+    if isinstance(walk, Blocked):
+        assert math.isinf(width)
+        return
+    pairs = list(zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True))
+    assert min(graph.edges[pair]["least_singular_value"] for pair in pairs) == width
+    assert walk.length == pytest.approx(brute_length(graph, stops, "valid", width), abs=1e-10)
+
+
+def turns(walk: ClosedWalk, graph: nx.Graph[Any]) -> int:
+    points = np.array([(graph.nodes[name]["alpha1"], graph.nodes[name]["alpha2"]) for name in walk.nodes])
+    step = np.roll(points, -1, axis=0) - points
+    unit = step / np.linalg.norm(step, axis=1, keepdims=True)
+    return int((np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > 1e-9).sum())
+
+
+def test_ties_are_broken_by_fewest_turns() -> None:
+    """Eight by five steps can zigzag; one diagonal and one straight run are as short."""
+    graph = surface_graph("positive")
+    walk = closed_walk(graph, [[(2, 6, "red")], [(7, 14, "red")]])
+    assert isinstance(walk, ClosedWalk)
+    assert walk.length == pytest.approx(2 * (5 * math.sqrt(2) + 3) * math.pi / 16)
+    assert turns(walk, graph) == 4  # two bends, and a turn at each end
+
+
+def test_a_walk_of_one_stop_is_a_point() -> None:
+    walk = closed_walk(surface_graph(), [[(14, 2, "red")]], objective="robust")
+    assert isinstance(walk, ClosedWalk)
+    assert walk.nodes == ((14, 2, "red"),)
+    assert walk.length == 0
+
+
+def test_a_blocked_walk_names_its_leg() -> None:
+    graph = surface_graph()
+    graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
+    walk = closed_walk(graph, [[(14, 2, "red")], [(13, 3, "red")], [(12, 4, "red")]])
+    assert walk == Blocked(leg=1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_order_against_all_permutations(seed: int) -> None:
+    graph = surface_graph("negative")
+    rng = np.random.default_rng(seed)
+    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
+    stops = [red[k] for k in rng.choice(len(red), 6, replace=False)]
+    order = best_order(graph, stops)
+    assert order is not None
+    assert order[0] == 0
+    found = closed_walk(graph, [[stops[k]] for k in order])
+    lengths = []
+    for rest in itertools.permutations(range(1, 6)):
+        walk = closed_walk(graph, [[stops[k]] for k in (0, *rest)])
+        assert isinstance(walk, ClosedWalk)
+        lengths.append(walk.length)
+    assert isinstance(found, ClosedWalk)
+    assert found.length == pytest.approx(min(lengths), abs=1e-10)
+
+
+def test_any_order_without_a_way_and_with_too_many() -> None:
+    graph = surface_graph()
+    graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
+    assert best_order(graph, [(14, 2, "red"), (12, 4, "red")]) is None
+    with pytest.raises(gg.InputError, match="any_order: 10 waypoints; allowed are 9 at most"):
+        best_order(graph, [(14, 2, "red")] * 10)
+
+
+def octile(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """The shortest way in eight directions on an open grid."""
+    long, short = max(abs(a[0] - b[0]), abs(a[1] - b[1])), min(abs(a[0] - b[0]), abs(a[1] - b[1]))
+    return (long - short) + math.sqrt(2) * short
+
+
+@pytest.mark.parametrize("divisions", [16, 32, 64])
+def test_in_the_open_every_grid_finds_the_octile_length(divisions: int) -> None:
+    step = math.pi / 16
+    points = [(2 * step, -6 * step), (6 * step, -5 * step), (3 * step, -2 * step)]
+    plan = gg.plan_loop(points, color="red", sign="negative", divisions=divisions)
+    assert plan.loop is not None
+    expected = sum(octile(points[k], points[(k + 1) % 3]) for k in range(3))
+    assert plan.loop.length == pytest.approx(expected, abs=1e-9)

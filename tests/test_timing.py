@@ -1,0 +1,172 @@
+"""Clocks: laws, samples, consistency of angles, rates and accelerations, checks against limits."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import gaitgraph as gg
+from gaitgraph.gait import lift
+from gaitgraph.timing import LAWS, TimedGait, parametrize
+from tests.published import GAITS, PublishedGait
+
+angle = st.floats(-1.5, 1.5)
+loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=6)
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+@pytest.mark.parametrize("law", LAWS)
+def test_vertices_over_one_second(gait: PublishedGait, law: str) -> None:
+    timed = lift(gait.angles, gait.color).parametrize(1.0, law=law)
+    expected = np.column_stack([gait.angles, gait.printed])
+    np.testing.assert_allclose(timed.vertices(), expected, atol=5.0001e-4)
+    # Four equal edges and 100 samples: the corners are samples, so the table has the same vertices.
+    np.testing.assert_allclose(gg.vertices(timed.alpha, 1e-9), timed.vertices(), atol=1e-9)
+
+
+@settings(deadline=None, max_examples=60)
+@given(points=loops, law=st.sampled_from(LAWS), period=st.floats(0.05, 20), samples=st.integers(1, 300))
+def test_a_table_closes(points: list[tuple[float, float]], law: str, period: float, samples: int) -> None:
+    timed = lift(points, "red").parametrize(period, law=law, samples=samples)
+    assert timed.t[0] == 0
+    assert timed.t[-1] == period
+    assert (np.diff(timed.t) > 0).all()
+    for rows in (timed.alpha, timed.rates, timed.accelerations):
+        assert rows.shape == (samples + 1, 4)
+        np.testing.assert_array_equal(rows[0], rows[-1])
+    for name, values in timed.columns().items():
+        assert len(values) == samples + 1
+        if name != "t":
+            assert values[0] == values[-1]
+
+
+@settings(deadline=None, max_examples=60)
+@given(points=loops, law=st.sampled_from(LAWS), t=st.floats(0, 1))
+def test_samples_are_on_the_loop(points: list[tuple[float, float]], law: str, t: float) -> None:
+    gait = lift(points, "blue")
+    alpha = gait.parametrize(law=law).at(t)[0]
+    step = gait.ends - gait.alpha
+    size = np.maximum((step**2).sum(axis=1), 1e-300)
+    along = np.clip(((alpha - gait.alpha) * step).sum(axis=1) / size, 0, 1)
+    distance = np.linalg.norm(gait.alpha + along[:, None] * step - alpha, axis=1)
+    assert distance.min() < 1e-9
+
+
+def numerically(timed: TimedGait, t: float, order: int) -> np.ndarray:
+    h = 1e-4
+    ahead, here, back = (timed.at(t + k * h)[0] for k in (1, 0, -1))
+    return (ahead - back) / (2 * h) if order == 1 else (ahead - 2 * here + back) / h**2
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_rates_and_accelerations_are_the_derivatives(law: str) -> None:
+    timed = lift([(0.2, -0.3), (0.9, -0.4), (1.2, -1.3)], "red").parametrize(2.0, law=law)
+    corners = timed.corner_times
+    for t in np.random.default_rng(3).uniform(0.0, 2.0, 60):
+        if np.abs(corners - t).min() < 2e-4:
+            continue
+        _, rate, acceleration = timed.at(t)
+        np.testing.assert_allclose(rate, numerically(timed, t, 1), atol=1e-5)
+        np.testing.assert_allclose(acceleration, numerically(timed, t, 2), atol=1e-5)
+
+
+def test_the_smooth_law_integrates_to_its_angles_and_rests_at_corners() -> None:
+    timed = lift(GAITS[2].angles, "red").parametrize(1.5)
+    for a, b in ((0.0, 0.7), (0.3, 1.4)):
+        moved = quad(lambda t: timed.at(t)[1][1], a, b, points=timed.corner_times.tolist())[0]
+        assert moved == pytest.approx(timed.at(b)[0][1] - timed.at(a)[0][1], abs=1e-9)
+        gained = quad(lambda t: timed.at(t)[2][1], a, b, points=timed.corner_times.tolist())[0]
+        assert gained == pytest.approx(timed.at(b)[1][1] - timed.at(a)[1][1], abs=1e-9)
+    for rows in timed.at(timed.corner_times)[1:]:
+        np.testing.assert_allclose(rows, 0, atol=1e-12)
+
+
+def test_the_laws_spend_time_as_they_say() -> None:
+    gait = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red")
+    np.testing.assert_allclose(parametrize(gait, 2.0, law="equal-time").corner_times, [0, 0.5, 1, 1.5, 2])
+    share = np.array([0, 1.0, 1.2, 2.2, 2.4]) / 2.4
+    for law in ("constant-speed", "smooth"):
+        np.testing.assert_allclose(parametrize(gait, 2.0, law=law).corner_times, 2 * share)
+    speed = np.linalg.norm(parametrize(gait, 2.0, law="constant-speed").rates, axis=1)
+    np.testing.assert_allclose(speed, gait.length * np.sqrt(2) / 2.0)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_peaks_are_those_of_a_dense_sampling(law: str) -> None:
+    timed = lift([(0.2, -0.3), (0.9, -0.4), (1.2, -1.3)], "red").parametrize(0.7, law=law)
+    t = np.linspace(0, 0.7, 20001)
+    _, rates, accelerations = timed.at(t)
+    np.testing.assert_allclose(timed.peak_rates(), np.abs(rates).max(axis=0), rtol=1e-5)
+    assert (timed.peak_rates() >= np.abs(rates).max(axis=0) - 1e-12).all()
+    if law == "smooth":
+        np.testing.assert_allclose(timed.peak_accelerations(), np.abs(accelerations).max(axis=0), rtol=1e-5)
+    else:
+        assert np.isinf(timed.peak_accelerations()).all()
+
+
+def test_a_gait_that_is_a_point_stands_still() -> None:
+    for law in LAWS:
+        timed = lift([(0.5, -0.6)], "red").parametrize(law=law, samples=3)
+        assert np.ptp(timed.alpha, axis=0).max() == 0
+        assert timed.peak_rates().max() == timed.peak_accelerations().max() == 0
+        assert timed.check().flyable
+
+
+def test_samples_by_count_and_by_rate() -> None:
+    gait = lift(GAITS[2].angles, "red")
+    assert gait.parametrize(1.0).samples == 100
+    assert gait.parametrize(2.0, rate=50).samples == 100
+    assert gait.parametrize(0.3, rate=10).samples == 3
+    # A rate that does not fit the period is raised so that the table closes.
+    assert gait.parametrize(1.0, rate=2.5).samples == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"period": 0.0}, "period: 0.0"),
+        ({"period": float("nan")}, "period: nan"),
+        ({"period": "1"}, "period: '1'"),
+        ({"samples": 0}, "samples: 0"),
+        ({"samples": 1.5}, "samples: 1.5"),
+        ({"samples": True}, "samples: True"),
+        ({"samples": 10**9}, "samples: 1000000000"),
+        ({"rate": -1.0}, "rate: -1.0"),
+        ({"rate": 1e9}, "rate: 1000000000.0 Hz"),
+        ({"rate": 1.0, "samples": 4}, "samples, rate"),
+        ({"law": "smoth"}, "law: 'smoth'.* did you mean 'smooth'"),
+        ({"law": 3}, "law: 3"),
+    ],
+)
+def test_wrong_clocks_are_refused(arguments, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        parametrize(lift([(0.1, 0.1)], "red"), **arguments)
+
+
+def test_rate_limits_decide_flyable_and_name_the_period_needed() -> None:
+    points = GAITS[2].angles
+    slow = gg.PAPER.replace(max_tilt_rate=3.0, max_tilt_acceleration=40.0)
+    timed = lift(points, "red", vehicle=slow).parametrize(1.0)
+    report = timed.check()
+    assert report.valid
+    assert not report.flyable
+    peak = 15 / 8 * (pi / 4) / 0.25
+    assert report["tilt_rate"].value == pytest.approx(peak)
+    assert f"{np.ceil(peak / 3.0 * 1000) / 1000:.3f} s" in report["tilt_rate"].message
+    # The period that the message names is enough, and a little less is not.
+    needed = max(peak / 3.0, np.sqrt(report["tilt_acceleration"].value / 40.0))  # type: ignore[operator]
+    assert lift(points, "red", vehicle=slow).parametrize(needed * 1.0001).check().flyable
+    assert not lift(points, "red", vehicle=slow).parametrize(needed * 0.999).check().flyable
+    corner = lift(points, "red", vehicle=slow).parametrize(10.0, law="equal-time").check()
+    assert "use the law 'smooth'" in corner["tilt_acceleration"].message
+
+
+def test_off_the_surfaces_a_table_has_no_colors() -> None:
+    timed = lift(GAITS[2].angles, "red").biased(0.8).parametrize(samples=2)
+    assert timed.colors() == timed.types() == ()
+    assert "color" not in timed.columns()
