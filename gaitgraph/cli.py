@@ -23,15 +23,29 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-_NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.\d|pi|π)", re.IGNORECASE)
-_MINUS = "−"  # what a leading minus of an angle becomes, so that it is not read as an option
+_NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
+_MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
 
 
 class _Command(click.Command):
     """A command whose arguments may be negative angles as they stand; there are no short options."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        return super().parse_args(ctx, [_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) else arg for arg in args])
+        valued = {
+            name
+            for option in self.params
+            if isinstance(option, click.Option) and not option.is_flag
+            for name in option.opts
+        }
+        marked = [
+            _MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and before not in valued else arg
+            for before, arg in zip(["", *args], args, strict=False)
+        ]
+        rest = super().parse_args(ctx, marked)
+        for name, value in ctx.params.items():
+            if isinstance(value, str) and value.startswith(_MINUS):
+                ctx.params[name] = "-" + value[1:]
+        return rest
 
 
 class _Group(click.Group):
@@ -127,7 +141,7 @@ def plan(
     from gaitgraph.summary import text_of_plan
     from gaitgraph.tables import check_outputs, table_of, write_tables
 
-    asked = {name: value for name, value in options.items() if value not in (None, False)}
+    asked = {name: value for name, value in options.items() if value is not None and value is not False}
     if waypoints:
         asked["waypoints"] = [_waypoint(text, number) for number, text in enumerate(waypoints, start=1)]
     if request_file is not None:
@@ -296,10 +310,6 @@ def _stop(code: int, message: str = "") -> NoReturn:
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its code."""
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal without Greek letters gets question marks instead of a traceback.
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
     try:
         code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()

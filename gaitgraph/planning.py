@@ -286,7 +286,7 @@ def plan(
     signs = ("positive", "negative") if request.sign == "auto" else (request.sign,)
     colors = COLORS if request.color == "auto" else (request.color,)
     loops: list[Loop] = []
-    mixed: list[Loop] = []
+    broken: list[Loop] = []
     obstacles: list[Obstacle] = []
     for sign in signs:
         if progress is not None:
@@ -305,17 +305,17 @@ def plan(
             else:
                 loops += found
         if request.color == "auto" and all(served):
-            mixed += _mixed(on, served, request, sign)
+            broken += _broken(on, served, request, sign)
     loops.sort(key=_preference)
-    shortest_pure = min((loop.length for loop in loops), default=math.inf)
-    mixed = [loop for loop in mixed if loop.length < shortest_pure - 1e-9]
+    shortest = min((loop.length for loop in loops), default=math.inf)
+    broken = [loop for loop in broken if loop.length < shortest - 1e-9]
     if not loops:
         return Plan(
             request=request,
             loop=None,
             reason=_refusal(obstacles),
             waypoints=request.waypoints,
-            alternatives=tuple(mixed),
+            alternatives=tuple(broken),
             obstacles=tuple(obstacles),
             warnings=request.notes,
         )
@@ -331,7 +331,7 @@ def plan(
         loop=chosen,
         reason=reason,
         waypoints=tuple(request.waypoints[k] for k in order),
-        alternatives=(*loops[1:], *mixed),
+        alternatives=(*loops[1:], *broken),
         obstacles=tuple(obstacles),
         warnings=tuple(warnings),
     )
@@ -391,10 +391,13 @@ def _loops_of(
     return loops
 
 
-def _mixed(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest, sign: str) -> list[Loop]:
-    """Return the shortest two-color loop if it uses both colors: valid it cannot be, since it jumps."""
+def _broken(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest, sign: str) -> list[Loop]:
+    """Return the shortest two-color loop if it jumps, between colors or by a wrap: valid it cannot be."""
     walk = closed_walk(graph, served, use="two_color")
-    if isinstance(walk, Blocked) or len({graph.nodes[node]["color"] for node in walk.nodes}) == 1:
+    if isinstance(walk, Blocked) or len(walk.nodes) == 1:
+        return []
+    steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
+    if all(graph.edges[a, b]["continuous"] for a, b in steps):
         return []
     return [_loop(graph, walk.nodes, request, sign)]
 

@@ -175,7 +175,8 @@ class TimedGait:
         columns["R"] = np.asarray(level_determinant(angles, self.gait.coefficients))
         columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
         columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
-        return columns
+        # Adding zero turns a negative zero into zero, which is what people want to read.
+        return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the vertices by equations (16) to (19) over the whole period, not over the samples.

@@ -196,7 +196,7 @@ def test_the_distance_vanishes_on_the_multiples(count: int, period: float) -> No
         float, hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4), elements=st.floats(-1e3, 1e3)
     )
 )
-def test_arrays_of_any_shape_are_taken_element_by_element(angles: np.ndarray) -> None:  # type: ignore[type-arg]
+def test_arrays_of_any_shape_are_taken_element_by_element(angles: np.ndarray) -> None:
     inside, distance = wrapped(angles), distance_to_multiple(angles, HALF_PI)
     assert np.shape(inside) == np.shape(distance) == angles.shape
     flat = [float(angle) for angle in angles.flat]

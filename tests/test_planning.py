@@ -202,15 +202,19 @@ def test_keep_out_bends_the_loop_and_keep_in_can_forbid_it() -> None:
 
 
 def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
-    """On R > 0 red and 28 blue nodes of rounding exist; joined only through a jump at (?,?)."""
-    found = []
-    for a in [(pi / 16 * i, pi / 16 * j) for i in range(-7, 8) for j in range(-7, 8)]:
-        plan = gg.plan_loop([a, (pi / 4, -pi / 4)], sign="negative")
-        found += [loop for loop in plan.alternatives if loop.color == "mixed"]
-    for loop in found:
-        assert loop.report.two_color
-        assert not loop.report["continuous"].ok
-        assert not loop.report.valid
+    """Red alone on one side of the crossing lines and blue alone on the other: only a jump at (?,?) joins them."""
+    graph = surface_graph("negative")
+    cut = [name for name in graph if (name[2] == "red") == (name[0] < 9)]
+    graph.remove_nodes_from(cut)
+    plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("-pi/8", "0")], graph=graph)
+    assert plan.status == "infeasible"
+    (loop,) = plan.alternatives
+    assert loop.color == "mixed"
+    assert loop.report.two_color
+    assert loop.report["continuous"].value == pytest.approx(2 * (pi / 16 - gg.coefficients_of().delta))
+    assert not loop.report["continuous"].ok
+    assert not loop.report.valid
+    assert loop.as_mapping()["color"] == "mixed"
 
 
 def test_a_users_graph_is_planned_on() -> None:

@@ -1,0 +1,123 @@
+"""The codebase's own rules: import order, a light start, no stray names."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import gaitgraph as gg
+
+PACKAGE = Path(gg.__file__).parent
+
+ORDER = (
+    "errors", "angles", "vehicle", "invertibility", "surface", "coloring", "regions", "segments", "gait", "checks",
+    "timing", "graph", "contract", "search", "requests", "summary", "planning", "validation", "tables", "cli",
+    "__main__",
+)  # fmt: skip
+
+# Convenience methods that delegate to a later room by an import inside them.
+DELEGATIONS = {
+    ("gait", "parametrize", "timing"),
+    ("gait", "check", "checks"),
+    ("timing", "write", "tables"),
+}
+
+
+def imports(module: str) -> list[tuple[str, str | None]]:
+    """Return the rooms that a module imports, each with the function that does it (None at the top)."""
+    tree = ast.parse((PACKAGE / f"{module}.py").read_text())
+    found: list[tuple[str, str | None]] = []
+
+    def visit(node: ast.AST, function: str | None) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.If) and getattr(child.test, "id", "") == "TYPE_CHECKING":
+                continue
+            if isinstance(child, ast.ImportFrom) and (child.module or "").startswith("gaitgraph."):
+                found.append(((child.module or "").split(".")[1], function))
+            elif isinstance(child, ast.ImportFrom) and child.module == "gaitgraph":
+                found.extend((alias.name, function) for alias in child.names if alias.name != "__version__")
+            inside = child.name if isinstance(child, ast.FunctionDef) and function is None else function
+            visit(child, inside)
+
+    visit(tree, None)
+    return found
+
+
+def test_each_room_imports_only_from_rooms_before_it() -> None:
+    assert {path.stem for path in PACKAGE.glob("*.py")} == {*ORDER, "__init__"}
+    delegations = set()
+    for position, module in enumerate(ORDER):
+        for room, function in imports(module):
+            if ORDER.index(room) >= position:
+                assert function is not None, f"{module} imports {room}, which comes later"
+                delegations.add((module, function, room))
+    assert delegations == DELEGATIONS
+
+
+def test_the_docstring_tells_the_same_order() -> None:
+    assert gg.__doc__ is not None
+    told = gg.__doc__.split("in order:")[1].replace("\n", " ").strip(" .")
+    assert tuple(name.strip() for name in told.split(",")) == ORDER[:-1]
+
+
+def loaded_by(code: str) -> set[str]:
+    heavy = "{'numpy', 'scipy', 'networkx', 'shapely', 'matplotlib', 'click', 'dataclasses'}"
+    script = f"{code}\nimport sys\nprint(*sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_help_loads_nothing_heavy() -> None:
+    run = "import gaitgraph.cli as c\ntry:\n    c.main([{!r}])\nexcept SystemExit:\n    pass"
+    assert loaded_by("import gaitgraph") == set()
+    for arguments in ("--help", "--version"):
+        assert loaded_by(run.format(arguments)) <= {"click", "dataclasses"}
+    assert loaded_by(run.format("plan").replace("['plan']", "['plan', '--help']")) <= {"click", "dataclasses"}
+
+
+def test_planning_loads_shapely_only_for_polygons() -> None:
+    plan = "import gaitgraph as gg\np = gg.plan_loop([(0.5, -0.5)]{})"
+    assert "shapely" not in loaded_by(plan.format(""))
+    assert "shapely" in loaded_by(plan.format(", keep_out=[[(0, 0), (0.1, 0), (0, 0.1)]]"))
+    assert "scipy" not in loaded_by(plan.format(""))
+
+
+def test_every_public_name_is_there_and_known_to_type_checkers() -> None:
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    typed = {
+        alias.name
+        for block in tree.body
+        if isinstance(block, ast.If)
+        for statement in block.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }
+    assert typed | {"__version__"} == set(gg.__all__)
+    for name in gg.__all__:
+        assert getattr(gg, name) is not None
+    assert set(dir(gg)) == set(gg.__all__)
+    try:
+        gg.nothing  # noqa: B018
+    except AttributeError as error:
+        assert "no attribute 'nothing'" in str(error)
+
+
+def test_modules_say_what_they_offer() -> None:
+    for module in ORDER[:-1]:
+        tree = ast.parse((PACKAGE / f"{module}.py").read_text())
+        names = {node.name for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+        names |= {
+            target.id
+            for node in tree.body
+            if isinstance(node, (ast.Assign, ast.AnnAssign))
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+            if isinstance(target, ast.Name)
+        }
+        offered = next(
+            ast.literal_eval(node.value)
+            for node in tree.body
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__"
+        )
+        assert set(offered) <= names, module

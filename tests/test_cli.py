@@ -1,0 +1,318 @@
+"""The command line as a user meets it: every command, exit codes, one line for wrong input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.cli import cli, main
+from gaitgraph.tables import read_table
+from tests.published import GAITS, PublishedGait
+
+G1, _, G3, G4 = GAITS
+
+
+class Result:
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*args: object) -> Result:
+        with pytest.raises(SystemExit) as stopped:
+            main([str(arg) for arg in args])
+        captured = capsys.readouterr()
+        code = stopped.value.code
+        assert isinstance(code, int)
+        return Result(code, captured.out, captured.err)
+
+    return call
+
+
+def waypoints(gait: PublishedGait) -> list[str]:
+    return [part for a, b in gait.waypoints for part in ("--waypoint", f"{a},{b}")]
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_plan_json(run: Any, gait: PublishedGait) -> None:
+    result = run("plan", *waypoints(gait), "--color", gait.color, "--json")
+    assert result.code == 0
+    assert result.err == ""
+    plan = result.json
+    keys = "status reason color sign waypoints path types colors length vertices alternatives valid flyable".split()
+    assert {*keys, "reachable_from_hover", "checks", "warnings"} <= set(plan)
+    assert plan["status"] == "planned"
+    assert (plan["color"], plan["sign"]) == (gait.color, gait.sign)
+    assert (plan["valid"], plan["flyable"], plan["reachable_from_hover"]) == (True, gait.flyable, gait.reachable)
+    np.testing.assert_allclose(plan["vertices"], np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4)
+    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 16
+    assert {"name", "ok", "value", "limit", "where", "message"} <= set(plan["checks"][0])
+
+
+def test_plan_for_people_fits_one_screen(run: Any) -> None:
+    result = run("plan", *waypoints(G3), "--output", "gait3.csv", "--output", "gait3.json")
+    assert result.code == 0
+    lines = result.out.splitlines()
+    assert len(lines) <= 40
+    assert lines[0].startswith("Planned a red gait, R < 0: 4 corners, 3.1416 rad around")
+    assert "valid yes · flyable yes · reachable from hover no" in result.out
+    assert "wrote gait3.csv" in result.out
+    assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
+    assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
+
+
+def test_plan_that_does_not_exist(run: Any) -> None:
+    result = run("plan", *waypoints(G1), "--coefficients", "exact", "--json", "--output", "none.csv")
+    assert result.code == 1
+    assert result.json["status"] == "infeasible"
+    assert "R = 0 on the whole blue sheet" in result.json["reason"]
+    assert not Path("none.csv").exists()
+    text = run("plan", *waypoints(G1), "--coefficients", "exact")
+    assert text.code == 1
+    assert text.out.startswith("No gait.")
+
+
+def test_plan_from_files(run: Any) -> None:
+    Path("vehicle.toml").write_text('preset = "paper"\nmax_tilt_rate = "400deg"\n')
+    Path("request.toml").write_text(
+        'waypoints = [["3pi/8", "-3pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\n'
+        'vehicle = "vehicle.toml"\nperiod = 2.0\nsamples = 8\nkeep_out = [[[0.6, -0.6], [1.0, -0.6], [1.0, -0.2], [0.6, -0.2]]]\n'
+    )
+    plan = run("plan", "request.toml", "--json", "--output", "a.csv").json
+    assert plan["length"] > np.pi
+    assert plan["request"]["period"] == 2.0
+    assert plan["flyable"]
+    assert read_table("a.csv")["t"].tolist() == np.linspace(0, 2, 9).tolist()
+    # Options replace what the file says, a rate replaces a count; a vehicle too slow is said.
+    fast = run("plan", "request.toml", "--period", "0.5", "--rate", "4", "--json", "--output", "b.csv").json
+    assert not fast["flyable"]
+    assert "needs a period of at least" in fast["reason"]
+    assert len(read_table("b.csv")) == 3
+    # A request in JSON and a saved plan are requests too.
+    Path("request.json").write_text(json.dumps({"waypoints": [["pi/8", "-pi/8"]], "vehicle": {"drag_ratio": 0.1}}))
+    assert run("plan", "request.json", "--json").json["request"]["vehicle"]["drag_ratio"] == 0.1
+    Path("plan.json").write_text(json.dumps(plan))
+    again = run("plan", "plan.json", "--json").json
+    assert again == plan
+
+
+def test_plan_options_reach_the_plan(run: Any) -> None:
+    result = run(
+        "plan", *waypoints(G4), "--any-order", "--reverse", "--objective", "robust", "--divisions", "8",
+        "--method", "grid", "--sign", "positive", "--law", "equal-time", "--json",
+    )  # fmt: skip
+    request = result.json["request"]
+    assert request["any_order"] is request["reverse"] is True
+    assert (request["objective"], request["divisions"], request["law"]) == ("robust", 8, "equal-time")
+    assert result.json["method"] == "grid"
+
+
+def test_roots(run: Any) -> None:
+    result = run("roots", "0.3", "-3pi/8", "--json")
+    assert result.code == 0
+    roots = result.json["roots"]
+    assert set(roots[0]) == {"alpha3", "alpha4", "types", "color", "R", "R_phi", "R_theta"}
+    assert [root["color"] for root in roots] == ["red", "blue"]
+    assert result.json["alpha2"] == -3 * np.pi / 8
+    text = run("roots", "-.4", "-pi/8")
+    assert text.code == 0
+    assert "blue" in text.out
+    exact = repr(float(np.arctan(gg.PAPER.drag_ratio)))
+    fiber = run("roots", exact, "0.3", "--coefficients", "exact")
+    assert "continuum (?,*): alpha3 = 0.167093, alpha4 free" in fiber.out
+    assert run("roots", exact, "0.3", "--coefficients", "exact", "--json").json["fibers"][0]["free"] == "alpha4"
+    narrow = run("roots", "0.2", "0.5", "--crossing-tolerance", "1deg", "--json").json
+    assert narrow["roots"][0]["types"] == "(+,+)"
+    assert run("roots", "0.2", "0.5", "--json").json["roots"][0]["types"] == "(?,+)"
+    assert run("roots", "0.1", "0.2", "--vehicle", "beetle_omni", "--json").code == 0
+
+
+def test_export(run: Any) -> None:
+    run("plan", *waypoints(G3), "--output", "a.csv")
+    result = run("export", "a.csv", "b.json", "c.csv", "--json")
+    assert result.json == {"rows": 101, "columns": list(read_table("a.csv").columns), "outputs": ["b.json", "c.csv"]}
+    assert Path("a.csv").read_bytes() == Path("c.csv").read_bytes()
+    assert run("export", "a.csv", "c.csv").code == 2
+    slower = run("export", "a.csv", "c.csv", "--force", "--period", "4", "--samples", "8", "--law", "equal-time")
+    assert slower.out.startswith("wrote c.csv: 9 rows")
+    assert read_table("c.csv")["t"][-1] == 4
+
+
+def test_vehicles_and_version(run: Any) -> None:
+    rows = run("vehicles", "--json").json["vehicles"]
+    assert [row["name"] for row in rows] == ["paper", "beetle_omni"]
+    assert rows[1]["drag_ratio"] == pytest.approx(0.0599, abs=5e-5)
+    Path("mine.toml").write_text("drag_ratio = 0.1\n")
+    assert run("vehicles", "--vehicle", "mine.toml").out.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
+    assert run("--version").out == f"gaitgraph, version {gg.__version__}\n"
+
+
+@pytest.mark.parametrize("command", [[], *[[name] for name in cli.commands]])
+def test_help(run: Any, command: list[str]) -> None:
+    result = run(*command, "--help")
+    assert result.code == 0
+    assert result.out.startswith("Usage: gaitgraph")
+    assert result.err == ""
+
+
+def test_no_arguments_show_the_help(run: Any) -> None:
+    result = run()
+    assert result.code == 0
+    assert "Commands:" in result.out
+
+
+WRONG = [
+    ("plan", "waypoints: none given"),
+    ("plan --waypoint 0.1", "waypoint 1: '0.1'; allowed is A1,A2"),
+    ("plan --waypoint 0.1,x", "waypoint 1 alpha2: 'x'"),
+    ("plan --waypoint nan,0", "waypoint 1 alpha1: 'nan'"),
+    ("plan --waypoint inf,0", "waypoint 1 alpha1: 'inf'"),
+    ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1: '-1.58'; allowed is −π/2 to π/2"),
+    ("plan --waypoint 0,0 --color green", "color: 'green'; allowed are auto, red, blue"),
+    ("plan --waypoint 0,0 --sign +", "sign: '+'"),
+    ("plan --waypoint 0,0 --divisions 1", "divisions: 1"),
+    ("plan --waypoint 0,0 --divisions many", "--divisions"),
+    ("plan --waypoint 0,0 --method exact", "method: 'exact'"),
+    ("plan --waypoint 0,0 --objective x", "objective: 'x'"),
+    ("plan --waypoint 0,0 --law x", "law: 'x'"),
+    ("plan --waypoint 0,0 --period 0", "period: 0.0"),
+    ("plan --waypoint 0,0 --period nan", "period: nan"),
+    ("plan --waypoint 0,0 --samples 0", "samples: 0"),
+    ("plan --waypoint 0,0 --rate -3", "rate: -3.0"),
+    ("plan --waypoint 0,0 --rate 3 --samples 2", "samples, rate"),
+    ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
+    ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
+    ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
+    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "'published' belong to the paper"),
+    ("plan --waypoint 0,0 --output x.txt", "output: 'x.txt'"),
+    ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),
+    ("plan --waypoint 0,0 --output no/x.csv", "folder 'no' does not exist"),
+    ("plan --waypoint 0,0 --colour red", "--colour"),
+    ("plan none.toml", "request file: cannot read 'none.toml'"),
+    ("plan bad.toml", "request file 'bad.toml': it is not TOML"),
+    ("plan unknown.toml", "unknown.toml': colour: no field of a request; did you mean 'color'?"),
+    ("plan empty.toml", "empty.toml': waypoints: missing"),
+    ("plan number.json", "number.json': it holds a int"),
+    ("plan deep.json", "deep.json'"),
+    ("plan latin.toml", "not UTF-8"),
+    ("plan there.csv", "allowed are the suffixes .toml, .json"),
+    ("plan folder.toml", "Is a directory"),
+    ("plan vehicle.toml", "vehicle: 3; allowed is a preset's name"),
+    ("roots", "A1"),
+    ("roots 0.1", "A2"),
+    ("roots 0.1 0.2 0.3", "0.3"),
+    ("roots x 0", "alpha1: 'x' is no angle"),
+    ("roots 1.6 0", "alpha1: 1.6 rad; allowed is −π/2 to π/2"),
+    ("roots 0 -inf", "-inf"),
+    ("roots 0 0 --crossing-tolerance -1", "--crossing-tolerance: '-1'"),
+    ("export", "GAIT_FILE"),
+    ("export there.csv", "OUTPUT"),
+    ("export there.csv out.csv", "gait file 'there.csv'"),
+    ("export none.csv out.csv", "cannot read 'none.csv'"),
+    ("export none.csv there.csv", "output: 'there.csv' exists"),
+    ("vehicles --vehicle x", "vehicle: 'x'"),
+    ("plann", "no command 'plann'; did you mean 'plan'?"),
+    ("--nothing", "--nothing"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("command", "message"), WRONG, ids=[case[0] for case in WRONG])
+def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message: str) -> None:
+    Path("there.csv").write_text("mine")
+    Path("bad.toml").write_text("waypoints = [")
+    Path("unknown.toml").write_text('colour = "red"\nwaypoints = [[0, 0]]')
+    Path("empty.toml").write_text("")
+    Path("number.json").write_text("3")
+    Path("deep.json").write_text("[" * 100_000)
+    Path("latin.toml").write_bytes(b"\xff")
+    Path("vehicle.toml").write_text("waypoints = [[0, 0]]\nvehicle = 3\n")
+    Path("folder.toml").mkdir()
+    result = run(*command.split())
+    assert result.code == 2
+    assert result.out == ""
+    assert result.err.count("\n") == 1
+    assert result.err.startswith("gaitgraph: ")
+    assert message in result.err
+    assert Path("there.csv").read_text() == "mine"
+    assert not Path("out.csv").exists()
+
+
+def command(*args: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "gaitgraph", *args], capture_output=True, text=True, check=False, **options
+    )
+
+
+def test_the_module_runs_as_a_program(tmp_path: Path) -> None:
+    done = command("roots", "0.3", "-0.4", "--json", cwd=tmp_path)
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["roots"]
+    assert command("roots", "9", "0", cwd=tmp_path).returncode == 2
+
+
+def test_a_terminal_without_greek_is_no_reason_to_fail(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = command("plan", *waypoints(G3), cwd=tmp_path, env=environment)
+    assert done.returncode == 0
+    assert done.stderr == ""
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    line = f"{sys.executable} -m gaitgraph plan {' '.join(waypoints(G3))} --json | head -c 10"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", line], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals differ")
+def test_interruption_is_130(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "400"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130
+    assert err.strip() == "gaitgraph: interrupted"
+
+
+def test_progress_is_shown_on_a_terminal_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from gaitgraph import cli as module
+
+    monkeypatch.setattr(module.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(time, "monotonic", iter([0.0, 0.5, 2.0]).__next__)
+    show = module._progress()
+    assert show is not None
+    show("quick")
+    show("slow")
+    assert capsys.readouterr().err == "slow …\n"
+
+
+def test_unforeseen_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("gaitgraph.surface.roots", broken)
+    with pytest.raises(ZeroDivisionError):
+        main(["roots", "0", "0"])

@@ -1,0 +1,345 @@
+"""Gait tables as files: read back bit for bit, written whole or not at all, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph import tables
+from gaitgraph.gait import lift
+from gaitgraph.tables import export, gait_of, read_table, table_of, write_tables
+from tests.published import GAITS
+
+G1, _, G3, _ = GAITS
+angle = st.floats(-1.5, 1.5)
+
+
+@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    points=st.lists(st.tuples(angle, angle), min_size=1, max_size=5),
+    color=st.sampled_from(["red", "blue"]),
+    period=st.floats(1e-3, 1e3),
+    samples=st.integers(1, 40),
+    suffix=st.sampled_from([".csv", ".json"]),
+)
+def test_read_back_bit_for_bit(
+    tmp_path: Path, points: list[tuple[float, float]], color: str, period: float, samples: int, suffix: str
+) -> None:
+    timed = lift(points, color).parametrize(period, samples=samples)
+    path = tmp_path / f"gait{suffix}"
+    timed.write(path, force=True)
+    table = read_table(path)
+    expected = timed.columns()
+    assert list(table.columns) == list(expected)
+    for name, values in expected.items():
+        if isinstance(values, np.ndarray):
+            assert table[name].tobytes() == values.tobytes()
+        else:
+            assert table[name] == tuple(values)
+
+
+def test_the_csv_reads_with_the_standard_reader(tmp_path: Path) -> None:
+    path = tmp_path / "gait3.csv"
+    lift(G3.angles, "red").parametrize(samples=8).write(path)
+    with path.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 9
+    assert rows[0]["types"] == "(+,+)"
+    assert {name: value for name, value in rows[0].items() if name != "t"} == {
+        name: value for name, value in rows[-1].items() if name != "t"
+    }
+    assert float(rows[2]["alpha2"]) == float(rows[2]["alpha4"])
+    assert b"\r" not in path.read_bytes()
+
+
+def test_the_same_gait_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        gg.plan_loop(G3.waypoints).timed().write(tmp_path / f"{name}.csv", tmp_path / f"{name}.json")
+    for suffix in ("csv", "json"):
+        assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+
+
+def test_a_json_table_carries_what_made_it(tmp_path: Path) -> None:
+    vehicle = gg.vehicle_named("beetle_omni")
+    path = tmp_path / "gait.json"
+    lift(G3.angles, "red", vehicle=vehicle).parametrize(2.0, law="equal-time", samples=16).write(path)
+    table = read_table(path)
+    assert table.about["period"] == 2.0
+    gait = gait_of(table)
+    assert gait.vehicle == vehicle
+    assert gait.coefficients.kind == "exact"
+    np.testing.assert_allclose(gait.alpha, lift(G3.angles, "red").alpha, atol=1e-15)
+
+
+def test_degrees_order_bom_crlf_and_strange_columns(tmp_path: Path) -> None:
+    path = tmp_path / "theirs.csv"
+    text = (
+        "note,alpha4_deg,alpha2_deg,alpha1_deg,alpha3_deg\r\nx,-67.5,-67.5,67.5,67.5\r\n\r\ny,-22.5,-22.5,67.5,67.5\r\n"
+    )
+    path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    gait = gait_of(read_table(path))
+    np.testing.assert_allclose(gait.alpha, [(3 * pi / 8, -3 * pi / 8) * 2, (3 * pi / 8, -pi / 8) * 2])
+    assert gait.colors == ("red", "red")
+
+
+def test_two_angles_and_a_color_are_lifted(tmp_path: Path) -> None:
+    path = tmp_path / "painted.json"
+    path.write_text(json.dumps([{"alpha1": a, "alpha2": b, "color": "blue"} for a, b in G1.angles]))
+    gait = gait_of(read_table(path))
+    np.testing.assert_allclose(gait.alpha[:, 2:], G1.printed, atol=5.0001e-4)
+
+
+def test_a_closing_row_is_not_a_corner(tmp_path: Path) -> None:
+    closed, open_ = tmp_path / "closed.csv", tmp_path / "open.csv"
+    rows = ["0.4,-0.4,0.4,-0.4", "0.9,-0.4,0.9,-0.4", "0.9,-0.8,0.9,-0.8"]
+    open_.write_text("\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]))
+    closed.write_text("\n".join(["alpha1,alpha2,alpha3,alpha4", *rows, rows[0]]))
+    np.testing.assert_array_equal(gait_of(read_table(closed)).alpha, gait_of(read_table(open_)).alpha)
+    assert len(gait_of(read_table(open_)).alpha) == 3
+
+
+def test_rows_off_the_surfaces_have_no_color(tmp_path: Path) -> None:
+    path = tmp_path / "off.csv"
+    path.write_text("alpha1,alpha2,alpha3,alpha4\n0.4,-0.4,0.1,-0.4\n0.9,-0.4,0.9,-0.2\n")
+    assert gait_of(read_table(path)).colors == ()
+    export(path, [tmp_path / "out.csv"])
+    assert "color" not in read_table(tmp_path / "out.csv")
+
+
+def test_export_keeps_rows_that_have_a_clock(tmp_path: Path) -> None:
+    path = tmp_path / "timed.csv"
+    path.write_text("t,alpha1,alpha2,alpha3,alpha4\n0,0.4,-0.4,0.4,-0.4\n0.3,0.9,-0.4,0.9,-0.4\n1,0.4,-0.4,0.4,-0.4\n")
+    export(path, [tmp_path / "full.json"])
+    full = read_table(tmp_path / "full.json")
+    assert full["t"].tolist() == [0, 0.3, 1]
+    assert full["types"] == ("(+,+)",) * 3
+    np.testing.assert_allclose(full["R"], gg.level_determinant(full.alpha, gg.coefficients_of()))
+    retimed = export(path, [tmp_path / "retimed.csv"], period=2.0, samples=10, law="equal-time")
+    assert retimed["t"][-1] == 2.0
+    assert len(retimed) == 11
+    assert retimed["alpha1"].max() == 0.9
+
+
+def test_export_of_our_own_table_is_the_same_file(tmp_path: Path) -> None:
+    gg.plan_loop(G1.waypoints).timed().write(tmp_path / "a.csv", tmp_path / "a.json")
+    export(tmp_path / "a.csv", [tmp_path / "b.csv", tmp_path / "b.json"])
+    export(tmp_path / "a.json", [tmp_path / "c.csv"])
+    for other in ("b", "c"):
+        assert (tmp_path / f"{other}.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
+    assert read_table(tmp_path / "b.json").columns.keys() == read_table(tmp_path / "a.json").columns.keys()
+
+
+def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    plan = gg.plan_loop(G3.waypoints, period=0.5, law="constant-speed")
+    path.write_text(json.dumps(plan.as_mapping()))
+    table = export(path, [tmp_path / "out.csv"], samples=20)
+    assert table["t"][-1] == 0.5
+    np.testing.assert_allclose(table.alpha, plan.timed(samples=20).alpha, atol=1e-12)
+    refused = tmp_path / "refused.json"
+    refused.write_text(json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()))
+    with pytest.raises(gg.InputError, match="a plan without a gait: no closed loop"):
+        read_table(refused)
+
+
+HEAD = "alpha1,alpha2,alpha3,alpha4\n"
+BAD_CSV = [
+    ("", "it is empty"),
+    ("\n\n", "it is empty"),
+    (HEAD, "it has no rows"),
+    ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
+    ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*did you mean 'alpha_4'"),
+    ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "column 'alpha1' appears twice"),
+    ("alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n", "columns 'alpha1' and 'alpha1_deg' are both there"),
+    (HEAD + "0,0,0\n", "line 2 has 3 fields; allowed are 4"),
+    (HEAD + "0,0,0,0\n0,0,x,0\n", "row 2: alpha3 is 'x'; allowed is a finite number"),
+    (HEAD + "0,0,0,\n", "row 1: alpha4 is ''"),
+    (HEAD + "0,0,nan,0\n", "row 1: alpha3 is 'nan'"),
+    (HEAD + "0,0,inf,0\n", "row 1: alpha3 is 'inf'"),
+    (HEAD + "0,1.6,0,0\n", "alpha2: 1.6 rad; allowed is −π/2 to π/2"),
+    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
+    ("t,alpha1,alpha2,alpha3,alpha4\n0,0,0,0,0\n0,0,0,0,0\n", "row 2: t = .*0.0.* does not increase"),
+    ("alpha1,alpha2,color\n0,0,green\n", "row 1: color is 'green'"),
+    (HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n', "row 1: types: '\\(\\+,-\\)'"),
+    ('alpha1,alpha2,alpha3,alpha4\n"0,0,0,0\n', "comma-separated text"),
+]
+BAD_JSON = [
+    ("", "it is not JSON"),
+    ("{", "it is not JSON"),
+    ("[" * 100_000, "nested too deeply|it is not JSON"),
+    ("3", "it holds a int"),
+    ("[]", "is missing"),
+    ("[1]", "a list whose entries are not all objects"),
+    ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 has other fields than row 1"),
+    ('{"columns": 3}', "'about' or 'columns' is no object"),
+    ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}', "columns have 1 to 2 rows"),
+    ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is True"),
+    ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is nan"),
+    ('{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is \\[0\\]"),
+    ('{"alpha1": [0], "alpha2": [0], "color": [["red"]]}', "row 1: color is \\['red'\\]"),
+    ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types is 1"),
+    ('{"path": [[0, 0]]}', "path: \\[\\[0, 0\\]\\]"),
+]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text", "message"), [(".csv", *case) for case in BAD_CSV] + [(".json", *case) for case in BAD_JSON]
+)
+def test_malformed_files_are_refused_in_one_line(tmp_path: Path, suffix: str, text: str, message: str) -> None:
+    path = tmp_path / f"bad{suffix}"
+    path.write_text(text)
+    with pytest.raises(gg.InputError, match=message) as caught:
+        read_table(path)
+    assert str(caught.value).startswith(f"gait file {str(path)!r}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(gg.FileProblem, match="No such file"):
+        read_table(tmp_path / "none.csv")
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(gg.FileProblem, match="Is a directory"):
+        read_table(tmp_path / "folder.csv")
+    with pytest.raises(gg.InputError, match="allowed are the suffixes .csv, .json"):
+        read_table(tmp_path / "gait.xlsx")
+    (tmp_path / "latin.csv").write_bytes(b"alpha1,\xff\n")
+    with pytest.raises(gg.InputError, match="not UTF-8 text"):
+        read_table(tmp_path / "latin.csv")
+
+
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    content=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)),
+    suffix=st.sampled_from([".csv", ".json"]),
+)
+def test_any_bytes_are_read_or_refused(tmp_path: Path, content: bytes, suffix: str) -> None:
+    path = tmp_path / f"fuzz{suffix}"
+    path.write_bytes(content)
+    try:
+        gait_of(read_table(path))
+    except gg.GaitgraphError as error:
+        assert "\n" not in str(error)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from([*tables.ORDER, "columns", "about", "path", "colors", "request"]), inner, max_size=6
+        )
+    ),
+    max_leaves=20,
+)
+
+
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(content=json_values)
+def test_any_json_is_read_or_refused(tmp_path: Path, content: Any) -> None:
+    path = tmp_path / "fuzz.json"
+    path.write_text(json.dumps(content))
+    try:
+        gait_of(read_table(path))
+    except gg.GaitgraphError as error:
+        assert "\n" not in str(error)
+
+
+def test_outputs_that_exist_stay_unless_forced(tmp_path: Path) -> None:
+    timed = lift(G3.angles, "red").parametrize()
+    first, second = tmp_path / "new.csv", tmp_path / "old.json"
+    second.write_text("mine")
+    with pytest.raises(gg.OutputExists, match="exists; allowed is a new file"):
+        timed.write(first, second)
+    assert second.read_text() == "mine"
+    assert not first.exists()
+    timed.write(first, second, force=True)
+    assert len(read_table(second)) == 101
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["new.csv", "old.json"]
+
+
+def test_outputs_that_cannot_be(tmp_path: Path) -> None:
+    timed = lift(G3.angles, "red").parametrize()
+    for path, message in (
+        (tmp_path / "x.txt", "allowed are the suffixes"),
+        (tmp_path / "no" / "x.csv", "does not exist"),
+    ):
+        with pytest.raises(gg.GaitgraphError, match=message):
+            timed.write(path)
+    with pytest.raises(gg.InputError, match="named twice"):
+        timed.write(tmp_path / "x.csv", tmp_path / "." / "x.csv")
+    (tmp_path / "d.csv").mkdir()
+    with pytest.raises(gg.OutputExists, match="is a folder"):
+        timed.write(tmp_path / "d.csv", force=True)
+
+
+def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text("mine")
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(gg.FileProblem, match="No space left on device"):
+        lift(G3.angles, "red").parametrize().write(path, force=True)
+    assert path.read_text() == "mine"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["gait.csv"]
+
+
+def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "gait.csv"
+    monkeypatch.setattr(tables, "check_outputs", lambda *_, **__: path.write_text("mine"))
+    with pytest.raises(gg.OutputExists):
+        lift(G3.angles, "red").parametrize().write(path)
+    assert path.read_text() == "mine"
+
+
+def test_without_hard_links_new_files_are_still_placed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> None:
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr(os, "link", none)
+    timed = lift(G3.angles, "red").parametrize()
+    timed.write(tmp_path / "gait.csv")
+    assert len(read_table(tmp_path / "gait.csv")) == 101
+    monkeypatch.setattr(tables, "check_outputs", lambda *_, **__: None)
+    with pytest.raises(gg.OutputExists):
+        timed.write(tmp_path / "gait.csv")
+
+
+def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "gait.json"
+    lift(G3.angles, "red").parametrize(samples=4).write(path)
+    content = json.loads(path.read_text())
+    for key, value, message in (
+        ("vehicle", {"mass": -1}, "mass: -1"),
+        ("coefficients", "x", "coefficients: 'x'"),
+        ("crossing_tolerance", "x", "crossing_tolerance: 'x'"),
+        ("period", "x", "period: 'x'"),
+        ("law", 3, "law: 3"),
+    ):
+        path.write_text(json.dumps({**content, "about": {**content["about"], key: value}}))
+        with pytest.raises(gg.InputError, match=message):
+            export(path, [tmp_path / "out.csv"], samples=4)
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_table_knows_its_columns() -> None:
+    table = table_of(lift(G3.angles, "red").parametrize(samples=4), {"request": {"a": 1}})
+    assert "alpha1_rate" in table
+    assert table.about["request"] == {"a": 1}
+    assert table.alpha.shape == (5, 4)
+    assert math.isclose(table["t"][-1], 1.0)
+    with pytest.raises(gg.InputError, match="suffixes"):
+        write_tables(table, ["gait.parquet"])

@@ -1,0 +1,448 @@
+"""Vehicles: every way to state them, every way to get them wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import FrozenInstanceError, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
+from gaitgraph.invertibility import (
+    coefficients_of,
+    control_force_matrix,
+    control_moment_matrix,
+    decoupling_matrix,
+)
+from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+POSITIVE = (
+    "mass",
+    "gravity",
+    "arm_length",
+    "thrust_coefficient",
+    "drag_coefficient",
+    "drag_to_thrust",
+    "drag_ratio",
+    "max_tilt",
+    "max_tilt_rate",
+    "max_tilt_acceleration",
+    "max_thrust",
+)
+NO_CONSTANTS: tuple[object, ...] = (
+    *(0, 0.0, -0.0, -1.0, math.inf, -math.inf),
+    *(True, False, "", "heavy", 1j, [1.0], (1.0,), {}),
+)
+# From far below any rotor to κ = 1, where two of the four coefficients have vanished, and beyond.
+RATIOS = (1e-4, 1e-3, 0.0599, 0.17, 0.5, 1 / math.sqrt(2), 1.0, 3.0)
+
+positive = st.floats(1e-6, 1e6)
+ratio = st.floats(1e-4, 1.0)
+maybe = st.none() | positive
+drag_statements = st.one_of(
+    st.fixed_dictionaries({"drag_ratio": ratio}),
+    st.fixed_dictionaries({"drag_ratio": ratio, "arm_length": positive, "thrust_coefficient": maybe}),
+    st.fixed_dictionaries({"drag_to_thrust": positive, "arm_length": positive}),
+    st.fixed_dictionaries({"drag_to_thrust": positive, "arm_length": positive, "thrust_coefficient": positive}),
+    st.fixed_dictionaries(dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), positive)),
+)
+other_statements = st.fixed_dictionaries(
+    {},
+    optional={
+        "name": st.text(min_size=1, max_size=12),
+        "mass": maybe,
+        "gravity": positive,
+        "inertia": st.none() | st.tuples(positive, positive, positive),
+        "first_arm_angle": st.floats(-7, 7),
+        "first_rotor_spin": st.sampled_from(["clockwise", "counterclockwise"]),
+        "max_tilt": maybe,
+        "max_tilt_rate": maybe,
+        "max_tilt_acceleration": maybe,
+        "max_thrust": maybe,
+    },
+)
+vehicles = st.builds(lambda drag, rest: Vehicle(**drag, **rest), drag_statements, other_statements)
+
+
+def written(folder: Path, text: str | bytes, name: str = "mine.toml") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def refusal(path: Path | str, kind: type[Exception] = InputError) -> str:
+    """Return the message with which a vehicle file is refused, which must fit the command line's one line."""
+    with pytest.raises(kind) as caught:
+        vehicle_named(path)
+    message = str(caught.value)
+    assert isinstance(caught.value, GaitgraphError)
+    assert "\n" not in message
+    return message
+
+
+class TestPresets:
+    def test_the_papers_vehicle_gives_the_papers_drag_ratio(self) -> None:
+        assert PAPER.drag_ratio == pytest.approx(2.423e-7 / (8.048e-6 * 0.1785), rel=1e-15)
+        assert round(PAPER.drag_ratio, 6) == 0.168666
+        assert PAPER.signed_drag_ratio == PAPER.drag_ratio
+        assert PAPER.carries_published_coefficients
+
+    def test_beetle_omni_is_another_vehicle(self) -> None:
+        beetle = vehicle_named("beetle_omni")
+        assert beetle.drag_ratio == pytest.approx(0.0165 / 0.2754, rel=1e-15)
+        assert round(beetle.drag_ratio, 4) == 0.0599
+        assert beetle.mass == 3.0386
+        assert abs(beetle.first_arm_angle) == pytest.approx(math.pi / 4)
+        assert beetle.signed_drag_ratio == -beetle.drag_ratio
+        assert not beetle.carries_published_coefficients
+
+    def test_presets_are_found_by_name_and_the_papers_comes_first(self) -> None:
+        assert preset_names()[0] == "paper"
+        assert vehicle_named("paper") == PAPER
+        assert [vehicle_named(name).name for name in preset_names()] == preset_names()
+
+    def test_an_unknown_name_is_refused_with_the_nearest_known_one(self) -> None:
+        message = refusal("papper")
+        assert message.startswith("vehicle: 'papper' is neither a preset (paper, beetle_omni) nor a .toml file")
+        assert message.endswith("did you mean 'paper'?")
+        assert "did you mean" not in refusal("quadcopter")
+
+
+class TestDragRatio:
+    @pytest.mark.parametrize(
+        "stated",
+        [
+            {"drag_ratio": 0.2},
+            {"drag_to_thrust": 0.05, "arm_length": 0.25},
+            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25},
+            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25, "drag_ratio": 0.2},
+            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25, "drag_to_thrust": 0.05},
+            {"drag_to_thrust": 0.05, "arm_length": 0.25, "drag_ratio": 0.2},
+            {"drag_to_thrust": 0.05, "arm_length": 0.25, "drag_coefficient": 4e-7},
+            {"drag_ratio": 0.2, "arm_length": 0.25, "thrust_coefficient": 8e-6},
+        ],
+        ids="+".join,
+    )
+    def test_every_way_to_state_it(self, stated: dict[str, float]) -> None:
+        assert Vehicle(**stated).drag_ratio == pytest.approx(0.2, rel=1e-12)  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize(
+        "stated",
+        [
+            {},
+            {"arm_length": 0.25},
+            {"drag_to_thrust": 0.05},
+            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6},
+            {"drag_coefficient": 4e-7, "arm_length": 0.25},
+            {"thrust_coefficient": 8e-6, "arm_length": 0.25},
+        ],
+        ids=lambda stated: "+".join(stated) or "nothing",
+    )
+    def test_too_little_is_refused_with_all_ways_to_state_it(self, stated: dict[str, float]) -> None:
+        with pytest.raises(InputError, match="do not determine the drag ratio") as caught:
+            Vehicle(**stated)  # type: ignore[arg-type]
+        for name in ("thrust_coefficient", "drag_coefficient", "arm_length", "drag_to_thrust", "drag_ratio"):
+            assert name in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("stated", "name", "value"),
+        [
+            ({"drag_to_thrust": 0.05, "arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio", 0.21),
+            ({"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "drag_to_thrust": 0.06}, "drag_to_thrust", 0.06),
+            (
+                {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25, "drag_ratio": 0.1999},
+                "drag_ratio",
+                0.1999,
+            ),
+        ],
+    )
+    def test_contradictions_are_refused_with_both_values(
+        self, stated: dict[str, float], name: str, value: float
+    ) -> None:
+        with pytest.raises(InputError, match=f"^{name}: {value!r} contradicts") as caught:
+            Vehicle(**stated)  # type: ignore[arg-type]
+        derived = float(re.findall(r"= (\S+) of", str(caught.value))[0])
+        assert derived == pytest.approx({"drag_ratio": 0.2, "drag_to_thrust": 0.05}[name])
+
+    def test_rounding_in_a_file_is_no_contradiction(self) -> None:
+        stated = {"drag_coefficient": 2.423e-7, "thrust_coefficient": 8.048e-6, "arm_length": 0.1785}
+        assert Vehicle(**stated, drag_ratio=0.1686659, drag_to_thrust=0.03010686).drag_ratio == 0.1686659  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize("extreme", [(1e300, 1e-300, math.inf), (1e-300, 1e300, 0.0)])
+    def test_a_quotient_that_leaves_the_floats_is_refused(self, extreme: tuple[float, float, float]) -> None:
+        drag, thrust, quotient = extreme
+        with pytest.raises(InputError, match=f"^drag_to_thrust: {quotient!r}; allowed is a positive finite number"):
+            Vehicle(drag_coefficient=drag, thrust_coefficient=thrust, arm_length=1.0)
+
+    @pytest.mark.parametrize("kappa", RATIOS)
+    @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+    def test_any_size_of_it_has_coefficients(self, kappa: float, spin: Any) -> None:
+        vehicle = Vehicle(drag_ratio=kappa, first_rotor_spin=spin)
+        assert vehicle.drag_ratio == kappa
+        assert abs(vehicle.signed_drag_ratio) == kappa
+        numbers = coefficients_of(vehicle)
+        assert numbers.kind == "exact"
+        assert np.isfinite(numbers.bilinear_form).all()
+        assert math.tan(numbers.delta) == pytest.approx(vehicle.signed_drag_ratio, rel=1e-12)
+
+    def test_published_coefficients_belong_to_the_paper_alone(self) -> None:
+        assert PAPER.replace(name="same", mass=2.0, inertia=None, max_tilt=1.0).carries_published_coefficients
+        for other in (
+            PAPER.replace(arm_length=0.18),
+            PAPER.replace(first_rotor_spin="counterclockwise"),
+            PAPER.replace(first_arm_angle=0.1),
+        ):
+            assert not other.carries_published_coefficients
+            assert coefficients_of(other).kind == "exact"
+            with pytest.raises(InputError, match="'published' belong to the paper's vehicle"):
+                coefficients_of(other, "published")
+
+
+class TestFields:
+    @pytest.mark.parametrize(("name", "value"), [(name, value) for name in POSITIVE for value in NO_CONSTANTS])
+    def test_a_value_that_is_no_positive_number_is_refused_with_name_and_value(self, name: str, value: object) -> None:
+        if name != "drag_ratio":  # for which NaN means that it is not stated
+            with pytest.raises(InputError, match=f"^{name}: nan; allowed is a"):
+                Vehicle(**{"drag_ratio": 0.1, name: math.nan})  # type: ignore[arg-type]
+        stated: dict[str, Any] = {"drag_ratio": 0.1, name: value}
+        with pytest.raises(InputError) as caught:
+            Vehicle(**stated)
+        assert str(caught.value).startswith(f"{name}: {value!r}")
+        assert "allowed is a" in str(caught.value)
+
+    @pytest.mark.parametrize(
+        "value",
+        [
+            *((), (1.0,), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, "1 2 3", {1.0: 2.0}),
+            *((1.0, 0.0, 1.0), (1.0, -2.0, 1.0), (math.nan, 1.0, 1.0), [1.0, 1.0, math.inf], [True, 1.0, 1.0]),
+            *([1.0, None, 1.0], [[1.0], 1.0, 1.0], ["1", "2", "3"]),
+        ],
+        ids=repr,
+    )
+    def test_inertia_is_three_positive_numbers(self, value: Any) -> None:
+        with pytest.raises(InputError, match=r"^inertia: .*allowed (are three positive|is a positive finite) number"):
+            Vehicle(drag_ratio=0.1, inertia=value)
+
+    @pytest.mark.parametrize("value", [math.nan, math.inf, "north", None, True, [0.1]])
+    def test_the_first_arms_angle_is_an_angle(self, value: Any) -> None:
+        with pytest.raises(InputError, match=f"^first_arm_angle: {re.escape(repr(value))} is no angle"):
+            Vehicle(drag_ratio=0.1, first_arm_angle=value)
+
+    @pytest.mark.parametrize("value", ["cw", "Clockwise", "", None, 1, ["clockwise"]])
+    def test_spins_have_two_names(self, value: Any) -> None:
+        with pytest.raises(InputError, match=f"^first_rotor_spin: {re.escape(repr(value))}; allowed are 'clockwise'"):
+            Vehicle(drag_ratio=0.1, first_rotor_spin=value)
+
+    @pytest.mark.parametrize("value", ["", None, 3, ["a"]])
+    def test_a_name_is_a_text(self, value: Any) -> None:
+        with pytest.raises(InputError, match=f"^vehicle name: {re.escape(repr(value))}; allowed is a text"):
+            Vehicle(drag_ratio=0.1, name=value)
+
+    def test_angles_may_be_texts_and_other_constants_may_not(self) -> None:
+        stated: dict[str, Any] = {"max_tilt": "80deg", "max_tilt_rate": "2pi", "first_arm_angle": "-45°"}
+        vehicle = Vehicle(drag_ratio=0.1, **stated)
+        assert vehicle.max_tilt == math.radians(80)
+        assert vehicle.max_tilt_rate == 2 * math.pi
+        assert vehicle.first_arm_angle == -math.pi / 4
+        with pytest.raises(InputError, match=r"^max_tilt: '-80deg'; allowed is a positive"):
+            Vehicle(drag_ratio=0.1, max_tilt="-80deg")  # type: ignore[arg-type]
+        with pytest.raises(InputError, match=r"^mass: '0\.4'"):
+            Vehicle(drag_ratio=0.1, mass="0.4")  # type: ignore[arg-type]
+
+    def test_numbers_of_any_kind_become_floats_and_the_record_cannot_change(self) -> None:
+        parts: Any = [1, np.float32(2), np.int64(3)]
+        vehicle = Vehicle(drag_ratio=1, mass=np.float64(2), inertia=parts)
+        assert vehicle.inertia == (1.0, 2.0, 3.0)
+        assert all(type(part) is float for part in (vehicle.mass, vehicle.drag_ratio, *vehicle.inertia))
+        parts[0] = 9
+        assert vehicle.inertia[0] == 1.0
+        with pytest.raises(FrozenInstanceError):
+            vehicle.mass = 3.0  # type: ignore[misc]
+        assert hash(vehicle) == hash(Vehicle(drag_ratio=1.0, mass=2.0, inertia=(1.0, 2.0, 3.0)))
+
+
+class TestMissingConstants:
+    @pytest.mark.parametrize("name", [*POSITIVE[:6], *POSITIVE[7:], "inertia"])
+    def test_a_constant_that_is_needed_and_not_stated_is_named_with_its_purpose(self, name: str) -> None:
+        vehicle = Vehicle(name="bare", drag_ratio=0.1, gravity=None)
+        with pytest.raises(MissingConstant) as caught:
+            vehicle.require(name, purpose="a test of everything")
+        message = str(caught.value)
+        assert message.startswith(f"vehicle 'bare' states no {name} (")
+        assert message.endswith("which a test of everything needs")
+        assert isinstance(caught.value, InputError)
+
+    def test_the_first_missing_one_is_named_and_stated_ones_are_returned_in_order(self) -> None:
+        assert PAPER.require("arm_length", "mass", purpose="nothing") == (0.1785, 0.429)
+        with pytest.raises(MissingConstant, match="states no max_thrust"):
+            PAPER.require("mass", "max_thrust", "max_tilt", purpose="flight")
+
+    def test_functions_in_si_units_say_what_they_lack(self) -> None:
+        bare = Vehicle(name="bare", drag_ratio=0.1)
+        with pytest.raises(MissingConstant, match=r"no thrust_coefficient .* which the control force matrix needs"):
+            control_force_matrix([0, 0, 0, 0], bare)
+        with pytest.raises(MissingConstant, match=r"no arm_length .* which the control moment matrix needs"):
+            control_moment_matrix([0, 0, 0, 0], Vehicle(drag_ratio=0.1, thrust_coefficient=1e-6))
+        for name in ("mass", "inertia"):
+            with pytest.raises(MissingConstant, match=f"no {name} .* which the decoupling matrix needs"):
+                decoupling_matrix([0, 0, 0, 0], PAPER.replace(**{name: None}))
+
+
+class TestFiles:
+    GOOD = "mass = 1.5\narm_length = 0.25\ndrag_to_thrust = 0.05\nmax_tilt = '80deg'\ninertia = [1, 2.0, 3e-3]\n"
+
+    def check(self, vehicle: Vehicle) -> None:
+        assert vehicle.drag_ratio == pytest.approx(0.2)
+        assert (vehicle.mass, vehicle.inertia) == (1.5, (1.0, 2.0, 3e-3))
+        assert vehicle.max_tilt == math.radians(80)
+
+    def test_constants_at_the_top_or_in_a_table(self, tmp_path: Path) -> None:
+        top = vehicle_named(written(tmp_path, self.GOOD))
+        self.check(top)
+        assert top.name == "mine"
+        assert vehicle_named(written(tmp_path, "[vehicle]\n" + self.GOOD)) == top
+        assert vehicle_named(str(tmp_path / "mine.toml")) == top
+
+    def test_the_file_may_give_the_name_and_the_suffix_any_case(self, tmp_path: Path) -> None:
+        path = written(tmp_path, "name = 'Käfer'\n" + self.GOOD, "OTHER.TOML")
+        assert vehicle_named(str(path)).name == "Käfer"
+
+    def test_a_byte_order_mark_and_crlf_are_read_silently(self, tmp_path: Path) -> None:
+        plain = vehicle_named(written(tmp_path, self.GOOD))
+        path = written(tmp_path, b"\xef\xbb\xbf" + self.GOOD.replace("\n", "\r\n").encode())
+        assert vehicle_named(path) == plain
+
+    def test_a_preset_is_a_place_to_start_from(self, tmp_path: Path) -> None:
+        assert vehicle_named(written(tmp_path, "preset = 'paper'\n")) == PAPER
+        changed = vehicle_named(written(tmp_path, "preset = 'paper'\nmax_tilt_rate = 6\narm_length = 0.357\n"))
+        assert changed.max_tilt_rate == 6.0
+        assert changed.mass == PAPER.mass
+        assert changed.drag_ratio == pytest.approx(PAPER.drag_ratio / 2)
+        # What was changed must not go by the preset's name.
+        assert changed.name == "paper, changed"
+        named = vehicle_named(written(tmp_path, "preset = 'paper'\nname = 'heavy'\nmass = 2\n"))
+        assert (named.name, named.mass) == ("heavy", 2.0)
+
+    @pytest.mark.parametrize(
+        ("text", "expected"),
+        [
+            ("mass = 1.5\ndrag_ratio = -0.1\n", "drag_ratio: -0.1; allowed is a positive finite number"),
+            ("mass = nan\ndrag_ratio = 0.1\n", "mass: nan; allowed is a positive finite number (kg)"),
+            ("mass = inf\ndrag_ratio = 0.1\n", "mass: inf; allowed"),
+            ("mass = 2022-01-01\ndrag_ratio = 0.1\n", "mass: datetime.date(2022, 1, 1); allowed"),
+            ("mass = true\ndrag_ratio = 0.1\n", "mass: True; allowed"),
+            ("mass = '1.5'\ndrag_ratio = 0.1\n", "mass: '1.5'; allowed"),
+            ("inertia = [1, 2]\ndrag_ratio = 0.1\n", "inertia: [1, 2]; allowed are three positive numbers"),
+            ("name = 3\ndrag_ratio = 0.1\n", "vehicle name: 3; allowed"),
+            ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt: '3pie/8' is no angle"),
+            ("mas = 1.5\ndrag_ratio = 0.1\n", "'mas' is no constant of a vehicle; did you mean 'mass'?"),
+            ("zzz = 1\ndrag_ratio = 0.1\n", "'zzz' is no constant of a vehicle; allowed are preset, name, mass"),
+            ("presett = 'paper'\n", "did you mean 'preset'?"),
+            ("preset = 'beetle'\n", "'beetle' is neither a preset"),
+            ("preset = 3\n", "vehicle preset: 3; allowed are paper, beetle_omni"),
+            ("preset = ['paper']\n", "vehicle preset: ['paper']; allowed are paper, beetle_omni"),
+            ("", "do not determine the drag ratio"),
+            ("mass = 1.5\n", "do not determine the drag ratio"),
+            ("vehicle = 3\n", "vehicle: 3 is no table of constants"),
+            ("[[vehicle]]\ndrag_ratio = 0.1\n", "is no table of constants"),
+            ("mass = \n", "line 1"),
+            ("mass 1.5\n", "line 1"),
+            ("mass = 1\nmass = 2\n", "line 2"),
+            ("[vehicle\nmass = 1\n", "line 1"),
+            ("mass = 1.5\x00\n", "line 1"),
+            ("a = " + "[" * 50_000, ""),
+            ("a = " + "{b = " * 50_000, ""),
+        ],
+    )
+    def test_what_else_is_in_a_file_is_refused_with_the_file(self, tmp_path: Path, text: str, expected: str) -> None:
+        path = written(tmp_path, text)
+        message = refusal(path)
+        assert message.startswith(f"vehicle file {str(path)!r}: ")
+        assert expected in message
+        assert len(message) < len(str(path)) + 600
+
+    def test_a_file_that_cannot_be_read_is_named_with_the_reason(self, tmp_path: Path) -> None:
+        missing = tmp_path / "missing.toml"
+        assert refusal(missing, FileProblem).startswith(f"vehicle: cannot read {str(missing)!r}: No such file")
+        folder = tmp_path / "folder.toml"
+        folder.mkdir()
+        assert str(folder) in refusal(str(folder), FileProblem)
+        not_text = written(tmp_path, b"name = '\xff\xfe'\n")
+        assert "not UTF-8" in refusal(not_text, FileProblem)
+        wide = written(tmp_path, "drag_ratio = 0.1".encode("utf-16"))
+        assert "not UTF-8" in refusal(wide, FileProblem)
+
+    @settings(deadline=None, max_examples=50)
+    @given(vehicle=vehicles)
+    def test_any_vehicle_survives_a_file(self, tmp_path_factory: pytest.TempPathFactory, vehicle: Vehicle) -> None:
+        constants = vehicle.replace(name="round trip").as_mapping()
+        text = "".join(f"{name} = {json.dumps(value)}\n" for name, value in constants.items())
+        path = written(tmp_path_factory.getbasetemp(), text)
+        assert vehicle_named(path) == vehicle.replace(name="round trip")
+
+
+class TestMappings:
+    @settings(deadline=None, max_examples=150)
+    @given(vehicle=vehicles)
+    def test_a_vehicle_survives_its_mapping_and_json(self, vehicle: Vehicle) -> None:
+        constants = vehicle.as_mapping()
+        assert vehicle_from_mapping(constants) == vehicle
+        assert vehicle_from_mapping(json.loads(json.dumps(constants))) == vehicle
+        # A fixed order makes files with the same content the same bytes.
+        assert list(constants) == [field.name for field in fields(Vehicle) if field.name in constants]
+
+    @pytest.mark.parametrize("name", preset_names())
+    def test_presets_survive_too(self, name: str) -> None:
+        vehicle = vehicle_named(name)
+        assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
+
+    def test_the_callers_mapping_is_left_alone(self) -> None:
+        constants = {"preset": "paper", "mass": 1.0}
+        vehicle_from_mapping(constants)
+        assert constants == {"preset": "paper", "mass": 1.0}
+
+
+class TestReplace:
+    @pytest.mark.parametrize(
+        ("changes", "factor"),
+        [
+            ({"drag_coefficient": 2 * 2.423e-7}, 2.0),
+            ({"thrust_coefficient": 2 * 8.048e-6}, 0.5),
+            ({"arm_length": 2 * 0.1785}, 0.5),
+            ({"arm_length": 2 * 0.1785, "drag_coefficient": 4 * 2.423e-7}, 2.0),
+            ({"drag_to_thrust": 2 * 2.423e-7 / 8.048e-6}, 2.0),
+            ({"drag_ratio": 3 * 2.423e-7 / (8.048e-6 * 0.1785)}, 3.0),
+            ({"mass": 2.0, "gravity": 1.62, "max_tilt": 1.0}, 1.0),
+        ],
+    )
+    def test_what_was_derived_is_derived_anew(self, changes: dict[str, Any], factor: float) -> None:
+        changed = PAPER.replace(**changes)
+        assert changed.drag_ratio == pytest.approx(factor * PAPER.drag_ratio, rel=1e-12)
+        for name, value in changes.items():
+            assert getattr(changed, name) == value
+        # No stale constant may contradict the new ones.
+        assert vehicle_from_mapping(changed.as_mapping()) == changed
+
+    def test_the_rest_stays(self) -> None:
+        changed = PAPER.replace(max_tilt="60deg", first_rotor_spin="counterclockwise")
+        assert changed.max_tilt == math.radians(60)
+        for field in fields(Vehicle):
+            if field.name not in ("max_tilt", "first_rotor_spin"):
+                assert getattr(changed, field.name) == getattr(PAPER, field.name)
+        assert changed.signed_drag_ratio == -PAPER.drag_ratio
+        assert PAPER.max_tilt is None
+
+    def test_new_values_are_checked_and_unknown_names_refused(self) -> None:
+        with pytest.raises(InputError, match=r"^mass: -1\.0"):
+            PAPER.replace(mass=-1.0)
+        with pytest.raises(InputError, match="'max_tild' is no constant of a vehicle; did you mean 'max_tilt'"):
+            PAPER.replace(max_tild=1.0)
