@@ -327,8 +327,8 @@ def roots(
                         types=types,
                         color=color,
                         R=float(level_determinant(alpha, coefficients)),
-                        R_phi=float(roll_sensitivity(alpha, coefficients)),
-                        R_theta=float(pitch_sensitivity(alpha, coefficients)),
+                        R_phi=float(roll_sensitivity(alpha, coefficients)) + 0.0,
+                        R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
                     )
                 )
     return RootSet(tuple(found), _fibers(a1, a2, coefficients.delta))

@@ -1,0 +1,27 @@
+"""Print, for every pair of benchmarks of one group, the ratio of their medians beside the aim."""
+
+from __future__ import annotations
+
+from typing import Any
+
+AIMS = {
+    "plan as a process": "at most 1.3",
+    "--help as a process": "at most 1.6",
+    "roots per node against a numerical solver": "at most 1/2000",
+    "roots on a 1025 x 1025 grid against numpy.sin": "at most 5",
+    "closed walk on the built graph against networkx": "at most 0.5",
+}
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
+    session = getattr(config, "_benchmarksession", None)
+    medians: dict[str, dict[str, float]] = {}
+    for bench in session.benchmarks if session else []:
+        side = "ours" if "ours" in bench.name else "theirs"
+        per_item = bench.extra_info.get("items", 1)
+        medians.setdefault(bench.group, {})[side] = bench.stats.median / per_item
+    for group, sides in medians.items():
+        if len(sides) == 2:
+            ratio = sides["ours"] / sides["theirs"]
+            shown = f"{ratio:.2f}" if ratio > 0.01 else f"1/{1 / ratio:,.0f}"
+            terminalreporter.write_line(f"ratio  {group}: {shown} (aim: {AIMS[group]})")

@@ -1,0 +1,115 @@
+"""Pairs of benchmarks whose ratio of medians counts; run by ``python -m pytest tests/benchmarks``."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import gaitgraph as gg
+from gaitgraph.search import closed_walk
+from gaitgraph.surface import COLORS
+
+REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
+CORNERS = [(14, 2, "red"), (14, 6, "red"), (10, 6, "red"), (10, 2, "red")]
+AXIS = np.linspace(-np.pi / 2, np.pi / 2, 1025)
+
+
+def program(*arguments: str) -> list[str]:
+    """Return the installed command beside this interpreter."""
+    script = shutil.which("gaitgraph", path=str(Path(sys.executable).parent))
+    assert script is not None
+    return [script, *arguments]
+
+
+PROCESSES = [
+    pytest.param(program("plan", REQUEST), id="plan-ours", marks=pytest.mark.benchmark(group="plan as a process")),
+    pytest.param(
+        [sys.executable, "-c", "import numpy, scipy.sparse.csgraph, networkx, shapely"],
+        id="imports",
+        marks=pytest.mark.benchmark(group="plan as a process"),
+    ),
+    pytest.param(program("--help"), id="help-ours", marks=pytest.mark.benchmark(group="--help as a process")),
+    pytest.param(
+        [sys.executable, "-c", "import click"], id="click", marks=pytest.mark.benchmark(group="--help as a process")
+    ),
+]
+
+
+@pytest.mark.parametrize("command", PROCESSES)
+def test_processes(benchmark: Any, command: list[str]) -> None:
+    benchmark.pedantic(lambda: subprocess.run(command, check=True, capture_output=True), rounds=15, warmup_rounds=2)
+
+
+def all_roots() -> int:
+    return sum(grid.types.size for grid in (gg.sheet_grid(color, AXIS, AXIS) for color in COLORS))
+
+
+@pytest.mark.benchmark(group="roots on a 1025 x 1025 grid against numpy.sin")
+def test_root_grid_ours(benchmark: Any) -> None:
+    assert benchmark.pedantic(all_roots, rounds=15, warmup_rounds=2) == 1027**2 + 1025**2
+
+
+@pytest.mark.benchmark(group="roots on a 1025 x 1025 grid against numpy.sin")
+def test_numpy_sin(benchmark: Any) -> None:
+    values = np.random.default_rng(0).uniform(-2, 2, AXIS.size**2)
+    benchmark.pedantic(lambda: np.sin(values), rounds=15, warmup_rounds=2)
+
+
+@pytest.mark.benchmark(group="roots per node against a numerical solver")
+def test_roots_per_node_ours(benchmark: Any) -> None:
+    benchmark.extra_info["items"] = AXIS.size**2
+    benchmark.pedantic(all_roots, rounds=15, warmup_rounds=2)
+
+
+@pytest.mark.benchmark(group="roots per node against a numerical solver")
+def test_roots_per_node_solver(benchmark: Any) -> None:
+    """Twenty starts at each node, the residuals as cheap as scalars can make them."""
+    from math import cos, sin
+
+    nodes = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 2)).tolist()
+    starts = np.random.default_rng(2).uniform(-1.5, 1.5, (20, 2))
+
+    def solve() -> None:
+        for a1, a2 in nodes:
+            s1, c1, s2, c2 = sin(a1), cos(a1), sin(a2), cos(a2)
+
+            def residuals(x: Any, s1: float = s1, c1: float = c1, s2: float = s2, c2: float = c2) -> list[float]:
+                s3, c3, s4, c4 = sin(x[0]), cos(x[0]), sin(x[1]), cos(x[1])
+                roll = (c1 * s3 - s1 * c3) * (c2 * c4 - s2 * s4 + 2.880 * (c2 * s4 + s2 * c4))
+                pitch = (c2 * s4 - s2 * c4) * (c1 * c3 - s1 * s3 - 2.880 * (s1 * c3 + c1 * s3))
+                return [roll, pitch]
+
+            for start in starts:
+                root(residuals, start)
+
+    benchmark.extra_info["items"] = len(nodes)
+    benchmark.pedantic(solve, rounds=5, warmup_rounds=1)
+
+
+@pytest.fixture(scope="module")
+def graph() -> nx.Graph[Any]:
+    return gg.surface_graph("negative")
+
+
+@pytest.mark.benchmark(group="closed walk on the built graph against networkx")
+def test_closed_walk_ours(benchmark: Any, graph: nx.Graph[Any]) -> None:
+    walk = benchmark(closed_walk, graph, [[corner] for corner in CORNERS], use="flyable")
+    assert walk.length == pytest.approx(np.pi)
+
+
+@pytest.mark.benchmark(group="closed walk on the built graph against networkx")
+def test_closed_walk_networkx(benchmark: Any, graph: nx.Graph[Any]) -> None:
+    def legs() -> float:
+        return sum(
+            nx.bidirectional_dijkstra(graph, CORNERS[k], CORNERS[(k + 1) % 4], weight="length")[0] for k in range(4)
+        )
+
+    assert benchmark(legs) == pytest.approx(np.pi)

@@ -1,0 +1,75 @@
+"""What the documentation shows runs: examples, requests, and every Python block."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from gaitgraph.cli import main
+from gaitgraph.tables import read_table
+
+ROOT = Path(__file__).parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+BLOCKS = [
+    pytest.param(block, id=f"{page.name}:{number}")
+    for page in PAGES
+    for number, block in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.M | re.S), start=1)
+]
+EXPECTED = {
+    "plan_a_gait": "[ 1.178 -0.393  1.178 -0.393]",
+    "the_four_gaits": "Gait 4: valid True, flyable True, from hover True",
+    "check_your_own_gait": "corners 1 (+,+) and 2 (-,-) may not be neighbours",
+    "your_vehicle": "T = 2.0 s: flyable",
+    "graph_tour": "Graph with 294 nodes and 1038 edges",
+}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_run(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(path), run_name="__main__")
+    assert EXPECTED[path.stem] in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", REQUESTS, ids=lambda path: path.stem)
+def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "gait.csv"
+    with pytest.raises(SystemExit) as stopped:
+        main(["plan", str(path), "--output", str(output)])
+    assert stopped.value.code == 0
+    assert "flyable yes" in capsys.readouterr().out
+    assert len(read_table(output)) > 100
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_python_blocks_run(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    broken = []
+    for page in PAGES:
+        for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()):
+            if not (page.parent / target).exists():
+                broken.append((page.name, target))
+    assert broken == []
+
+
+def test_the_version_is_told_once() -> None:
+    import gaitgraph
+
+    citation = (ROOT / "CITATION.cff").read_text()
+    changelog = (ROOT / "docs" / "changelog.md").read_text()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert "version" in project["dynamic"]
+    assert f"version: {gaitgraph.__version__}\n" in citation
+    assert f"## {gaitgraph.__version__}" in changelog
