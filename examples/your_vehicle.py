@@ -9,7 +9,7 @@ mine = gg.Vehicle(
     drag_to_thrust=0.02,  # Km/Kf in metres
     max_tilt="75deg",
     max_tilt_rate=5.0,
-    max_thrust=8.0,
+    max_thrust=9.0,
 )
 print(f"κ = {mine.drag_ratio:.3f}, δ = {gg.coefficients_of(mine).delta:.4f} rad")
 

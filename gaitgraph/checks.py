@@ -444,7 +444,8 @@ def _reachable(gait: Gait) -> tuple[bool | None, str]:
             return True, "in the component of α = 0, which ordinary hover can enter and leave"
     elif gait.color is None and positive:
         return None, "off the surfaces with R > 0: whether hover can reach it is not decided here"
+    limit = 2 * gait.vehicle.signed_drag_ratio
     return False, (
-        "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in "
-        "the component of α = 0 (tan α1 − tan α2 < 2κ), or start the flight in the gait"
+        "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in the "
+        f"component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}), or start the flight in the gait"
     )

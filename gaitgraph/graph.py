@@ -76,7 +76,7 @@ Sign = Literal["positive", "negative"]
 
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16
-MOST_DIVISIONS = 512
+MOST_DIVISIONS = 1024
 
 _SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-3
@@ -140,7 +140,7 @@ def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
     return (2 * np.arange(divisions + 1) - divisions) * math.pi / (2 * divisions)
 
 
-def _noise(coefficients: Coefficients) -> float:
+def noise_of(coefficients: Coefficients) -> float:
     """Return the |R| that floating point alone can make out of zero."""
     return 64 * float(np.finfo(float).eps) * float(np.abs(coefficients.bilinear_form).sum())
 
@@ -183,7 +183,7 @@ def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, rea
         if color == "blue" and coefficients.kind == "exact":
             continue  # R = 0 there: floating-point noise is not a sign
         sheet = sheet_grid(color, inner, inner, coefficients, crossing_tolerance=reach)
-        r, s = np.nonzero(wanted * sheet.R > _noise(coefficients))
+        r, s = np.nonzero(wanted * sheet.R > noise_of(coefficients))
         i, j = sheet.row[r], sheet.column[s]
         alpha = np.column_stack([inner[i], inner[j], sheet.alpha3[r], sheet.alpha4[s]])
         types = np.column_stack([sheet.types3[r], sheet.types4[s]])
@@ -204,7 +204,7 @@ def _waypoint_nodes(
             kept.append(point)
     plane = np.array(kept).reshape(-1, 2)
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)
-    usable = wanted * np.nan_to_num(found.R) > _noise(coefficients)
+    usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
     if coefficients.kind == "exact":
         usable &= found.sheet > 0
     point, root = np.nonzero(usable)
@@ -277,7 +277,7 @@ def edge_quantities(
     singular = np.zeros(len(edge))
     flyable = np.zeros(len(edge), dtype=bool)
     if len(edge):
-        noise = _noise(coefficients)
+        noise = noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=wanted, floor=noise, each=True)
         keeps_sign = least.lower >= noise
     smooth = red[a] & red[b] & (jump == 0) & keeps_sign

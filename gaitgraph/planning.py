@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitgraph.errors import Infeasible, InputError, did_you_mean
 from gaitgraph.gait import Gait
-from gaitgraph.graph import surface_graph, vehicle_and_coefficients
+from gaitgraph.graph import noise_of, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.regions import separating_factor
 from gaitgraph.requests import PlanRequest, Point
@@ -289,6 +289,11 @@ def plan(
     broken: list[Loop] = []
     obstacles: list[Obstacle] = []
     for sign in signs:
+        rootless = {color: _rootless(request, coefficients, color, sign) for color in colors}
+        if graph is None and set.intersection(*rootless.values()):
+            # Some waypoint has no root at all with this sign: no need to build the graph.
+            obstacles += [_waypoint_obstacle(min(rootless[c]), request, coefficients, c, sign) for c in colors]
+            continue
         if progress is not None:
             progress(f"building the graph with R {'>' if sign == 'positive' else '<'} 0")
         on = graph if graph is not None else _graph(request, coefficients, sign)
@@ -436,6 +441,26 @@ def _passing_order(loop: Loop, waypoints: Sequence[Point]) -> list[int]:
         near = np.abs(loop.path.alpha[:, :2] - np.array(point)).max(axis=1) <= 1e-12
         first_pass.append(int(np.argmax(near)))
     return sorted(range(len(waypoints)), key=lambda k: first_pass[k])
+
+
+def _rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:
+    """Return the waypoints, counted from 0, above which the graph has no node of a color and sign."""
+    if color == "blue" and coefficients.kind == "exact":
+        return set(range(len(request.waypoints)))
+    wanted = 1.0 if sign == "positive" else -1.0
+    allowed = [True] * len(request.waypoints)
+    if request.zones is not None:
+        allowed = request.zones.allow_points(request.waypoints).tolist()
+    return {
+        k
+        for k, point in enumerate(request.waypoints)
+        if not allowed[k]
+        or all(
+            wanted * root.R <= noise_of(coefficients)
+            for root in roots(point[0], point[1], coefficients)
+            if root.color == color
+        )
+    }
 
 
 def _waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:

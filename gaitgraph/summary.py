@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from gaitgraph.angles import text_from_angle
@@ -11,59 +12,78 @@ if TYPE_CHECKING:
 
 __all__ = ["text_of_plan"]
 
+_WIDTH = 110
 _MOST_CORNERS = 12
 _YES = {True: "yes", False: "no", None: "unknown"}
 
 
 def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
     """Return the summary of a plan: what was planned, its corners, the checks, the warnings, what was written."""
-    request = plan.request
-    setting = (
-        f"vehicle {request.vehicle.name} (κ = {request.vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, "
-        f"{request.divisions} divisions"
-    )
-    if plan.loop is None:
-        lines = ["No gait.", *(f"  {obstacle.message}" for obstacle in plan.obstacles)]
-        lines += [f"  but: {_alternative(loop)}" for loop in plan.alternatives]
-        lines += [f"warning: {warning}" for warning in plan.warnings]
-        return "\n".join([*lines, setting])
-    loop = plan.loop
-    report = loop.report
-    relation = "R > 0" if loop.sign == "positive" else "R < 0"
-    lines = [
-        f"Planned a {loop.color} gait, {relation}: {len(loop.gait.alpha)} corners, {loop.length:.4f} rad around, "
-        f"T = {request.period:g} s, {request.law}",
-        setting,
-        "",
-        "   corner      α1        α2        α3        α4     types",
-    ]
-    types = loop.gait.types
-    for k, alpha in enumerate(loop.gait.alpha[:_MOST_CORNERS]):
-        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
-        lines.append(f"   {k + 1:>4}  {angles}     {types[k]}")
-    if len(loop.gait.alpha) > _MOST_CORNERS:
-        lines.append(f"      … and {len(loop.gait.alpha) - _MOST_CORNERS} more")
-    lines += [
-        "",
-        f"valid {_YES[report.valid]} · flyable {_YES[report.flyable]} · "
-        f"reachable from hover {_YES[report.reachable_from_hover]}",
-    ]
-    for check in report.checks:
-        mark = "ok" if check.ok and check.decided else "??" if check.ok else "NO"
-        lines.append(f"  {mark}  {check.name.replace('_', ' '):<22}{check.message}")
+    lines = _refused(plan) if plan.loop is None else _planned(plan, plan.loop)
     if plan.alternatives:
-        lines += ["", "alternatives"]
-        lines += [f"  {_alternative(other)}" for other in plan.alternatives]
-    shown = [warning for warning in plan.warnings if warning not in report.warnings]
+        lines += ["", "alternatives", *(_item(_alternative(other)) for other in plan.alternatives)]
+    # What a check says already is not said again.
+    told = plan.loop.report.warnings if plan.loop else ()
+    shown = [f"warning: {warning}" for warning in plan.warnings if warning not in told]
     if shown:
-        lines += ["", *(f"warning: {warning}" for warning in shown)]
+        lines += ["", *(_item(warning, "") for warning in shown)]
     if written:
         lines += ["", *(f"wrote {name}" for name in written)]
     return "\n".join(lines)
 
 
+def _setting(plan: Plan) -> str:
+    request = plan.request
+    return (
+        f"vehicle {request.vehicle.name} (κ = {request.vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, "
+        f"{request.divisions} divisions"
+    )
+
+
+def _refused(plan: Plan) -> list[str]:
+    return ["No gait.", *(_item(obstacle.message) for obstacle in plan.obstacles), _setting(plan)]
+
+
+def _planned(plan: Plan, loop: Loop) -> list[str]:
+    request, report, corners = plan.request, loop.report, len(loop.gait.alpha)
+    lines = [
+        f"Planned a {loop.color} gait, {_relation(loop)}: {corners} corner{'s' * (corners > 1)}, "
+        f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}",
+        _setting(plan),
+        "",
+        "  corner      α1        α2        α3        α4     types",
+    ]
+    types = loop.gait.types
+    for k, alpha in enumerate(loop.gait.alpha[:_MOST_CORNERS]):
+        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
+        lines.append(f"  {k + 1:>4}  {angles}     {types[k]}")
+    if corners > _MOST_CORNERS:
+        lines.append(f"     … and {corners - _MOST_CORNERS} more")
+    verdict = (
+        ("valid", report.valid),
+        ("flyable", report.flyable),
+        ("reachable from hover", report.reachable_from_hover),
+    )
+    lines += ["", " · ".join(f"{name} {_YES[answer]}" for name, answer in verdict)]
+    for check in report.checks:
+        mark = "ok" if check.ok and check.decided else "??" if check.ok else "NO"
+        head = f"  {mark}  {check.name.replace('_', ' '):<22}"
+        lines.append(fill(check.message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head)))
+    return lines
+
+
+def _item(text: str, indent: str = "  ") -> str:
+    return fill(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+
+def _relation(loop: Loop) -> str:
+    return "R > 0" if loop.sign == "positive" else "R < 0"
+
+
 def _alternative(loop: Loop) -> str:
-    relation = "R > 0" if loop.sign == "positive" else "R < 0"
-    verdict = "flyable" if loop.report.flyable else "valid, not flyable" if loop.report.valid else "not valid"
-    text = f"{loop.color}, {relation}, {loop.length:.4f} rad: {verdict}"
-    return text if loop.report.flyable else f"{text} ({loop.report.reason})"
+    report = loop.report
+    text = f"{loop.color}, {_relation(loop)}, {loop.length:.4f} rad"
+    if report.flyable:
+        return f"{text}: flyable"
+    broken = [check.name.replace("_", " ") for check in report.checks if not (check.ok and check.decided)]
+    return f"{text}: {'valid, not flyable' if report.valid else 'not valid'} ({', '.join(broken)})"

@@ -280,7 +280,7 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 
 @pytest.mark.parametrize("divisions", [0, 1, -3, 1.5, "16", True, 100000])
 def test_divisions_are_checked(divisions: Any) -> None:
-    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 512"):
+    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 1024"):
         surface_graph("negative", divisions)
 
 
