@@ -10,7 +10,7 @@ The names below are loaded when they are first used, so that importing the packa
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, vehicle,
 invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, contract, search, requests, summary,
-planning, validation, tables, cli.
+plans, planning, validation, tables, exchange, cli.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         MissingConstant,
         OutputExists,
     )
+    from gaitgraph.exchange import gait_of
     from gaitgraph.gait import Gait, lift, vertices
     from gaitgraph.graph import surface_graph
     from gaitgraph.invertibility import (
@@ -50,10 +51,11 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
-    from gaitgraph.planning import Plan, plan_loop
+    from gaitgraph.planning import plan_loop
+    from gaitgraph.plans import Plan
     from gaitgraph.requests import PlanRequest
     from gaitgraph.surface import root_arrays, roots, sheet_grid
-    from gaitgraph.tables import gait_of, read_table
+    from gaitgraph.tables import read_table
     from gaitgraph.timing import TimedGait, parametrize
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
@@ -63,6 +65,7 @@ _HOMES = {
     "checks": ("Check", "Report"),
     "coloring": ("types_may_be_adjacent",),
     "contract": ("validate_graph",),
+    "exchange": ("gait_of",),
     "errors": (
         "ContractError",
         "FileProblem",
@@ -88,10 +91,11 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
-    "planning": ("Plan", "plan_loop"),
+    "planning": ("plan_loop",),
+    "plans": ("Plan",),
     "requests": ("PlanRequest",),
     "surface": ("root_arrays", "roots", "sheet_grid"),
-    "tables": ("gait_of", "read_table"),
+    "tables": ("read_table",),
     "timing": ("TimedGait", "parametrize"),
     "validation": ("validate",),
     "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),

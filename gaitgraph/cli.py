@@ -266,7 +266,7 @@ def export_command(
     A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
     polyline through the rows gets a new clock.
     """
-    from gaitgraph.tables import export
+    from gaitgraph.exchange import export
     from gaitgraph.vehicle import vehicle_named
 
     table = export(gait_file, outputs, vehicle=vehicle_named(vehicle) if vehicle else None, **options)

@@ -80,18 +80,6 @@ MOST_DIVISIONS = 1024
 
 _SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-3
-_METADATA = (
-    "contract",
-    "divisions",
-    "step",
-    "sign",
-    "coefficients",
-    "vehicle",
-    "crossing_tolerance",
-    "floor",
-)
-_NODE = ("alpha1", "alpha2", "alpha3", "alpha4", "types", "color", "R", "cell")
-_EDGE = ("length", "jump", "continuous", "keeps_sign", "least_singular_value", "flyable")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gaitgraph.angles import text_from_angle
 
 if TYPE_CHECKING:
-    from gaitgraph.planning import Loop, Plan
+    from gaitgraph.plans import Loop, Plan
 
 __all__ = ["text_of_plan"]
 

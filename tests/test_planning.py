@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from math import pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 
 import gaitgraph as gg
 from gaitgraph.graph import surface_graph
-from gaitgraph.planning import Plan
 from tests.published import GAITS, PublishedGait
+
+if TYPE_CHECKING:
+    from gaitgraph.plans import Plan
 
 G1, G2, G3, G4 = GAITS
 

@@ -7,8 +7,7 @@ import json
 import math
 import os
 from math import pi
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -17,9 +16,13 @@ from hypothesis import strategies as st
 
 import gaitgraph as gg
 from gaitgraph import tables
+from gaitgraph.exchange import export, gait_of
 from gaitgraph.gait import lift
-from gaitgraph.tables import export, gait_of, read_table, table_of, write_tables
+from gaitgraph.tables import read_table, table_of, write_tables
 from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 G1, _, G3, _ = GAITS
 angle = st.floats(-1.5, 1.5)

@@ -1,0 +1,165 @@
+"""From tables to gaits and back: closing, lifting, completing, and exporting files."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.gait import Gait, lift
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant
+from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheet_angles, text_from_types, types_of
+from gaitgraph.tables import ANGLES, ORDER, Table, check_outputs, read_table, table_of, write_tables
+from gaitgraph.timing import LAWS, parametrize
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+__all__ = ["export", "gait_of"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_CLOSED = 1e-9
+_NEAR_SHEET = 2e-3
+
+
+def _setting(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> tuple[Vehicle, Coefficients, float]:
+    """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
+    about = table.about
+    if vehicle is None:
+        stated = about.get("vehicle")
+        vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else PAPER
+        coefficients = coefficients or about.get("coefficients")
+    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
+    if not isinstance(tolerance, (int, float)) or isinstance(tolerance, bool) or not 0 <= tolerance < math.inf:
+        raise InputError(f"crossing_tolerance: {tolerance!r}; allowed is a number ≥ 0 (rad)")
+    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
+
+
+def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the closed polyline through a table's rows, straight runs merged.
+
+    A last row that equals the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted; where
+    there is no color, rows that all lie on one sheet to within 2e-3 rad get its color.
+
+    Parameters
+    ----------
+    table
+        The rows.
+    vehicle, coefficients
+        What the gait is for; by default what the table says, else the paper's vehicle.
+    """
+    vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
+    if "alpha3" not in table:
+        plane = np.column_stack([table["alpha1"], table["alpha2"]])
+        gait = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
+    else:
+        colors = table["color"] if "color" in table else _sheet_of(table.alpha, numbers)
+        gait = Gait(
+            alpha=table.alpha,
+            colors=colors,
+            vehicle=vehicle,
+            coefficients=numbers,
+            crossing_tolerance=tolerance,
+        )
+    n = len(gait.alpha)
+    if n > 1 and np.abs(gait.alpha[-1] - gait.alpha[0]).max() <= _CLOSED:
+        gait = Gait(
+            alpha=gait.alpha[:-1],
+            colors=gait.colors[:-1],
+            vehicle=vehicle,
+            coefficients=numbers,
+            crossing_tolerance=tolerance,
+        )
+    return gait.merged()
+
+
+def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
+    for color in COLORS:
+        third, fourth = sheet_angles(color, alpha[:, 0], alpha[:, 1], coefficients)
+        if max(np.abs(alpha[:, 2] - third).max(), np.abs(alpha[:, 3] - fourth).max()) <= _NEAR_SHEET:
+            return (color,) * len(alpha)
+    return ()
+
+
+def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
+    """Return the table with alpha3, alpha4, color, types and R filled in where they follow from the rest."""
+    vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
+    columns = dict(table.columns)
+    if "alpha3" not in columns:
+        plane = np.column_stack([columns["alpha1"], columns["alpha2"]])
+        lifted = lift(plane, columns["color"], vehicle=vehicle, coefficients=numbers)
+        columns["alpha3"], columns["alpha4"] = lifted.alpha[:, 2], lifted.alpha[:, 3]
+    alpha = np.column_stack([columns[name] for name in ANGLES])
+    if "color" not in columns:
+        colors = _sheet_of(alpha, numbers)
+        if colors:
+            columns["color"] = colors
+    if "color" in columns and "types" not in columns:
+        red, blue = (np.column_stack(types_of(color, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for color in COLORS)
+        painted = np.array([color == "red" for color in columns["color"]])[:, None]
+        columns["types"] = tuple(text_from_types(*pair) for pair in np.where(painted, red, blue).tolist())
+    if "R" not in columns:
+        columns["R"] = np.asarray(level_determinant(alpha, numbers))
+    about = {**table.about, "vehicle": vehicle.as_mapping(), "coefficients": numbers.kind}
+    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
+
+
+def export(
+    source: str | Path,
+    outputs: Iterable[str | Path],
+    *,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    period: float | None = None,
+    law: str | None = None,
+    samples: int | None = None,
+    rate: float | None = None,
+    force: bool = False,
+) -> Table:
+    """Read a gait file and write it to other files.
+
+    A table with a clock keeps its rows as they are, and columns that follow from them are added. A table without
+    one, or any of `period`, `law`, `samples`, `rate`, puts a new clock on the closed polyline through the rows.
+
+    Returns
+    -------
+    Table
+        What was written.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists
+        As :func:`read_table` and :func:`write_tables` do.
+    """
+    paths = list(outputs)
+    check_outputs(paths, force=force)
+    table = read_table(source)
+    retime = "t" not in table or any(option is not None for option in (period, law, samples, rate))
+    try:
+        if retime:
+            gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+        else:
+            table = _completed(table, vehicle=vehicle, coefficients=coefficients)
+    except GaitgraphError as error:
+        raise type(error)(f"gait file {str(source)!r}: {error}") from error
+    if retime:
+        timed = parametrize(
+            gait,
+            _default(period, table.about.get("period"), 1.0),
+            law=_default(law, table.about.get("law"), LAWS[0]),
+            samples=samples,
+            rate=rate,
+        )
+        table = table_of(timed)
+    write_tables(table, paths, force=force)
+    return table
+
+
+def _default(*values: Any) -> Any:
+    return next(value for value in values if value is not None)

@@ -1,0 +1,494 @@
+"""What is claimed of a whole segment, against two thousand samples of it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitgraph.invertibility import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
+from gaitgraph.segments import (
+    Least,
+    largest_residual,
+    least_along,
+    least_level_determinant,
+    least_singular_value_along,
+    level_determinant_curvature,
+    thrust_shares_along,
+    thrusts_push_up,
+)
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FloatArray = npt.NDArray[np.float64]
+
+HALF_PI = math.pi / 2
+PUBLISHED = coefficients_of()
+EXACT = coefficients_of(kind="exact")
+MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
+STRONG = Vehicle(name="strong", drag_ratio=0.8)
+ALONG = np.linspace(0.0, 1.0, 2001)
+
+tilts = st.tuples(*[st.floats(-3, 3)] * 4)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity along segments: what brackets it, what it is at a configuration, and where it is meant."""
+
+    bracket: Callable[..., Least]
+    value: Callable[[FloatArray], Any]
+    tolerance: float
+    takes_floor: bool = True
+    upward_only: bool = False
+
+
+def residual(alpha: FloatArray) -> FloatArray:
+    return -np.maximum(np.abs(roll_sensitivity(alpha, PUBLISHED)), np.abs(pitch_sensitivity(alpha, PUBLISHED)))
+
+
+def least_share(start: FloatArray, end: FloatArray, **options: Any) -> Least:
+    upward, least, _ = thrust_shares_along(start, end, **options)
+    assert upward.all()
+    return least
+
+
+def minus_largest_share(start: FloatArray, end: FloatArray, **options: Any) -> Least:
+    upward, _, largest = thrust_shares_along(start, end, MIRRORED, **options)
+    assert upward.all()
+    return largest
+
+
+QUANTITIES = {
+    "R": Quantity(
+        bracket=lambda start, end, **options: least_level_determinant(start, end, PUBLISHED, **options),
+        value=lambda alpha: level_determinant(alpha, PUBLISHED),
+        tolerance=1e-6,
+    ),
+    "minus R": Quantity(
+        bracket=lambda start, end, **options: least_level_determinant(start, end, EXACT, sign=-1.0, **options),
+        value=lambda alpha: -level_determinant(alpha, EXACT),
+        tolerance=1e-5,
+    ),
+    "R, strong drag": Quantity(
+        bracket=lambda start, end, **options: least_level_determinant(start, end, coefficients_of(STRONG), **options),
+        value=lambda alpha: level_determinant(alpha, coefficients_of(STRONG)),
+        tolerance=1e-4,
+    ),
+    "singular value": Quantity(
+        bracket=least_singular_value_along,
+        value=least_singular_value,
+        tolerance=1e-3,
+    ),
+    "singular value, strong drag": Quantity(
+        bracket=lambda start, end, **options: least_singular_value_along(start, end, STRONG, **options),
+        value=lambda alpha: least_singular_value(alpha, STRONG),
+        tolerance=1e-3,
+    ),
+    "residual": Quantity(
+        bracket=lambda start, end, **options: largest_residual(start, end, PUBLISHED, **options),
+        value=residual,
+        tolerance=1e-5,
+        takes_floor=False,
+    ),
+    "least thrust": Quantity(
+        bracket=least_share,
+        value=lambda alpha: hover_thrust_shares(alpha).min(axis=-1),
+        tolerance=1e-4,
+        takes_floor=False,
+        upward_only=True,
+    ),
+    "largest thrust": Quantity(
+        bracket=minus_largest_share,
+        value=lambda alpha: -hover_thrust_shares(alpha, MIRRORED).max(axis=-1),
+        tolerance=1e-4,
+        takes_floor=False,
+        upward_only=True,
+    ),
+}
+every_quantity = pytest.mark.parametrize("name", QUANTITIES)
+KINDS = ("anywhere", "red", "blue", "short", "points", "near red", "one angle")
+
+
+def segments(kind: str, seed: int, count: int = 12, reach: float = 1.5) -> tuple[FloatArray, FloatArray]:
+    """Return random segments of one kind, shape (count, 4)."""
+    rng = np.random.default_rng(seed)
+    start, end = rng.uniform(-reach, reach, (2, count, 4))
+    twice = 2 * PUBLISHED.delta
+    for side in (start, end):
+        if kind in ("red", "near red"):
+            side[:, 2:] = side[:, :2]
+        if kind == "blue":
+            side[:, 2:] = np.array([twice, -twice]) - side[:, :2]
+        if kind == "near red":
+            side += rng.normal(0, 1e-3, side.shape)
+    if kind == "short":
+        end = start + rng.normal(0, 1e-3, start.shape)
+    if kind == "points":
+        end = start.copy()
+    if kind == "one angle":
+        end[:, :3] = start[:, :3]
+    return start, end
+
+
+def upward_segments(seed: int, mirrored: bool) -> tuple[FloatArray, FloatArray]:
+    """Return segments on or near red within the quarter of the plane where all rotors push up."""
+    rng = np.random.default_rng(seed)
+    start, end = rng.uniform(0.05, 1.5, (2, 12, 4))
+    for side in (start, end):
+        side[:, 0] *= -1
+        side[:, 2:] = side[:, :2] + rng.normal(0, 1e-2, (12, 2))
+    # Mirrored spins are mirrored tilts.
+    return (-start, -end) if mirrored else (start, end)
+
+
+def segments_for(quantity: Quantity, kind: str, seed: int) -> tuple[FloatArray, FloatArray]:
+    if quantity.upward_only:
+        start, end = upward_segments(seed, mirrored=quantity.bracket is minus_largest_share)
+        if kind == "points":
+            return start, start.copy()
+        return (start, start + 1e-3 * (end - start)) if kind == "short" else (start, end)
+    return segments(kind, seed)
+
+
+def sampled(quantity: Quantity, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the quantity at 2001 points of each segment, shape (count, 2001)."""
+    alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
+    return np.asarray(quantity.value(alpha))
+
+
+class TestBrackets:
+    @every_quantity
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_they_contain_the_least_of_two_thousand_samples(self, name: str, kind: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, kind, seed=1)
+        least = sampled(quantity, start, end).min(axis=1)
+        found = quantity.bracket(start, end, tolerance=quantity.tolerance)
+        assert (found.lower <= least + 1e-12).all()
+        assert (found.lower <= found.upper).all()
+        # The bracket of the least of all is as narrow as was asked for.
+        lower, upper, segment, fraction = found.worst()
+        assert lower <= least.min() + 1e-12
+        assert upper - lower <= quantity.tolerance + 1e-12
+        assert upper <= least.min() + quantity.tolerance + 1e-12
+        assert (upper, fraction) == (found.upper[segment], found.fraction[segment])
+        assert upper == found.upper.min()
+
+    @pytest.mark.parametrize("name", [name for name in QUANTITIES if name != "residual"])
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_each_is_narrow_when_each_is_asked_for(self, name: str, kind: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, kind, seed=2)
+        values = sampled(quantity, start, end)
+        found = quantity.bracket(start, end, tolerance=quantity.tolerance, each=True)
+        assert (found.lower <= values.min(axis=1) + 1e-12).all()
+        assert (found.upper - found.lower <= quantity.tolerance + 1e-12).all()
+        # Between two samples the quantity moves no further than it does between neighbouring ones.
+        gap = np.abs(np.diff(values, axis=1)).max(axis=1)
+        assert (found.upper >= values.min(axis=1) - gap).all()
+
+    @every_quantity
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_the_upper_end_is_attained_where_it_says(self, name: str, kind: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, kind, seed=3)
+        found = quantity.bracket(start, end, tolerance=quantity.tolerance)
+        assert ((found.fraction >= 0) & (found.fraction <= 1)).all()
+        at = start + found.fraction[:, None] * (end - start)
+        np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
+
+    @every_quantity
+    def test_a_segment_of_no_length_is_its_point(self, name: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, "points", seed=4)
+        found = quantity.bracket(start, end, tolerance=1e-9)
+        np.testing.assert_allclose(found.upper, quantity.value(start), atol=1e-12)
+        np.testing.assert_allclose(found.lower, found.upper, atol=1e-12)
+
+    @every_quantity
+    def test_direction_and_subdivision_do_not_matter(self, name: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, "near red", seed=5)
+        middle = (start + end) / 2
+        tolerance = quantity.tolerance
+        whole = quantity.bracket(start, end, tolerance=tolerance).worst()
+        back = quantity.bracket(end, start, tolerance=tolerance).worst()
+        halves = quantity.bracket(
+            np.concatenate([start, middle]), np.concatenate([middle, end]), tolerance=tolerance
+        ).worst()
+        # All three brackets hold the same number, so that any two of them overlap.
+        for one, other in itertools.combinations((whole, back, halves), 2):
+            assert max(one[0], other[0]) <= min(one[1], other[1]) + 1e-12
+
+    @every_quantity
+    def test_one_segment_may_be_given_without_its_axis(self, name: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments_for(quantity, "red", seed=6)
+        one = quantity.bracket(start[0], end[0], tolerance=quantity.tolerance)
+        same = quantity.bracket(start[:1], end[:1], tolerance=quantity.tolerance)
+        assert one.lower.shape == one.upper.shape == one.fraction.shape == (1,)
+        assert one.worst() == same.worst()
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    def test_on_red_the_closed_form_gives_the_bracket_that_the_matrix_gives(self, vehicle: Vehicle) -> None:
+        start, end = segments("red", seed=7)
+        on_red = least_singular_value_along(start, end, vehicle, tolerance=1e-4, each=True)
+        # The same segments a hair off red are decomposed matrix by matrix.
+        off_red = least_singular_value_along(start + [0, 0, 1e-9, 0], end, vehicle, tolerance=1e-4, each=True)
+        np.testing.assert_allclose(on_red.upper, off_red.upper, atol=2e-4)
+        alpha = start[:, None, :2] + ALONG[:, None] * (end - start)[:, None, :2]
+        closed = least_singular_value_on_red(alpha[..., 0], alpha[..., 1], vehicle)
+        assert (on_red.lower <= closed.min(axis=1) + 1e-12).all()
+
+    def test_a_narrow_dip_between_coarse_samples_is_found(self) -> None:
+        # R touches zero in the middle of a segment whose two ends, and whose ends alone, look safe.
+        dip = np.array([EXACT.delta - HALF_PI, 0.6])
+        start, end = dip - [0.01, 0.0], dip + [0.01, 0.0]
+        alpha = np.array([[*start, *start], [*end, *end]])
+        found = least_level_determinant(alpha[:1], alpha[1:], EXACT, tolerance=1e-9)
+        assert found.worst()[0] <= float(level_determinant([*dip, *dip], EXACT)) + 1e-12
+        both = [
+            least_level_determinant(alpha[:1], alpha[1:], EXACT, sign=sign, tolerance=1e-9).worst()[0]
+            for sign in (1.0, -1.0)
+        ]
+        assert max(both) <= 1e-9
+
+
+class TestFloor:
+    FLOORS = (-1.0, -0.2, 0.0, 0.05, 0.3, 1.0, 2.0)
+
+    @pytest.mark.parametrize("name", [name for name, quantity in QUANTITIES.items() if quantity.takes_floor])
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_each_segment_is_decided_rightly(self, name: str, kind: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments(kind, seed=8, count=40)
+        values = sampled(quantity, start, end)
+        least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
+        for floor in self.FLOORS:
+            found = quantity.bracket(start, end, tolerance=quantity.tolerance, floor=floor, each=True)
+            above, below = found.lower >= floor, found.upper < floor
+            clear = np.abs(least - floor) > quantity.tolerance + gap
+            np.testing.assert_array_equal(above[clear], (least > floor)[clear])
+            np.testing.assert_array_equal(below[clear], (least < floor)[clear])
+            # A proof is a proof even where samples are too coarse to tell.
+            assert (least[above] >= floor).all()
+            assert (found.lower <= least + 1e-12).all()
+            at = start + found.fraction[:, None] * (end - start)
+            np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
+
+    @pytest.mark.parametrize("name", [name for name, quantity in QUANTITIES.items() if quantity.takes_floor])
+    def test_all_together_are_decided_rightly(self, name: str) -> None:
+        quantity = QUANTITIES[name]
+        start, end = segments("near red", seed=9, count=5)
+        values = sampled(quantity, start, end)
+        least, gap = float(values.min()), float(np.abs(np.diff(values, axis=1)).max())
+        decided = set()
+        for floor in (*self.FLOORS, least - 0.05, least + 0.05):
+            if abs(least - floor) > quantity.tolerance + gap:
+                lower, upper, *_ = quantity.bracket(start, end, tolerance=quantity.tolerance, floor=floor).worst()
+                assert (lower >= floor) == (least > floor)
+                assert (upper < floor) == (least < floor)
+                decided.add(least > floor)
+        assert decided == {True, False}
+
+    def test_a_decision_takes_less_work_than_a_bracket(self) -> None:
+        start, end = segments("red", seed=10)
+        calls = {"floor": 0, "bracket": 0}
+
+        def counting(which: str) -> Callable[[FloatArray], FloatArray]:
+            def value(alpha: FloatArray) -> FloatArray:
+                calls[which] += len(alpha)
+                return np.asarray(level_determinant(alpha, EXACT))
+
+            return value
+
+        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+            return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, EXACT) / 8
+
+        least_along(start, end, counting("bracket"), bound, tolerance=1e-6, each=True)
+        least_along(start, end, counting("floor"), bound, tolerance=1e-6, floor=-20.0, each=True)
+        assert calls["floor"] < calls["bracket"] / 2
+
+
+class TestEngine:
+    """The search itself, with a function whose least value is known on paper."""
+
+    @staticmethod
+    def cone(center: FloatArray) -> tuple[Callable[..., FloatArray], Callable[..., FloatArray]]:
+        def value(alpha: FloatArray) -> FloatArray:
+            return np.asarray(np.linalg.norm(alpha - center, axis=-1))
+
+        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+            return np.asarray((f0 + f1 - np.linalg.norm(p1 - p0, axis=-1)) / 2)
+
+        return value, bound
+
+    @settings(deadline=None, max_examples=100)
+    @given(start=tilts, end=tilts, center=tilts, tolerance=st.sampled_from([1e-2, 1e-4]))
+    def test_the_distance_to_a_point(
+        self, start: tuple[float, ...], end: tuple[float, ...], center: tuple[float, ...], tolerance: float
+    ) -> None:
+        p, q, c = (np.array(side) for side in (start, end, center))
+        length = float((q - p) @ (q - p))
+        nearest = 0.0 if length == 0 else min(1.0, max(0.0, float((c - p) @ (q - p)) / length))
+        distance = float(np.linalg.norm(p + nearest * (q - p) - c))
+        lower, upper, _, fraction = least_along(p, q, *self.cone(c), tolerance=tolerance).worst()
+        assert lower - 1e-12 <= distance <= upper + 1e-12
+        assert upper - lower <= tolerance + 1e-12
+        assert upper == pytest.approx(float(np.linalg.norm(p + fraction * (q - p) - c)), abs=1e-12)
+
+    def test_work_ends_even_where_the_tolerance_is_finer_than_floats(self) -> None:
+        start, end = np.full((1, 4), -1.0), np.full((1, 4), 1.0)
+        lower, upper, _, fraction = least_along(start, end, *self.cone(np.zeros(4)), tolerance=0.0).worst()
+        assert (lower, upper, fraction) == (0.0, 0.0, 0.5)
+
+    def test_the_worst_is_the_worst_of_all(self) -> None:
+        found = Least(
+            lower=np.array([0.1, -0.3, 0.0]), upper=np.array([0.4, 0.2, 0.1]), fraction=np.array([0.5, 0.25, 1.0])
+        )
+        assert found.worst() == (-0.3, 0.1, 2, 1.0)
+
+
+class TestCurvature:
+    @staticmethod
+    def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> float:
+        """Return d²R/ds²: R is linear in (cos αᵢ, sin αᵢ), so that a quarter turn of αᵢ differentiates it."""
+        turned = alpha + HALF_PI * (np.eye(4)[:, None, :] + np.eye(4)[None, :, :])
+        return float(step @ level_determinant(turned, numbers) @ step)
+
+    @pytest.mark.parametrize("vehicle", [PAPER, STRONG, MIRRORED], ids=lambda vehicle: vehicle.name)
+    @settings(deadline=None, max_examples=150)
+    @given(start=tilts, step=tilts, along=st.floats(0, 1))
+    def test_it_bounds_the_second_derivative_anywhere(
+        self, vehicle: Vehicle, start: tuple[float, ...], step: tuple[float, ...], along: float
+    ) -> None:
+        p, d = np.array(start), np.array(step)
+        numbers = coefficients_of(vehicle)
+        bound = float(level_determinant_curvature(p[None], d[None], numbers)[0])
+        second = self.second_derivative(p + along * d, d, numbers)
+        assert abs(second) <= bound * (1 + 1e-12) + 1e-12
+
+    @settings(deadline=None, max_examples=100)
+    @given(
+        start=st.tuples(st.floats(-2, 2), st.floats(-2, 2)),
+        step=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
+        along=st.floats(0, 1),
+        slip=st.sampled_from([0.0, 1e-6, 1e-2]),
+        color=st.sampled_from([1.0, -1.0]),
+    )
+    def test_on_the_sheets_and_near_them(
+        self,
+        start: tuple[float, float],
+        step: tuple[float, float],
+        along: float,
+        slip: float,
+        color: float,
+    ) -> None:
+        # There one factor of a product hardly moves, and the sharper of two bounds is taken.
+        twice = 0.0 if color > 0 else 2 * PUBLISHED.delta
+        p = np.array([*start, twice + color * start[0], -twice + color * start[1]])
+        d = np.array([*step, color * step[0] + slip, color * step[1] - slip])
+        bound = float(level_determinant_curvature(p[None], d[None], PUBLISHED)[0])
+        second = self.second_derivative(p + along * d, d, PUBLISHED)
+        assert abs(second) <= bound * (1 + 1e-12) + 1e-12
+
+    @settings(deadline=None, max_examples=50)
+    @given(start=tilts, step=tilts)
+    def test_the_derivative_that_it_is_held_against(self, start: tuple[float, ...], step: tuple[float, ...]) -> None:
+        p, d, h = np.array(start), np.array(step), 1e-3
+        back, here, ahead = level_determinant(p + h * np.array([-1, 0, 1])[:, None] * d, EXACT)
+        expected = (back - 2 * here + ahead) / h**2
+        size = (1 + float(np.abs(d).sum())) ** 4
+        assert self.second_derivative(p, d, EXACT) == pytest.approx(float(expected), abs=1e-4 * size)
+
+
+class TestThrusts:
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @pytest.mark.parametrize("kind", ["red", "near red", "anywhere", "short", "points"])
+    def test_pushing_up_along_a_whole_segment(self, vehicle: Vehicle, kind: str) -> None:
+        start, end = segments(kind, seed=11, count=300)
+        alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
+        shares = hover_thrust_shares(alpha, vehicle)
+        expected = (shares > 0).all(axis=(1, 2))
+        np.testing.assert_array_equal(thrusts_push_up(start, end, vehicle), expected)
+        np.testing.assert_array_equal(thrust_shares_along(start, end, vehicle)[0], expected)
+        assert expected.any()
+        assert not expected.all()
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @pytest.mark.parametrize("size", [1.0, 1e-6, 1e-12])
+    def test_a_line_where_two_rotors_idle_is_not_crossed_however_short_the_step(
+        self, vehicle: Vehicle, size: float
+    ) -> None:
+        delta = math.atan(vehicle.signed_drag_ratio)
+        idle = np.array([delta, -delta])
+
+        def pushes(first: tuple[float, float], second: tuple[float, float]) -> bool:
+            p, q = (idle + size * np.array(side) * 0.3 for side in (first, second))
+            return bool(thrusts_push_up(np.array([[*p, *p]]), np.array([[*q, *q]]), vehicle)[0])
+
+        # Within the two quarters where all rotors push up.
+        assert pushes((-1, 1), (-2, 3))
+        assert pushes((2, -1), (1, -3))
+        # Within the two others.
+        assert not pushes((1, 1), (2, 3))
+        assert not pushes((-1, -1), (-2, -1))
+        # Across one line, along one, up to one, and from one away.
+        assert not pushes((-1, 1), (1, 1))
+        assert not pushes((-1, 1), (-1, -1))
+        assert not pushes((0, 1), (0, 2))
+        assert not pushes((-1, 0), (-2, 0))
+        assert not pushes((-1, 1), (0, 1))
+        assert not pushes((-1, 0), (-1, 1))
+        # From one good quarter to the other: both ends push up, the point between does not.
+        assert pushes((-1, 1), (-1, 1))
+        assert pushes((1, -1), (1, -1))
+        assert not pushes((-1, 1), (1, -1))
+        assert not pushes((-1, 1), (2, -3))
+        # The point itself.
+        assert not pushes((0, 0), (0, 0))
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    def test_shares_beside_the_line_where_two_rotors_idle(self, vehicle: Vehicle) -> None:
+        # T1 ∝ |sin β2| and T2 ∝ |sin β1|, m·g = 2(T1 cos α1 + T2 cos α2): the least share is near zero, and known.
+        delta = math.atan(vehicle.signed_drag_ratio)
+        near, far = np.array([delta - 1e-3, -delta + 0.4]), np.array([delta - 0.4, -delta + 0.4])
+        upward, least, largest = thrust_shares_along([*near, *near], [*far, *far], vehicle, tolerance=1e-7)
+        assert upward.tolist() == [True]
+        odd, even = abs(math.sin(near[1] + delta)), abs(math.sin(near[0] - delta))
+        weight = 2 * (odd * math.cos(near[0]) + even * math.cos(near[1]))
+        assert least.worst()[1] == pytest.approx(even / weight, abs=1e-6)
+        assert least.worst()[3] == 0.0
+        assert -largest.worst()[0] >= odd / weight - 1e-12
+
+    def test_at_rest_each_rotor_carries_a_quarter(self) -> None:
+        upward, least, largest = thrust_shares_along([0, 0, 0, 0], [0, 0, 0, 0])
+        assert upward.tolist() == [True]
+        assert least.worst()[:2] == pytest.approx((0.25, 0.25))
+        assert largest.worst()[:2] == pytest.approx((-0.25, -0.25))
+
+    def test_without_upward_thrusts_nothing_is_claimed_of_shares(self) -> None:
+        start, end = np.array([[0.6, 0.6, 0.6, 0.6]]), np.array([[0.9, 0.8, 0.9, 0.8]])
+        upward, least, largest = thrust_shares_along(start, end)
+        assert upward.tolist() == [False]
+        for bracket in (least, largest):
+            assert np.isnan(bracket.lower).all()
+            assert np.isnan(bracket.upper).all()
