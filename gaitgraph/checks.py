@@ -30,7 +30,7 @@ from gaitgraph.segments import (
     least_singular_value_along,
     thrust_shares_along,
 )
-from gaitgraph.surface import sheet_angles
+from gaitgraph.surface import COLORS, sheet_angles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -179,7 +179,7 @@ def check_gait(
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     floor: float = DEFAULT_FLOOR,
-    angle_rounding: float = 0.0,
+    angle_rounding: float | None = None,
 ) -> Report:
     """Return every check of valid and flyable for a gait, and whether it can be reached from hover.
 
@@ -193,7 +193,8 @@ def check_gait(
     floor
         Least singular value that a flyable gait must keep, dimensionless.
     angle_rounding
-        What each angle may be off by because it was printed, e.g. 5e-4 for three decimals [rad].
+        What each angle may be off by because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
+        default what is seen: the largest distance of α3 and α4 from the sheet of their color.
 
     Examples
     --------
@@ -206,8 +207,8 @@ def check_gait(
         Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction"),
         _on_surface(gait, tolerance),
         _two_color(gait),
-        _continuous(gait),
-        _sign(gait, angle_rounding),
+        _continuous(gait, tolerance),
+        _sign(gait, _distance_from_sheet(gait) if angle_rounding is None else angle_rounding),
         _singular_value(gait, floor),
         *_thrusts(gait),
         *_tilt_range(gait),
@@ -223,6 +224,18 @@ def _place(gait: Gait, segment: int, fraction: float) -> dict[str, Any]:
 
 def _at(where: dict[str, Any]) -> str:
     return "(" + ", ".join(f"{a:.3f}" for a in where["alpha"]) + ")"
+
+
+def _distance_from_sheet(gait: Gait) -> float:
+    """Return the largest distance of α3 and α4 from the sheet of their corner's color, zero off the surfaces [rad]."""
+    if not gait.colors:
+        return 0.0
+    red = np.array([color == "red" for color in gait.colors])
+    plane = gait.alpha[:, 0], gait.alpha[:, 1]
+    pairs = zip(*(sheet_angles(color, *plane, gait.coefficients) for color in COLORS), strict=True)
+    sheet = np.column_stack([np.where(red, on_red, on_blue) for on_red, on_blue in pairs])
+    distance = float(np.abs(sheet - gait.alpha[:, 2:]).max())
+    return distance if distance > _JUMP else 0.0
 
 
 def _finite_or_none(value: float | None) -> float | None:
@@ -289,19 +302,22 @@ def jumps(
     return np.where(out > _JUMP, out, 0.0)
 
 
-def _continuous(gait: Gait) -> Check:
+def _continuous(gait: Gait, tolerance: float) -> Check:
     if not gait.colors:
         return Check(name="continuous", kind="valid", ok=False, message="off the surfaces a gait follows no sheet")
     red = np.array([color == "red" for color in gait.colors])
-    sizes = jumps(gait.alpha, gait.ends, red, np.roll(red, -1), gait.coefficients)
-    worst = int(np.argmax(sizes))
-    size, where = float(sizes[worst]), _place(gait, worst, 0.0)
-    ok = size <= _JUMP
+    after = np.roll(red, -1)
+    sizes = jumps(gait.alpha, gait.ends, red, after, gait.coefficients)
+    # Within one color, printed digits may move a segment off its sheet as far as the surface check allows.
+    limits = np.where(red == after, tolerance, _JUMP)
+    worst = int(np.argmax(sizes / limits))
+    size, limit, where = float(sizes[worst]), float(limits[worst]), _place(gait, worst, 0.0)
+    ok = size <= limit
     message = "every segment stays on its sheet"
     if not ok:
-        cause = "changes color" if gait.color == "mixed" else "wraps by π"
-        message = f"(α3, α4) jumps by {size:.4f} rad after corner {worst + 1}, where it {cause}: stay in one color"
-    return Check(name="continuous", kind="valid", ok=ok, value=size, limit=_JUMP, where=where, message=message)
+        cause = "changes color" if red[worst] != after[worst] else "wraps by π or leaves its sheet"
+        message = f"(α3, α4) jumps by {size:.4f} rad after corner {worst + 1}, where it {cause}: stay on one sheet"
+    return Check(name="continuous", kind="valid", ok=ok, value=size, limit=limit, where=where, message=message)
 
 
 def _sign(gait: Gait, angle_rounding: float) -> Check:
@@ -438,14 +454,15 @@ def _reachable(gait: Gait) -> tuple[bool | None, str]:
     exact = coefficients_of(gait.vehicle, "exact")
     least = least_level_determinant(gait.alpha, gait.ends, exact).worst()[0]
     positive = least > float(np.max(level_determinant_resolution(gait.alpha, exact)))
-    if gait.color == "red":
-        labels = red_label(gait.alpha[:, 0], gait.alpha[:, 1], gait.vehicle)
-        if positive and (labels == HOVER_LABEL).all():
-            return True, "in the component of α = 0, which ordinary hover can enter and leave"
-    elif gait.color is None and positive:
-        return None, "off the surfaces with R > 0: whether hover can reach it is not decided here"
     limit = 2 * gait.vehicle.signed_drag_ratio
-    return False, (
-        "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in the "
-        f"component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}), or start the flight in the gait"
-    )
+    home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+    if not positive or "blue" in gait.colors:
+        return False, (
+            "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in "
+            f"{home}, or start the flight in the gait"
+        )
+    if gait.color == "red" and _distance_from_sheet(gait) <= DEFAULT_TOLERANCE:
+        if (red_label(gait.alpha[:, 0], gait.alpha[:, 1], gait.vehicle) == HOVER_LABEL).all():
+            return True, "in the component of α = 0, which ordinary hover can enter and leave"
+        return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+    return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"

@@ -446,8 +446,8 @@ def least_singular_value(
 ) -> Any:
     """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
 
-    It says how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and 2κ at
-    α = 0.
+    It says how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and
+    min(2κ, √2) at α = 0.
 
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373

@@ -28,8 +28,6 @@ class Loop:
         The same loop with straight runs merged.
     sign
         Sign of R: "positive" or "negative".
-    least_singular_value
-        The loop's worst case, exact physics, level.
     report
         All checks, with those of the clock.
     """

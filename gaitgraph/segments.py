@@ -15,7 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import Coefficients, level_determinant
+from gaitgraph.invertibility import (
+    Coefficients,
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+    level_determinant,
+)
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
@@ -202,8 +208,6 @@ def least_singular_value_along(
     Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
     ‖Δα‖ with that constant. On the red sheet the closed form replaces the decomposition.
     """
-    from gaitgraph.invertibility import least_singular_value, least_singular_value_on_red
-
     lipschitz = math.sqrt(2.0 + vehicle.drag_ratio**2)
     starts, ends = (
         np.atleast_2d(np.asarray(starts, dtype=float)),
@@ -289,14 +293,16 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
         largest.append(_largest_sine(s0, s1) * _largest_sine(c0, c1))
         sign.append((-1) ** rotor * np.sign(np.sin((s0 + s1) / 2) * np.sin((c0 + c1) / 2)))
     low, signs = np.stack(least, axis=-1), np.stack(sign, axis=-1)
-    upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+    upright = np.maximum(np.abs(p0), np.abs(p1)).max(axis=-1) <= quarter + 1e-9
+    upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4) & upright
     return low, np.stack(largest, axis=-1), upward
 
 
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, shape (m,).
 
-    Decided exactly: each factor of w₀ keeps its sign. Holds for tilt angles in [−π/2, π/2].
+    Decided exactly: each factor of w₀ keeps its sign, and no rotor is tilted beyond π/2, where a positive thrust
+    would push down.
     """
     return np.asarray(_inputs_along(starts, ends, vehicle)[2])
 
@@ -314,11 +320,11 @@ def thrust_shares_along(
     Returns
     -------
     upward
-        Whether every thrust is positive on the whole segment, decided exactly: each factor of w₀ keeps its sign.
+        Whether every thrust is positive on the whole segment; see :func:`thrusts_push_up`.
     least
-        Bracket of the least thrust share T/(m·g); meaningful where `upward`.
+        Bracket of the least thrust share T/(m·g); NaN where not `upward`.
     largest
-        Bracket of the least of −T/(m·g), that is of minus the largest share; meaningful where `upward`.
+        Bracket of the least of −T/(m·g), that is of minus the largest share; NaN where not `upward`.
     """
     starts, ends = (
         np.atleast_2d(np.asarray(starts, dtype=float)),
@@ -327,8 +333,6 @@ def thrust_shares_along(
     upward = _inputs_along(starts, ends, vehicle)[2]
 
     def shares(alpha: FloatArray) -> FloatArray:
-        from gaitgraph.invertibility import hover_thrust_shares
-
         return hover_thrust_shares(alpha, vehicle)
 
     def extremes(p0: FloatArray, p1: FloatArray, *, smallest: bool) -> FloatArray:
@@ -347,12 +351,14 @@ def thrust_shares_along(
     def largest_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return np.asarray(-extremes(p0, p1, smallest=False).max(axis=-1))
 
-    if not upward.all():
-        nothing = np.full(len(starts), np.nan)
-        missing = Least(lower=nothing, upper=nothing, fraction=np.zeros(len(starts)))
-        return upward, missing, missing
-    least = least_along(starts, ends, lambda a: shares(a).min(axis=-1), least_bound, tolerance=tolerance, each=each)
-    largest = least_along(
-        starts, ends, lambda a: -shares(a).max(axis=-1), largest_bound, tolerance=tolerance, each=each
-    )
+    def bracket(value: Value, bound: Bound) -> Least:
+        lower, upper = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
+        fraction = np.zeros(len(starts))
+        if upward.any():
+            found = least_along(starts[upward], ends[upward], value, bound, tolerance=tolerance, each=each)
+            lower[upward], upper[upward], fraction[upward] = found.lower, found.upper, found.fraction
+        return Least(lower=lower, upper=upper, fraction=fraction)
+
+    least = bracket(lambda alpha: shares(alpha).min(axis=-1), least_bound)
+    largest = bracket(lambda alpha: -shares(alpha).max(axis=-1), largest_bound)
     return upward, least, largest

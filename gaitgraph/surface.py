@@ -284,9 +284,9 @@ def roots(
 ) -> RootSet:
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
 
-    Two inside the square, three on its sides, five at its corners (Figure 2), for vehicles whose 2δ is no
-    multiple of π/2. On a fibre line the solutions are a continuum: `fibers` of the answer says so, beside the
-    red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
+    Two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an end
+    of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
+    answer says so, beside the red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
 
     Parameters
     ----------

@@ -224,7 +224,7 @@ class TimedGait:
         *,
         tolerance: float = DEFAULT_TOLERANCE,
         floor: float = DEFAULT_FLOOR,
-        angle_rounding: float = 0.0,
+        angle_rounding: float | None = None,
     ) -> Report:
         """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
         report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)

@@ -18,7 +18,7 @@ def validate(
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     floor: float = DEFAULT_FLOOR,
-    angle_rounding: float = 0.0,
+    angle_rounding: float | None = None,
 ) -> Report:
     """Return every check of a gait; with a clock, those of tilt rates and accelerations too.
 

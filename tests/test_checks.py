@@ -31,16 +31,25 @@ def test_the_four_gaits(gait: PublishedGait) -> None:
     assert report["R_sign"].decided is (gait.color == "red")
 
 
+@pytest.mark.parametrize("rounding", [None, 5e-4])
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_the_four_gaits_as_printed(gait: PublishedGait) -> None:
+def test_the_four_gaits_as_printed(gait: PublishedGait, rounding: float | None) -> None:
     """Three printed decimals are still on the surface, and R of Gaits 1 and 2 stays undecided."""
-    alpha = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    printed = Gait(alpha=alpha, colors=(gait.color,) * 4)
-    report = gg.validate(printed, angle_rounding=5e-4)
-    assert report["on_surface"].ok
-    assert report["R_sign"].ok
-    assert report["R_sign"].decided is (gait.color == "red")
-    assert report.flyable is False or gait.flyable
+    for angles in (np.array(gait.angles), np.round(gait.angles, 3)):
+        printed = Gait(alpha=np.column_stack([angles, gait.printed]), colors=(gait.color,) * 4)
+        report = gg.validate(printed, angle_rounding=rounding)
+        assert report.valid
+        assert report["R_sign"].decided is (gait.color == "red")
+        assert report.flyable is gait.flyable
+        assert report.reachable_from_hover is gait.reachable
+
+
+def test_rotors_tilted_beyond_a_quarter_turn_do_not_hover() -> None:
+    for alpha in ([np.pi] * 4, [0.0, 0.0, np.pi, np.pi]):
+        report = gg.validate(Gait(alpha=[alpha], colors=("red",)))  # type: ignore[arg-type]
+        assert not report.flyable
+        assert not report["hover_thrust"].ok
+        assert not report.reachable_from_hover
 
 
 def test_least_singular_values_of_gaits_3_and_4() -> None:

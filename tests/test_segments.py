@@ -21,6 +21,7 @@ from gaitgraph.invertibility import (
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
+    zero_moment_inputs,
 )
 from gaitgraph.segments import (
     Least,
@@ -61,7 +62,9 @@ class Quantity:
 
 
 def residual(alpha: FloatArray) -> FloatArray:
-    return -np.maximum(np.abs(roll_sensitivity(alpha, PUBLISHED)), np.abs(pitch_sensitivity(alpha, PUBLISHED)))
+    return np.asarray(
+        -np.maximum(np.abs(roll_sensitivity(alpha, PUBLISHED)), np.abs(pitch_sensitivity(alpha, PUBLISHED)))
+    )
 
 
 def least_share(start: FloatArray, end: FloatArray, **options: Any) -> Least:
@@ -138,7 +141,7 @@ def segments(kind: str, seed: int, count: int = 12, reach: float = 1.5) -> tuple
         if kind == "blue":
             side[:, 2:] = np.array([twice, -twice]) - side[:, :2]
         if kind == "near red":
-            side += rng.normal(0, 1e-3, side.shape)
+            side[:] += rng.normal(0, 1e-3, side.shape)
     if kind == "short":
         end = start + rng.normal(0, 1e-3, start.shape)
     if kind == "points":
@@ -149,9 +152,9 @@ def segments(kind: str, seed: int, count: int = 12, reach: float = 1.5) -> tuple
 
 
 def upward_segments(seed: int, mirrored: bool) -> tuple[FloatArray, FloatArray]:
-    """Return segments on or near red within the quarter of the plane where all rotors push up."""
+    """Return segments near red where all rotors push up: α1 < δ and α2 > −δ, within ±π/2 of both lines."""
     rng = np.random.default_rng(seed)
-    start, end = rng.uniform(0.05, 1.5, (2, 12, 4))
+    start, end = rng.uniform(0.0, 1.35, (2, 12, 4))
     for side in (start, end):
         side[:, 0] *= -1
         side[:, 2:] = side[:, :2] + rng.normal(0, 1e-2, (12, 2))
@@ -252,7 +255,7 @@ class TestBrackets:
         start, end = segments("red", seed=7)
         on_red = least_singular_value_along(start, end, vehicle, tolerance=1e-4, each=True)
         # The same segments a hair off red are decomposed matrix by matrix.
-        off_red = least_singular_value_along(start + [0, 0, 1e-9, 0], end, vehicle, tolerance=1e-4, each=True)
+        off_red = least_singular_value_along(start + np.array([0, 0, 1e-9, 0]), end, vehicle, tolerance=1e-4, each=True)
         np.testing.assert_allclose(on_red.upper, off_red.upper, atol=2e-4)
         alpha = start[:, None, :2] + ALONG[:, None] * (end - start)[:, None, :2]
         closed = least_singular_value_on_red(alpha[..., 0], alpha[..., 1], vehicle)
@@ -261,7 +264,7 @@ class TestBrackets:
     def test_a_narrow_dip_between_coarse_samples_is_found(self) -> None:
         # R touches zero in the middle of a segment whose two ends, and whose ends alone, look safe.
         dip = np.array([EXACT.delta - HALF_PI, 0.6])
-        start, end = dip - [0.01, 0.0], dip + [0.01, 0.0]
+        start, end = dip - np.array([0.01, 0.0]), dip + np.array([0.01, 0.0])
         alpha = np.array([[*start, *start], [*end, *end]])
         found = least_level_determinant(alpha[:1], alpha[1:], EXACT, tolerance=1e-9)
         assert found.worst()[0] <= float(level_determinant([*dip, *dip], EXACT)) + 1e-12
@@ -426,8 +429,12 @@ class TestThrusts:
     def test_pushing_up_along_a_whole_segment(self, vehicle: Vehicle, kind: str) -> None:
         start, end = segments(kind, seed=11, count=300)
         alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
-        shares = hover_thrust_shares(alpha, vehicle)
-        expected = (shares > 0).all(axis=(1, 2))
+        # Not the shares: they are a quotient, and keep their sign where all thrusts of a segment pass through zero
+        # together, at a configuration from which there is no hover.
+        lift = np.array([-1, 1, -1, 1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
+        thrusts = lift * zero_moment_inputs(alpha, vehicle)
+        expected = (thrusts > 0).all(axis=(1, 2)) | (thrusts < 0).all(axis=(1, 2))
+        assert (hover_thrust_shares(alpha[expected], vehicle) > 0).all()
         np.testing.assert_array_equal(thrusts_push_up(start, end, vehicle), expected)
         np.testing.assert_array_equal(thrust_shares_along(start, end, vehicle)[0], expected)
         assert expected.any()
@@ -465,6 +472,17 @@ class TestThrusts:
         assert not pushes((-1, 1), (2, -3))
         # The point itself.
         assert not pushes((0, 0), (0, 0))
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    def test_neither_is_a_line_where_nothing_hovers(self, vehicle: Vehicle) -> None:
+        # At β1 = ∓π/2 the torques have rank two: before it and after it all rotors push up, on it nothing is unique.
+        delta = math.atan(vehicle.signed_drag_ratio)
+        sign = math.copysign(1.0, delta)
+        before, line, after = (np.array([delta - sign * (HALF_PI + x), sign * 0.4]) for x in (-1e-2, 0.0, 1e-2))
+        for side in (before, after):
+            assert (hover_thrust_shares([*side, *side], vehicle) > 0).all()
+        assert float(least_singular_value([*line, *line], vehicle)) < 1e-14
+        assert not thrusts_push_up(np.array([[*before, *before]]), np.array([[*after, *after]]), vehicle)[0]
 
     @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
     def test_shares_beside_the_line_where_two_rotors_idle(self, vehicle: Vehicle) -> None:
