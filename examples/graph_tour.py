@@ -12,7 +12,7 @@ print(graph, dict(Counter(types for _, types in graph.nodes(data="types"))))
 jumps = [(a, b, data["jump"]) for a, b, data in graph.edges(data=True) if not data["continuous"]]
 print(f"{len(jumps)} edges obey Figure 15 but jump, the least by {min(jump for *_, jump in jumps):.4f} rad")
 
-flyable = graph.edge_subgraph([(a, b) for a, b, flies in graph.edges(data="flyable") if flies])
+flyable = graph.edge_subgraph([(a, b) for a, b, data in graph.edges(data=True) if data["flyable"]])
 print(f"{nx.number_connected_components(flyable)} flyable component of {len(flyable)} nodes")
 
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])

@@ -7,7 +7,7 @@ mine = gg.Vehicle(
     mass=1.2,
     arm_length=0.25,
     drag_to_thrust=0.02,  # Km/Kf in metres
-    max_tilt="75deg",
+    max_tilt=gg.angle_from_text("75deg"),
     max_tilt_rate=5.0,
     max_thrust=9.0,
 )

@@ -93,7 +93,8 @@ def test_plan_from_files(run: Any) -> None:
     Path("vehicle.toml").write_text('preset = "paper"\nmax_tilt_rate = "400deg"\n')
     Path("request.toml").write_text(
         'waypoints = [["3pi/8", "-3pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\n'
-        'vehicle = "vehicle.toml"\nperiod = 2.0\nsamples = 8\nkeep_out = [[[0.6, -0.6], [1.0, -0.6], [1.0, -0.2], [0.6, -0.2]]]\n'
+        'vehicle = "vehicle.toml"\nperiod = 2.0\nsamples = 8\n'
+        "keep_out = [[[0.6, -0.6], [1.0, -0.6], [1.0, -0.2], [0.6, -0.2]]]\n"
     )
     plan = run("plan", "request.toml", "--json", "--output", "a.csv").json
     assert plan["length"] > np.pi
@@ -300,7 +301,7 @@ def test_progress_is_shown_on_a_terminal_only(
 ) -> None:
     from gaitgraph import cli as module
 
-    monkeypatch.setattr(module.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(time, "monotonic", iter([0.0, 0.5, 2.0]).__next__)
     show = module._progress()
     assert show is not None

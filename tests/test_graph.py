@@ -128,7 +128,7 @@ def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
     leaks = 0
     for n in (20, 32, 48, 64):
         for sign in ("positive", "negative"):
-            arrays = surface_arrays(sign, n, coefficients=coefficients_of(kind="exact"))  # type: ignore[arg-type]
+            arrays = surface_arrays(sign, n, coefficients=coefficients_of(kind="exact"))
             red = arrays.red[arrays.edge].all(axis=1)
             labels = red_label(arrays.alpha[:, 0], arrays.alpha[:, 1])
             crossing = (labels[arrays.edge[:, 0]] != labels[arrays.edge[:, 1]]).any(axis=1) & red
@@ -181,7 +181,7 @@ def test_zones_cut_nodes_and_edges() -> None:
 @pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
 def test_any_grid_and_vehicle_keeps_the_contract(divisions: int, vehicle: str) -> None:
     for sign in ("positive", "negative"):
-        gg.validate_graph(surface_graph(sign, divisions, vehicle=gg.vehicle_named(vehicle)))  # type: ignore[arg-type]
+        gg.validate_graph(surface_graph(sign, divisions, vehicle=gg.vehicle_named(vehicle)))
 
 
 def test_kappa_where_two_delta_is_a_multiple_of_the_step() -> None:
@@ -189,7 +189,7 @@ def test_kappa_where_two_delta_is_a_multiple_of_the_step() -> None:
     for kappa in (float(np.tan(pi / 16)), float(np.tan(pi / 8)), 1.0, 1e-4):
         vehicle = gg.Vehicle(drag_ratio=kappa)
         for sign in ("positive", "negative"):
-            gg.validate_graph(surface_graph(sign, vehicle=vehicle))  # type: ignore[arg-type]
+            gg.validate_graph(surface_graph(sign, vehicle=vehicle))
 
 
 def test_same_input_same_graph(negative: nx.Graph[Any]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
@@ -14,7 +14,10 @@ import gaitgraph as gg
 from gaitgraph.graph import surface_graph
 from gaitgraph.search import Blocked, ClosedWalk, best_order, closed_walk
 
-USES = {
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+USES: dict[str, Callable[[Any], bool]] = {
     "flyable": lambda edge: edge["flyable"],
     "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
     "two_color": lambda edge: True,
@@ -48,7 +51,7 @@ def brute_width(graph: nx.Graph[Any], stops: list[list[Any]], use: str) -> float
         cut = usable(graph, use, value)
         for choice in itertools.product(*stops):
             if all(nx.has_path(cut, choice[0], other) for other in choice[1:]):
-                return value
+                return float(value)
     return -math.inf
 
 
