@@ -21,7 +21,7 @@ from gaitgraph.regions import separating_factor
 from gaitgraph.requests import PlanRequest, Point
 from gaitgraph.search import Blocked, Use, best_order, closed_walk
 from gaitgraph.surface import COLORS, roots
-from gaitgraph.timing import parametrize
+from gaitgraph.timing import CLOCK_CHECKS, parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -134,7 +134,7 @@ def plan(
                 loops += found
         if request.color == "auto" and all(served):
             broken += _broken(on, served, request, sign)
-    loops.sort(key=_preference)
+    loops.sort(key=lambda loop: _preference(loop, request.objective))
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in broken if loop.length < shortest - 1e-9]
     if not loops:
@@ -153,7 +153,7 @@ def plan(
     warnings = [*request.notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
-    order = _passing_order(chosen, request.waypoints)
+    order = _passing_order(chosen, request)
     return Plan(
         request=request,
         loop=chosen,
@@ -246,24 +246,29 @@ def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], request: PlanRequest, sign
     return Loop(path=path, gait=gait, sign=sign, report=timed.check(floor=request.floor))
 
 
-def _preference(loop: Loop) -> tuple[Any, ...]:
+def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
+    """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
     report = loop.report
+    timeless = all(check.ok and check.decided for check in report.checks if check.name not in CLOCK_CHECKS)
+    robustness = report["least_singular_value"].value or 0.0
     return (
         not report.flyable,
+        not timeless,
         not report.valid,
+        -round(robustness, 3) if objective == "robust" else 0.0,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",
     )
 
 
-def _passing_order(loop: Loop, waypoints: Sequence[Point]) -> list[int]:
-    """Return the waypoints' indices in the order in which the loop first passes them, the first one first."""
-    first_pass = []
-    for point in waypoints:
-        near = np.abs(loop.path.alpha[:, :2] - np.array(point)).max(axis=1) <= 1e-12
-        first_pass.append(int(np.argmax(near)))
-    return sorted(range(len(waypoints)), key=lambda k: first_pass[k])
+def _passing_order(loop: Loop, request: PlanRequest) -> list[int]:
+    """Return the waypoints' indices in the order in which the loop visits them, the first one first."""
+    order = list(range(len(request.waypoints)))
+    if request.any_order:
+        rows = loop.path.alpha[:, :2]
+        return sorted(order, key=lambda k: int(np.argmin(np.abs(rows - request.waypoints[k]).max(axis=1))))
+    return [order[0], *order[:0:-1]] if request.reverse else order
 
 
 def _rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:

@@ -41,6 +41,7 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
+CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration")
 
 # Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, and of its slope, 10/√3.
 _PEAK_SPEED = 15.0 / 8.0

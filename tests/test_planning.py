@@ -88,6 +88,26 @@ def test_a_flyable_detour_beats_a_shorter_valid_loop() -> None:
         assert bool(gg.least_singular_value(along, vehicle).min() >= 0.9) is above
 
 
+def test_a_loop_that_only_the_clock_forbids_is_preferred_to_one_that_physics_forbids() -> None:
+    vehicle = gg.Vehicle(drag_ratio=0.4, max_tilt_rate=0.1)
+    points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+    plan = gg.plan_loop(points, color="red", sign="negative", floor=0.9, vehicle=vehicle)
+    assert plan.loop is not None
+    assert [check.name for check in plan.report.checks if not check.ok] == ["tilt_rate"]
+    assert "needs a period of at least" in str(plan.reason)
+    (shorter,) = plan.alternatives
+    assert shorter.length < plan.loop.length
+
+
+def test_waypoints_are_told_in_their_order_even_if_one_is_passed_early() -> None:
+    points = [(0.4, -0.9), (1.2, -0.9), (0.8, -0.9)]
+    grid = [(pi / 16 * i, pi / 16 * j) for i, j in ((2, -5), (6, -5), (4, -5))]
+    for waypoints in (points, grid):
+        assert list(gg.plan_loop(waypoints, color="red").waypoints) == waypoints
+        back = gg.plan_loop(waypoints, color="red", reverse=True)
+        assert list(back.waypoints) == [waypoints[0], waypoints[2], waypoints[1]]
+
+
 def test_separated_waypoints_come_with_the_wall_between_them() -> None:
     plan = gg.plan_loop([(-0.5, 0.5), (-1.5, 0.5)], color="red", sign="auto")
     assert plan.status == "infeasible"
