@@ -866,6 +866,29 @@ class TestResolution:
         change = abs(float(true_value - level_determinant(alpha, PUBLISHED)))
         assert change <= float(level_determinant_resolution(alpha, PUBLISHED, rounding))
 
+    @pytest.mark.parametrize("rounding", [0.0, 5e-4, 5e-2])
+    def test_it_covers_the_worst_that_rounding_can_do(self, rounding: float) -> None:
+        # All numbers and all angles off by as much as they may be, in every combination of directions.
+        reach = rounding + np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_rounding
+        directions = np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+        alpha = random_tilts(31, 60)
+        resolution = level_determinant_resolution(alpha, PUBLISHED, rounding)
+        worst = np.zeros(60)
+        for signs in itertools.product((-1.0, 1.0), repeat=3):
+            single, double, triple = np.array(signs) * PUBLISHED.rounding[1:]
+            meant = replace(
+                PUBLISHED,
+                single=PUBLISHED.single + single,
+                double=PUBLISHED.double + double,
+                triple=PUBLISHED.triple + triple,
+            )
+            true_value = level_determinant(alpha[:, None] + directions * reach, meant)
+            change = np.abs(true_value - level_determinant(alpha, PUBLISHED)[:, None])
+            worst = np.maximum(worst, change.max(axis=1))
+        assert (worst <= resolution).all()
+        # And is not far beyond it.
+        assert (resolution <= 10 * worst).all()
+
     def test_the_rounding_of_the_crossing_angle_is_that_of_its_cotangent(self) -> None:
         ends = [0.5 * math.atan2(1.0, 2.880 + shift) for shift in (-5e-4, 5e-4)]
         assert max(abs(end - PUBLISHED.delta) for end in ends) == pytest.approx(PUBLISHED.delta_rounding, rel=1e-3)

@@ -25,6 +25,7 @@ from gaitgraph.invertibility import (
 )
 from gaitgraph.segments import (
     Least,
+    keeps_singular_value_above,
     largest_residual,
     least_along,
     least_level_determinant,
@@ -312,9 +313,22 @@ class TestFloor:
                 decided.add(least > floor)
         assert decided == {True, False}
 
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_keeping_the_singular_value_above_a_floor(self, vehicle: Vehicle, kind: str) -> None:
+        start, end = segments(kind, seed=13, count=40)
+        alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
+        values = least_singular_value(alpha, vehicle)
+        least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
+        for floor in (0.02, 0.05, 0.2, 0.5):
+            keeps = keeps_singular_value_above(start, end, floor, vehicle)
+            assert (least[keeps] >= floor).all()
+            clear = np.abs(least - floor) > gap + 1e-6
+            np.testing.assert_array_equal(keeps[clear], (least > floor)[clear])
+
     def test_a_decision_takes_less_work_than_a_bracket(self) -> None:
         start, end = segments("red", seed=10)
-        calls = {"floor": 0, "bracket": 0}
+        calls = {"above": 0, "below": 0, "bracket": 0}
 
         def counting(which: str) -> Callable[[FloatArray], FloatArray]:
             def value(alpha: FloatArray) -> FloatArray:
@@ -327,8 +341,11 @@ class TestFloor:
             return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, EXACT) / 8
 
         least_along(start, end, counting("bracket"), bound, tolerance=1e-6, each=True)
-        least_along(start, end, counting("floor"), bound, tolerance=1e-6, floor=-20.0, each=True)
-        assert calls["floor"] < calls["bracket"] / 2
+        least_along(start, end, counting("above"), bound, tolerance=1e-6, floor=-20.0, each=True)
+        least_along(start, end, counting("below"), bound, tolerance=1e-6, floor=20.0, each=True)
+        assert calls["above"] < calls["bracket"] / 2
+        # That an end lies below the floor settles a segment at once.
+        assert calls["below"] == 2 * len(start)
 
 
 class TestEngine:
@@ -449,7 +466,7 @@ class TestThrusts:
         idle = np.array([delta, -delta])
 
         def pushes(first: tuple[float, float], second: tuple[float, float]) -> bool:
-            p, q = (idle + size * np.array(side) * 0.3 for side in (first, second))
+            p, q = (idle + size * np.array(side) * 0.2 for side in (first, second))
             return bool(thrusts_push_up(np.array([[*p, *p]]), np.array([[*q, *q]]), vehicle)[0])
 
         # Within the two quarters where all rotors push up.
@@ -497,16 +514,47 @@ class TestThrusts:
         assert least.worst()[3] == 0.0
         assert -largest.worst()[0] >= odd / weight - 1e-12
 
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED], ids=lambda vehicle: vehicle.name)
+    def test_shares_that_are_extreme_between_the_ends(self, vehicle: Vehicle) -> None:
+        start, end = np.random.default_rng(14).uniform(-1.5, 1.5, (2, 5000, 4))
+        upward = thrusts_push_up(start, end, vehicle)
+        start, end = start[upward], end[upward]
+        shares = hover_thrust_shares(start[:, None] + ALONG[::4, None] * (end - start)[:, None], vehicle)
+        _, least, minus_largest = thrust_shares_along(start, end, vehicle, tolerance=1e-5, each=True)
+        for found, values in ((least, shares.min(axis=2)), (minus_largest, -shares.max(axis=2))):
+            inner = values.min(axis=1) < values[:, [0, -1]].min(axis=1) - 1e-3
+            assert np.count_nonzero(inner) >= 5
+            assert (found.lower <= values.min(axis=1) + 1e-12).all()
+            assert (found.upper <= values.min(axis=1) + 1e-5 + 1e-12).all()
+            assert (found.upper - found.lower <= 1e-5 + 1e-12).all()
+
     def test_at_rest_each_rotor_carries_a_quarter(self) -> None:
         upward, least, largest = thrust_shares_along([0, 0, 0, 0], [0, 0, 0, 0])
         assert upward.tolist() == [True]
         assert least.worst()[:2] == pytest.approx((0.25, 0.25))
         assert largest.worst()[:2] == pytest.approx((-0.25, -0.25))
 
-    def test_without_upward_thrusts_nothing_is_claimed_of_shares(self) -> None:
-        start, end = np.array([[0.6, 0.6, 0.6, 0.6]]), np.array([[0.9, 0.8, 0.9, 0.8]])
-        upward, least, largest = thrust_shares_along(start, end)
-        assert upward.tolist() == [False]
-        for bracket in (least, largest):
-            assert np.isnan(bracket.lower).all()
-            assert np.isnan(bracket.upper).all()
+    def test_of_segments_without_upward_thrusts_nothing_is_claimed(self) -> None:
+        start, end = upward_segments(12, mirrored=False)
+        start[[1, 4]], end[[1, 4]] = [0.6, 0.6, 0.6, 0.6], [0.9, 0.8, 0.9, 0.8]
+        good = np.delete(np.arange(12), [1, 4])
+        upward, *brackets = thrust_shares_along(start, end, each=True)
+        assert np.flatnonzero(upward).tolist() == good.tolist()
+        _, *alone = thrust_shares_along(start[good], end[good], each=True)
+        for bracket, same in zip(brackets, alone, strict=True):
+            assert np.isnan(bracket.lower[[1, 4]]).all()
+            assert np.isnan(bracket.upper[[1, 4]]).all()
+            # The others do not suffer from the company.
+            np.testing.assert_array_equal(bracket.lower[good], same.lower)
+            np.testing.assert_array_equal(bracket.upper[good], same.upper)
+            np.testing.assert_array_equal(bracket.fraction[good], same.fraction)
+
+    def test_beyond_a_right_angle_a_rotor_pushes_down(self) -> None:
+        inside, outside = [1.2, -1.2, 1.2, -1.2], [1.6, -1.2, 1.6, -1.2]
+        both = np.array([inside, outside])
+        # By the shares alone nothing is wrong out there: all four are positive.
+        assert (hover_thrust_shares(both) > 0).all()
+        assert thrusts_push_up(both, both).tolist() == [True, False]
+        assert thrusts_push_up(both, both[::-1]).tolist() == [False, False]
+        end = np.array([[HALF_PI, -1.2, HALF_PI, -1.2]])
+        assert thrusts_push_up(both[:1], end).tolist() == [True]

@@ -338,6 +338,21 @@ class TestRoots:
                 call()
             assert str(caught.value).startswith(f"{name}: {value!r} rad; allowed is −π/2 to π/2")
 
+    @every_case
+    def test_one_more_where_blue_lies_at_an_end_of_the_range(self, case: str) -> None:
+        numbers, kappa = CASES[case]
+        crossing, right = 2 * math.atan(kappa), math.copysign(HALF_PI, kappa)
+        first, second = crossing - right, right - crossing
+        for a1, a2, expected in ((first, 0.3, 2), (0.3, second, 2), (first, second, 4)):
+            answer = roots(a1, a2, numbers)
+            assert len(answer.of("red")) == 1
+            assert len(answer.of("blue")) == expected
+            assert root_arrays(a1, a2, numbers).count == 1 + expected
+            for root in answer.of("blue"):
+                assert max(map(abs, equations_4_and_5(root.alpha, kappa))) < 1e-12 / abs(kappa)
+                assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(HALF_PI, abs=1e-12)
+            assert len({(root.alpha3, root.alpha4) for root in answer}) == 1 + expected
+
     def test_the_ends_themselves_are_inside(self) -> None:
         for a1, a2 in itertools.product((-HALF_PI, HALF_PI), repeat=2):
             assert len(roots(a1, a2)) == 5
