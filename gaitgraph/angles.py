@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 import re
+from numbers import Complex, Number, Real
 from typing import Any
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 
-__all__ = ["HALF_PI", "angle_from_text", "distance_to_multiple", "text_from_angle", "wrapped"]
+__all__ = ["HALF_PI", "angle_from_text", "distance_to_multiple", "number_of", "text_from_angle", "wrapped"]
 
 HALF_PI = math.pi / 2
 """π/2, the end of the range in which tilt angles are represented (rad)."""
@@ -62,15 +63,29 @@ def angle_from_text(value: object, name: str = "angle") -> float:
         match = _ANGLE.fullmatch(value.strip().replace("−", "-")) if len(value) <= _LONGEST else None
         if match is not None:
             angle = _angle_of(match)
-    elif not isinstance(value, bool):
-        try:
-            angle = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            angle = math.nan
+    else:
+        angle = number_of(value)
     if not math.isfinite(angle):
-        shown = repr(value) if len(repr(value)) <= _LONGEST else repr(value)[:_LONGEST] + "…"
-        raise InputError(f"{name}: {shown} is no angle; allowed is {allowed}")
+        raise InputError(f"{name}: {shown(value)} is no angle; allowed is {allowed}")
     return angle
+
+
+def number_of(value: object) -> float:
+    """Return a real number, Python's or numpy's, as a float, and NaN for anything else (booleans and texts too).
+
+    >>> number_of(3), number_of(True), number_of("3")
+    (3.0, nan, nan)
+    """
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+        value = value.item()
+    # Decimal is a Number that is neither real nor complex.
+    real = isinstance(value, Real) or (isinstance(value, Number) and not isinstance(value, Complex))
+    if isinstance(value, bool) or not real:
+        return math.nan
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        return math.nan
 
 
 def _angle_of(match: re.Match[str]) -> float:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,10 +40,10 @@ def types_from_text(label: str) -> tuple[int, int]:
     >>> types_from_text("(?,-)")
     (0, -1)
     """
-    match = _LABEL.fullmatch(label.strip())
+    match = _LABEL.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_CODES[match[1]], _CODES[match[2]]) if match else (1, -1)
     if codes[0] * codes[1] < 0:
-        raise InputError(f"types: {label!r}; allowed are {', '.join(PLANE_TYPES)}")
+        raise InputError(f"types: {shown(label)}; allowed are {', '.join(PLANE_TYPES)}")
     return codes
 
 

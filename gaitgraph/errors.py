@@ -46,6 +46,22 @@ class OutputExists(FileProblem, FileExistsError):
     """An output file exists already and overwriting was not asked for."""
 
 
+def shown(value: object) -> str:
+    """Return a value as one short line for a message, whatever it is.
+
+    >>> shown("pi/8"), shown(10**5000)
+    ("'pi/8'", 'a whole number of 16610 bits')
+    """
+    try:
+        text = " ".join(line.strip() for line in repr(value).splitlines())
+    except ValueError:  # whole numbers of thousands of digits are not written out
+        text = f"a whole number of {value.bit_length()} bits" if isinstance(value, int) else ""
+    except RecursionError:
+        text = ""
+    text = text or f"a {type(value).__name__}"
+    return text if len(text) <= 70 else text[:70] + "…"
+
+
 def did_you_mean(word: str, known: list[str]) -> str:
     """Return ``"; did you mean …?"`` when a known word is close, else an empty string.
 

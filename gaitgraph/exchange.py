@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.errors import GaitgraphError, InputError, shown
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant
 from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheet_angles, text_from_types, types_of
@@ -37,7 +37,7 @@ def _setting(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -
         coefficients = coefficients or about.get("coefficients")
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
     if not isinstance(tolerance, (int, float)) or isinstance(tolerance, bool) or not 0 <= tolerance < math.inf:
-        raise InputError(f"crossing_tolerance: {tolerance!r}; allowed is a number ≥ 0 (rad)")
+        raise InputError(f"crossing_tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
     return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 

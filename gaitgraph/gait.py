@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface import (
     DEFAULT_CROSSING_TOLERANCE,
@@ -80,7 +80,7 @@ class Gait:
             raise InputError(f"colors: {len(self.colors)} for {len(alpha)} corners; allowed is one for each")
         for color in self.colors:
             if color not in ("red", "blue"):
-                raise InputError(f"colors: {color!r}; allowed are 'red' and 'blue'")
+                raise InputError(f"colors: {shown(color)}; allowed are 'red' and 'blue'")
         alpha.flags.writeable = False
         object.__setattr__(self, "alpha", alpha)
         object.__setattr__(self, "colors", tuple(self.colors))
@@ -176,7 +176,7 @@ class Gait:
 
     def _scaled(self, eta: float, factors: list[float]) -> Gait:
         if not (isinstance(eta, (int, float)) and math.isfinite(eta) and 0 < eta <= 1):
-            raise InputError(f"eta: {eta!r}; allowed is a number in (0, 1]")
+            raise InputError(f"eta: {shown(eta)}; allowed is a number in (0, 1]")
         colors = self.colors if eta == 1 else ()
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors)
 
@@ -286,7 +286,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
     if not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
-        raise InputError(f"tolerance: {tolerance!r}; allowed is a number ≥ 0 (rad)")
+        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
     low, high = points.min(axis=0), points.max(axis=0)
     at_high = points >= high - tolerance
     extreme = (at_high | (points <= low + tolerance)).all(axis=1)

@@ -40,7 +40,7 @@ import numpy.typing as npt
 
 from gaitgraph.checks import DEFAULT_FLOOR, jumps
 from gaitgraph.coloring import neighbors_allowed
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -115,7 +115,7 @@ def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
     whole = isinstance(divisions, (int, np.integer)) and not isinstance(divisions, bool)
     if not whole or not 2 <= divisions <= MOST_DIVISIONS:  # type: ignore[operator]
-        raise InputError(f"divisions: {divisions!r}; allowed is a whole number from 2 to {MOST_DIVISIONS}")
+        raise InputError(f"divisions: {shown(divisions)}; allowed is a whole number from 2 to {MOST_DIVISIONS}")
     return int(divisions)  # type: ignore[call-overload, no-any-return]
 
 
@@ -146,7 +146,7 @@ def surface_arrays(
     """Return the surface graph as arrays; parameters as for :func:`surface_graph`."""
     divisions = checked_divisions(divisions)
     if sign not in ("positive", "negative"):
-        raise InputError(f"sign: {sign!r}; allowed are 'positive' and 'negative'")
+        raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
     coefficients = coefficients or coefficients_of(vehicle)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, reach = grid_axis(divisions), math.pi / (2 * divisions)

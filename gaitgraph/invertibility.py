@@ -27,7 +27,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
@@ -136,7 +136,7 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     if kind != "exact":
-        raise InputError(f"coefficients: {kind!r}; allowed are 'published' and 'exact'")
+        raise InputError(f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'")
     k = vehicle.signed_drag_ratio
     return Coefficients(
         kind=kind,

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ HOVER_LABEL = (1, 1, 1)
 """The label of the component of α = 0, which ordinary hover can reach."""
 
 _BORDER = 1e-9
+_FARTHEST = 1e6  # beyond it the border would be lost in rounding
 
 
 def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
@@ -110,7 +111,7 @@ class Zones:
         for name in ("keep_out", "keep_in"):
             polygons = _polygons(getattr(self, name), name)
             if name == "keep_out" and polygons:
-                region = shapely.union_all(polygons).buffer(-_BORDER, join_style="mitre")
+                region = shapely.union_all([polygon.buffer(-_BORDER, join_style="mitre") for polygon in polygons])
                 object.__setattr__(self, "_forbidden", region)
             elif polygons:
                 region = shapely.union_all(polygons).buffer(_BORDER, join_style="mitre")
@@ -149,7 +150,7 @@ def _polygons(value: object, name: str) -> list[Polygon]:
     import shapely
 
     if not isinstance(value, (list, tuple)):
-        raise InputError(f"{name}: {value!r}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
+        raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
     polygons = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
@@ -167,11 +168,14 @@ def _polygons(value: object, name: str) -> list[Polygon]:
 
 def _corners(value: object, label: str) -> Iterable[object]:
     if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"{label}: {value!r}; allowed is a list of [alpha1, alpha2]")
+        raise InputError(f"{label}: {shown(value)}; allowed is a list of [alpha1, alpha2]")
     return value
 
 
 def _corner(value: object, label: str) -> tuple[float, float]:
     if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != 2:
-        raise InputError(f"{label}: corner {value!r}; allowed is [alpha1, alpha2]")
-    return angle_from_text(value[0], f"{label} alpha1"), angle_from_text(value[1], f"{label} alpha2")
+        raise InputError(f"{label}: corner {shown(value)}; allowed is [alpha1, alpha2]")
+    angles = angle_from_text(value[0], f"{label} alpha1"), angle_from_text(value[1], f"{label} alpha2")
+    if max(map(abs, angles)) > _FARTHEST:
+        raise InputError(f"{label}: corner {shown(value)}; allowed are angles up to {_FARTHEST:g} rad")
+    return angles

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.checks import DEFAULT_FLOOR
-from gaitgraph.errors import FileProblem, InputError, did_you_mean
+from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
@@ -108,16 +108,16 @@ class PlanRequest:
             value = getattr(self, name)
             if value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
-                raise InputError(f"{name}: {value!r}; allowed are {', '.join(allowed)}{hint}")
+                raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
         for name in ("any_order", "reverse"):
             if not isinstance(getattr(self, name), bool):
-                raise InputError(f"{name}: {getattr(self, name)!r}; allowed are true and false")
+                raise InputError(f"{name}: {shown(getattr(self, name))}; allowed are true and false")
         put("divisions", checked_divisions(self.divisions))
         for name, unit in (("period", "seconds"), ("floor", "a singular value")):
             value = getattr(self, name)
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if not (number and math.isfinite(value) and value > 0):
-                raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({unit})")
+                raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({unit})")
         if not isinstance(self.vehicle, Vehicle):
             put("vehicle", vehicle_named(self.vehicle))
         put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
@@ -146,7 +146,7 @@ class PlanRequest:
 def _waypoints(value: Any) -> list[Point]:
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
     if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-        raise InputError(f"waypoints: {value!r}; allowed is {allowed}")
+        raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
     if not len(value):
         raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
     if len(value) > MOST_WAYPOINTS:
@@ -154,12 +154,12 @@ def _waypoints(value: Any) -> list[Point]:
     points = []
     for number, pair in enumerate(value, start=1):
         if isinstance(pair, (str, bytes)) or not hasattr(pair, "__len__") or len(pair) != 2:
-            raise InputError(f"waypoint {number}: {pair!r}; allowed is [alpha1, alpha2]")
+            raise InputError(f"waypoint {number}: {shown(pair)}; allowed is [alpha1, alpha2]")
         point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         for k, angle in enumerate(point, start=1):
             if abs(angle) > HALF_PI:
                 raise InputError(
-                    f"waypoint {number} alpha{k}: {pair[k - 1]!r}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                    f"waypoint {number} alpha{k}: {shown(pair[k - 1])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
                 )
         points.append((point[0], point[1]))
     return points
@@ -207,7 +207,7 @@ def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str
     if isinstance(vehicle, dict):
         content["vehicle"] = vehicle_from_mapping(vehicle)
     elif vehicle is not None and not isinstance(vehicle, str):
-        raise InputError(f"vehicle: {vehicle!r}; allowed is a preset's name, a .toml file or a table of constants")
+        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a preset's name, a .toml file or a table of constants")
     return PlanRequest(**content), sampling
 
 
@@ -229,10 +229,11 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
         raise InputError(f"request file: {str(path)!r}; allowed are the suffixes .toml, .json")
     try:
         text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise FileProblem(f"request file: cannot read {str(path)!r}: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"request file {str(path)!r}: not UTF-8 text; allowed is TOML or JSON") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"request file: cannot read {str(path)!r}: {reason}") from error
     try:
         content = _parsed(text, suffix)
         if "status" in content and isinstance(content.get("request"), dict):

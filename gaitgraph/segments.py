@@ -298,13 +298,14 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
     return low, np.stack(largest, axis=-1), upward
 
 
-def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
+def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, shape (m,).
 
     Decided exactly: each factor of w₀ keeps its sign, and no rotor is tilted beyond π/2, where a positive thrust
     would push down.
     """
-    return np.asarray(_inputs_along(starts, ends, vehicle)[2])
+    p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    return np.asarray(_inputs_along(p0, p1, vehicle)[2])
 
 
 def thrust_shares_along(

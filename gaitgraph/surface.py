@@ -26,8 +26,8 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, distance_to_multiple, wrapped
-from gaitgraph.errors import InputError
+from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -230,6 +230,8 @@ def sheet_angles(
     (-0.648, -0.727)
     """
     alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    if color not in COLORS:
+        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
     if color == "red":
         return wrapped(alpha1), wrapped(alpha2)
     return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)
@@ -266,11 +268,14 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
     """Return α1 and α2 as arrays, or raise InputError naming the one that leaves [−π/2, π/2]."""
     out = []
     for name, value in (("alpha1", alpha1), ("alpha2", alpha2)):
-        angles = np.asarray(value, dtype=float)
+        try:
+            angles = np.asarray(value, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{name}: {shown(value)}; allowed are angles in radians") from error
         bad = ~(np.abs(angles) <= HALF_PI)
         if bad.any():
-            shown = float(angles[bad].flat[0])
-            raise InputError(f"{name}: {shown!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
+            first = float(angles[bad].flat[0])
+            raise InputError(f"{name}: {first!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
         out.append(angles)
     return out[0], out[1]
 
@@ -310,7 +315,8 @@ def roots(
     (3, 5)
     """
     coefficients = coefficients or coefficients_of()
-    a1, a2 = (float(angle) for angle in checked_plane_angles(alpha1, alpha2))
+    a1, a2 = _plane_angle("alpha1", alpha1), _plane_angle("alpha2", alpha2)
+    checked_plane_angles(a1, a2)
     found: list[Root] = []
     for color in COLORS:
         third, fourth = sheet_angles(color, a1, a2, coefficients)
@@ -332,6 +338,11 @@ def roots(
                     )
                 )
     return RootSet(tuple(found), _fibers(a1, a2, coefficients.delta))
+
+
+def _plane_angle(name: str, value: object) -> float:
+    """Return one number as it is, to be checked against its range, or the angle that a text means."""
+    return number_of(value) if isinstance(value, float) else angle_from_text(value, name)
 
 
 def _fibers(alpha1: float, alpha2: float, delta: float) -> tuple[Fiber, ...]:

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import FileProblem, InputError, OutputExists, did_you_mean
+from gaitgraph.errors import FileProblem, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.surface import (
     COLORS,
     checked_plane_angles,
@@ -241,10 +241,11 @@ def read_table(path: str | Path) -> Table:
         raise InputError(f"gait file: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
     try:
         text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise FileProblem(f"gait file: cannot read {str(path)!r}: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"gait file {str(path)!r}: not UTF-8 text; allowed is a .csv or .json gait table") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"gait file: cannot read {str(path)!r}: {reason}") from error
     try:
         return _from_csv(text) if suffix == ".csv" else _from_json(text)
     except InputError as error:
@@ -313,7 +314,7 @@ def _from_plan(content: dict[str, Any]) -> Table:
     path, colors = content["path"], content.get("colors", [])
     rows = isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)
     if not rows:
-        raise InputError(f"path: {_short(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
+        raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
     columns = [(name, [row[k] for row in path]) for k, name in enumerate(ANGLES)]
     if colors:
         columns.append(("color", colors))
@@ -321,11 +322,6 @@ def _from_plan(content: dict[str, Any]) -> Table:
     keys = ("vehicle", "coefficients", "period", "law")
     about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
     return _table(columns, about)
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:60] + "…"
 
 
 def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any]) -> Table:
@@ -379,17 +375,17 @@ def _numbers(name: str, values: list[Any]) -> FloatArray:
     bad = ~np.isfinite(numbers)
     if bad.any():
         k = int(np.argmax(bad))
-        raise InputError(f"row {k + 1}: {name} is {_short(values[k])}; allowed is a finite number")
+        raise InputError(f"row {k + 1}: {name} is {shown(values[k])}; allowed is a finite number")
     return numbers
 
 
 def _texts(name: str, values: list[Any]) -> tuple[str, ...]:
     for k, value in enumerate(values):
         if name == "color" and value not in COLORS:
-            raise InputError(f"row {k + 1}: color is {_short(value)}; allowed are 'red' and 'blue'")
+            raise InputError(f"row {k + 1}: color is {shown(value)}; allowed are 'red' and 'blue'")
         if name == "types":
             if not isinstance(value, str):
-                raise InputError(f"row {k + 1}: types is {_short(value)}; allowed is a text such as '(+,?)'")
+                raise InputError(f"row {k + 1}: types is {shown(value)}; allowed is a text such as '(+,?)'")
             try:
                 types_from_text(value)
             except InputError as error:

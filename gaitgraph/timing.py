@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report, check_gait
-from gaitgraph.errors import InputError, did_you_mean
+from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility import level_determinant
 from gaitgraph.surface import text_from_types, types_of
 
@@ -256,7 +256,7 @@ def _limit(name: str, unit: str, peaks: FloatArray, limit: float | None, period:
     ok = peak <= limit * (1 + 1e-12)
     message = f"peak {peak:.3g} {unit} (α{worst + 1}), limit {limit:.3g}"
     if not ok and math.isinf(peak):
-        message = f"the law {law!r} turns corners at full speed, limit {limit:.3g} {unit}: use the law 'smooth'"
+        message = f"the law {shown(law)} turns corners at full speed, limit {limit:.3g} {unit}: use the law 'smooth'"
     elif not ok:
         needed = period * (peak / limit) ** (1 / order)
         message += f": this law needs a period of at least {math.ceil(needed * 1000) / 1000:.3f} s"
@@ -307,21 +307,23 @@ def parametrize(
     Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
     """
     if not _is_positive(period):
-        raise InputError(f"period: {period!r}; allowed is a positive finite number of seconds")
+        raise InputError(f"period: {shown(period)}; allowed is a positive finite number of seconds")
     if law not in LAWS:
         hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
-        raise InputError(f"law: {law!r}; allowed are {', '.join(LAWS)}{hint}")
+        raise InputError(f"law: {shown(law)}; allowed are {', '.join(LAWS)}{hint}")
     if samples is not None and rate is not None:
-        raise InputError(f"samples, rate: {samples!r} and {rate!r}; allowed is one of the two")
+        raise InputError(f"samples, rate: {shown(samples)} and {shown(rate)}; allowed is one of the two")
     if rate is not None:
         if not _is_positive(rate):
-            raise InputError(f"rate: {rate!r}; allowed is a positive finite number (Hz)")
+            raise InputError(f"rate: {shown(rate)}; allowed is a positive finite number (Hz)")
         if period * rate > MOST_SAMPLES:
-            raise InputError(f"rate: {rate!r} Hz over {period!r} s; allowed are {MOST_SAMPLES} samples at most")
+            raise InputError(
+                f"rate: {shown(rate)} Hz over {shown(period)} s; allowed are {MOST_SAMPLES} samples at most"
+            )
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
     count = DEFAULT_SAMPLES if samples is None else samples
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
-        raise InputError(f"samples: {count!r}; allowed is a whole number from 1 to {MOST_SAMPLES}")
+        raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
     return TimedGait(gait=gait, period=float(period), law=law, samples=int(count))
 
 

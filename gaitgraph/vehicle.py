@@ -20,8 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitgraph.angles import angle_from_text
-from gaitgraph.errors import FileProblem, InputError, MissingConstant, did_you_mean
+from gaitgraph.angles import angle_from_text, number_of
+from gaitgraph.errors import FileProblem, InputError, MissingConstant, did_you_mean, shown
 
 __all__ = ["PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"]
 
@@ -102,7 +102,7 @@ class Vehicle:
 
     name: str = "unnamed"
     mass: float | None = None
-    gravity: float | None = 9.80665
+    gravity: float = 9.80665
     arm_length: float | None = None
     thrust_coefficient: float | None = None
     drag_coefficient: float | None = None
@@ -118,14 +118,17 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"vehicle name: {self.name!r}; allowed is a text that is not empty")
+            raise InputError(f"vehicle name: {shown(self.name)}; allowed is a text that is not empty")
         for field in _UNITS:
             value = getattr(self, field)
-            if value is None or (field == "drag_ratio" and isinstance(value, float) and math.isnan(value)):
+            if field == "drag_ratio" and (value is None or (isinstance(value, float) and math.isnan(value))):
+                object.__setattr__(self, field, math.nan)
+                continue
+            if value is None and field != "gravity":
                 continue
             if field == "inertia":
                 if not isinstance(value, (list, tuple)) or len(value) != 3:
-                    raise InputError(f"inertia: {value!r}; allowed are three positive numbers (kg m²)")
+                    raise InputError(f"inertia: {shown(value)}; allowed are three positive numbers (kg m²)")
                 checked: Any = tuple(_positive("inertia", part) for part in value)
             else:
                 checked = _positive(field, value)
@@ -133,10 +136,12 @@ class Vehicle:
         object.__setattr__(self, "first_arm_angle", angle_from_text(self.first_arm_angle, "first_arm_angle"))
         if self.first_rotor_spin not in ("clockwise", "counterclockwise"):
             raise InputError(
-                f"first_rotor_spin: {self.first_rotor_spin!r}; allowed are 'clockwise' and 'counterclockwise'"
+                f"first_rotor_spin: {shown(self.first_rotor_spin)}; allowed are 'clockwise' and 'counterclockwise'"
             )
         self._resolve("drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf")
         self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
+        if not 1e-9 <= (1.0 if math.isnan(self.drag_ratio) else self.drag_ratio) <= 1e9:
+            raise InputError(f"drag_ratio: {self.drag_ratio!r}; allowed is 1e-9 to 1e9 (dimensionless)")
         if math.isnan(self.drag_ratio):
             raise InputError(
                 "vehicle constants do not determine the drag ratio κ; allowed are thrust_coefficient, "
@@ -166,7 +171,7 @@ class Vehicle:
     def carries_published_coefficients(self) -> bool:
         """Whether formula (1) with the paper's four-digit coefficients belongs to this vehicle."""
         return (
-            math.isclose(self.drag_ratio, PAPER.drag_ratio, rel_tol=1e-6)
+            math.isclose(self.drag_ratio, PAPER.drag_ratio, rel_tol=1e-9)
             and self.first_rotor_spin == PAPER.first_rotor_spin
             and self.first_arm_angle == PAPER.first_arm_angle
         )
@@ -195,15 +200,17 @@ class Vehicle:
         unknown = set(changes) - {field.name for field in fields(self)}
         if unknown:
             raise _unknown_field(sorted(unknown)[0])
-        chain = ("thrust_coefficient", "drag_coefficient", "drag_to_thrust", "arm_length", "drag_ratio")
-        if any(name in changes for name in chain[:2]):
-            changes.setdefault("drag_to_thrust", None)
+        new = {field.name: getattr(self, field.name) for field in fields(self)} | changes
+        # What is stated anew wins over what it would follow from; what follows is derived anew.
+        if "drag_ratio" in changes:
+            changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
         elif "drag_to_thrust" in changes:
-            changes |= {"thrust_coefficient": None, "drag_coefficient": None}
-        if any(name in changes for name in chain[:4]):
-            changes.setdefault("drag_ratio", math.nan)
-        elif "drag_ratio" in changes:
-            changes |= dict.fromkeys(chain[:4])
+            changes = {"drag_coefficient": None, "drag_ratio": math.nan} | changes
+        else:
+            if new["thrust_coefficient"] is not None and new["drag_coefficient"] is not None:
+                changes["drag_to_thrust"] = None
+            if new["arm_length"] is not None and (new["drag_to_thrust"] is not None or "drag_to_thrust" in changes):
+                changes["drag_ratio"] = math.nan
         return replace(self, **changes)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -221,17 +228,9 @@ def _quotient(numerator: float | None, denominator: float | None) -> float | Non
 
 
 def _positive(name: str, value: object) -> float:
-    if name in _ANGLES and isinstance(value, str):
-        number = angle_from_text(value, name)
-    elif isinstance(value, (bool, str)):
-        number = math.nan
-    else:
-        try:
-            number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            number = math.nan
+    number = angle_from_text(value, name) if name in _ANGLES and isinstance(value, str) else number_of(value)
     if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{name}: {value!r}; allowed is a positive finite number ({_UNITS[name]})")
+        raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({_UNITS[name]})")
     return number
 
 
@@ -300,6 +299,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
     0.429
     """
+    if not isinstance(constants, dict) or not all(isinstance(name, str) for name in constants):
+        raise InputError(f"vehicle: {shown(constants)}; allowed is a table of constants by name")
     constants = dict(constants)
     preset = constants.pop("preset", None)
     known = {field.name for field in fields(Vehicle)}
@@ -309,7 +310,7 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     if preset is None:
         return Vehicle(**constants)
     if not isinstance(preset, str):
-        raise InputError(f"vehicle preset: {preset!r}; allowed are {', '.join(preset_names())}")
+        raise InputError(f"vehicle preset: {shown(preset)}; allowed are {', '.join(preset_names())}")
     base = _preset(preset)
     constants.setdefault("name", f"{base.name}, changed" if constants else base.name)
     return base.replace(**constants)
@@ -344,15 +345,18 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
     path = Path(name_or_file)
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text, or has no such name"
         raise FileProblem(f"vehicle: cannot read {str(path)!r}: {reason}; allowed is a TOML file") from error
     try:
         content = tomllib.loads(text)
         inner = content.get("vehicle", content)
         if not isinstance(inner, dict):
-            raise InputError(f"vehicle: {inner!r} is no table of constants")
+            raise InputError(f"vehicle: {shown(inner)} is no table of constants")
+        if inner is not content and len(content) > 1:
+            beside = next(name for name in content if name != "vehicle")
+            raise InputError(f"{beside}: stands beside the [vehicle] table; allowed is inside it")
         return vehicle_from_mapping({"name": path.stem, **inner} if "preset" not in inner else inner)
-    except (tomllib.TOMLDecodeError, InputError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         reason = str(error) if not isinstance(error, RecursionError) else "it is nested too deeply"
         raise InputError(f"vehicle file {str(path)!r}: {reason}") from error

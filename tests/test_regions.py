@@ -410,3 +410,20 @@ class TestZones:
             polygons[number - 1] = [(0, 0)]
             with pytest.raises(InputError, match=f"^keep_out polygon {number}: "):
                 Zones(keep_out=polygons)
+
+
+def test_the_side_that_two_keep_outs_share_is_their_boundary() -> None:
+    left, right = [(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (2, 0), (2, 1), (1, 1)]
+    zones = Zones(keep_out=[left, right])
+    assert zones.allow_points([[0.5, 0.5], [1.0, 0.5], [1.5, 0.5]]).tolist() == [False, True, False]
+    assert zones.allow_segments([[1.0, 0.0]], [[1.0, 1.0]]).tolist() == [True]
+
+
+@pytest.mark.parametrize("size", [1e8, 1e154])
+def test_polygons_whose_border_rounding_would_lose_are_refused(size: float) -> None:
+    square = [(-size, -size), (size, -size), (size, size), (-size, size)]
+    with pytest.raises(InputError, match="keep_in polygon 1: corner .* allowed are angles up to"):
+        Zones(keep_in=[square])
+    large = [(-1e5, -1e5), (1e5, -1e5), (1e5, 1e5), (-1e5, 1e5)]
+    assert Zones(keep_in=[large]).allow_points([[0.5, 0.5]]).all()
+    assert not Zones(keep_out=[large]).allow_points([[0.5, 0.5]]).any()

@@ -702,3 +702,18 @@ class TestFigures:
         assert np.abs(arrays.R[arrays.sheet == -1]).max() < 1e-13
         red = arrays.R[arrays.sheet == 1]
         assert ((red < 0).sum(), (red > 0).sum()) == (97, 128)
+
+
+@pytest.mark.parametrize("value", ["x", [0.1, 0.2], 1j, None, np.zeros(2)])
+def test_one_angle_is_asked_for(value: Any) -> None:
+    with pytest.raises(InputError, match="alpha2: "):
+        roots(0.1, value)
+    assert roots("pi/8", 0.1)[0].alpha1 == math.pi / 8  # type: ignore[arg-type]
+
+
+def test_colors_are_checked() -> None:
+    for refuse in (lambda: sheet_angles("green", 0.1, 0.2, coefficients_of()), lambda: sheet_grid("green", [0], [0])):  # type: ignore[arg-type]
+        with pytest.raises(InputError, match="color: 'green'; allowed are 'red' and 'blue'"):
+            refuse()
+    with pytest.raises(InputError, match="alpha1: "):
+        root_arrays(["x"], [0.0])
