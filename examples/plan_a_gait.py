@@ -9,4 +9,4 @@ gait = plan.gait  # raises Infeasible, with the plan's reason, when there is non
 timed = gait.parametrize(period=1.0, rate=50)
 print(timed.vertices().round(3))  # the four vertices that the paper prints
 
-timed.write("gait3.csv", "gait3.json")
+timed.write("gait3.csv", "gait3.json", force=True)  # without force, files that exist are refused

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import distance_to_multiple, number_of
 from gaitgraph.coloring import first_violation
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -203,6 +205,9 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
+    for name, number in (("tolerance", tolerance), ("floor", floor), ("angle_rounding", angle_rounding)):
+        if number is not None and not 0 <= number_of(number) < math.inf:
+            raise InputError(f"{name}: {shown(number)}; allowed is a finite number ≥ 0")
     checks = [
         Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction"),
         _on_surface(gait, tolerance),
@@ -227,14 +232,14 @@ def _at(where: dict[str, Any]) -> str:
 
 
 def _distance_from_sheet(gait: Gait) -> float:
-    """Return the largest distance of α3 and α4 from the sheet of their corner's color, zero off the surfaces [rad]."""
+    """Return how far α3 and α4 are, mod π, from the sheet of their corner's color; zero off the surfaces [rad]."""
     if not gait.colors:
         return 0.0
     red = np.array([color == "red" for color in gait.colors])
     plane = gait.alpha[:, 0], gait.alpha[:, 1]
     pairs = zip(*(sheet_angles(color, *plane, gait.coefficients) for color in COLORS), strict=True)
     sheet = np.column_stack([np.where(red, on_red, on_blue) for on_red, on_blue in pairs])
-    distance = float(np.abs(sheet - gait.alpha[:, 2:]).max())
+    distance = float(distance_to_multiple(sheet - gait.alpha[:, 2:], math.pi).max())
     return distance if distance > _JUMP else 0.0
 
 
@@ -310,7 +315,7 @@ def _continuous(gait: Gait, tolerance: float) -> Check:
     sizes = jumps(gait.alpha, gait.ends, red, after, gait.coefficients)
     # Within one color, printed digits may move a segment off its sheet as far as the surface check allows.
     limits = np.where(red == after, tolerance, _JUMP)
-    worst = int(np.argmax(sizes / limits))
+    worst = int(np.argmax(sizes / np.maximum(limits, _JUMP)))
     size, limit, where = float(sizes[worst]), float(limits[worst]), _place(gait, worst, 0.0)
     ok = size <= limit
     message = "every segment stays on its sheet"
@@ -328,6 +333,8 @@ def _sign(gait: Gait, angle_rounding: float) -> Check:
     where = _place(gait, segment, fraction)
     points = np.vstack([gait.alpha, where["alpha"]])
     resolution = float(np.max(level_determinant_resolution(points, gait.coefficients, angle_rounding)))
+    if lower <= resolution < upper:
+        lower = _least_beyond(gait, gait.coefficients, sign, resolution)
     described = f"{gait.coefficients.kind} coefficients"
     ok, decided = True, True
     if "blue" in gait.colors and gait.coefficients.kind == "exact":
@@ -355,6 +362,15 @@ def _sign(gait: Gait, angle_rounding: float) -> Check:
         message=message,
         decided=decided,
     )
+
+
+def _least_beyond(gait: Gait, coefficients: Coefficients, sign: float, resolution: float) -> float:
+    """Return a lower bound of sign·R along the gait, narrowed until its comparison with the resolution is settled."""
+    floor = resolution * (1 + 1e-9)
+    least = least_level_determinant(
+        gait.alpha, gait.ends, coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+    )
+    return least.worst()[0]
 
 
 def _singular_value(gait: Gait, floor: float) -> Check:
@@ -452,8 +468,8 @@ def _tilt_range(gait: Gait) -> list[Check]:
 
 def _reachable(gait: Gait) -> tuple[bool | None, str]:
     exact = coefficients_of(gait.vehicle, "exact")
-    least = least_level_determinant(gait.alpha, gait.ends, exact).worst()[0]
-    positive = least > float(np.max(level_determinant_resolution(gait.alpha, exact)))
+    resolution = float(np.max(level_determinant_resolution(gait.alpha, exact)))
+    positive = _least_beyond(gait, exact, 1.0, resolution) > resolution
     limit = 2 * gait.vehicle.signed_drag_ratio
     home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
     if not positive or "blue" in gait.colors:
@@ -462,7 +478,9 @@ def _reachable(gait: Gait) -> tuple[bool | None, str]:
             f"{home}, or start the flight in the gait"
         )
     if gait.color == "red" and _distance_from_sheet(gait) <= DEFAULT_TOLERANCE:
-        if (red_label(gait.alpha[:, 0], gait.alpha[:, 1], gait.vehicle) == HOVER_LABEL).all():
+        home_label = (red_label(gait.alpha[:, 0], gait.alpha[:, 1], gait.vehicle) == HOVER_LABEL).all()
+        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
+        if home_label and np.abs(gait.alpha[:, 2:] - gait.alpha[:, :2]).max() <= DEFAULT_TOLERANCE:
             return True, "in the component of α = 0, which ordinary hover can enter and leave"
         return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
     return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"

@@ -7,6 +7,7 @@ Nothing heavy is imported before a command runs.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -27,6 +28,11 @@ _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
 
 
+def _unmarked(value: Any) -> Any:
+    """Give a marked argument its hyphen back."""
+    return "-" + value[1:] if isinstance(value, str) and value.startswith(_MINUS) else value
+
+
 class _Command(click.Command):
     """A command whose arguments may be negative angles as they stand; there are no short options."""
 
@@ -43,8 +49,10 @@ class _Command(click.Command):
         ]
         rest = super().parse_args(ctx, marked)
         for name, value in ctx.params.items():
-            if isinstance(value, str) and value.startswith(_MINUS):
-                ctx.params[name] = "-" + value[1:]
+            if isinstance(value, tuple):
+                ctx.params[name] = tuple(map(_unmarked, value))
+            else:
+                ctx.params[name] = _unmarked(value)
         return rest
 
 
@@ -91,7 +99,7 @@ def _sampling(command: Callable[..., int]) -> Callable[..., int]:
 
 
 def _print_json(content: Any) -> None:
-    click.echo(json.dumps(content, ensure_ascii=False, allow_nan=False))
+    click.echo(json.dumps(content, allow_nan=False))
 
 
 @click.group(cls=_Group, context_settings={"max_content_width": 100})
@@ -220,7 +228,7 @@ def roots_command(
     from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE, roots
     from gaitgraph.vehicle import PAPER, vehicle_named
 
-    numbers = coefficients_of(vehicle_named(vehicle) if vehicle else PAPER, coefficients)
+    numbers = coefficients_of(PAPER if vehicle is None else vehicle_named(vehicle), coefficients)
     tolerance = DEFAULT_CROSSING_TOLERANCE
     if crossing_tolerance is not None:
         tolerance = angle_from_text(crossing_tolerance, "--crossing-tolerance")
@@ -269,7 +277,7 @@ def export_command(
     from gaitgraph.exchange import export
     from gaitgraph.vehicle import vehicle_named
 
-    table = export(gait_file, outputs, vehicle=vehicle_named(vehicle) if vehicle else None, **options)
+    table = export(gait_file, outputs, vehicle=None if vehicle is None else vehicle_named(vehicle), **options)
     if as_json:
         _print_json({"rows": len(table), "columns": list(table.columns), "outputs": list(outputs)})
         return 0
@@ -287,7 +295,7 @@ def vehicles(vehicle: str | None, coefficients: Any, as_json: bool) -> int:
     from gaitgraph.vehicle import preset_names, vehicle_named
 
     rows = []
-    for name in [vehicle] if vehicle else preset_names():
+    for name in preset_names() if vehicle is None else [vehicle]:
         one = vehicle_named(name)
         delta = coefficients_of(one, coefficients).delta
         rows.append({**one.as_mapping(), "delta": delta})
@@ -310,6 +318,10 @@ def _stop(code: int, message: str = "") -> NoReturn:
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its code."""
+    for stream in (sys.stdout, sys.stderr):
+        # An encoding without Greek letters gets question marks instead of a traceback.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()
@@ -326,4 +338,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(0)
     except GaitgraphError as error:
         _stop(2, str(error))
+    except OSError as error:
+        # Every file is guarded in its own place: this is the output itself, a full disk for example.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _stop(2, f"standard output: cannot write: {error.strerror or error}; allowed is a place with room")
     sys.exit(code or 0)

@@ -150,6 +150,6 @@ def _validate_edge(
     for key in ("continuous", "keeps_sign", "flyable"):
         if data[key] is not bool(expected[key][0]):
             raise refuse(f"{key} is {data[key]!r}, computed is {bool(expected[key][0])!r}")
-    if not _close(data["least_singular_value"], float(expected["least_singular_value"][0]), 2e-3):
+    if not _close(data["least_singular_value"], float(expected["least_singular_value"][0]), 2e-5):
         value = float(expected["least_singular_value"][0])
         raise refuse(f"least_singular_value is {data['least_singular_value']!r}, computed is {value!r}")

@@ -8,13 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import GaitgraphError, InputError, shown
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant
 from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheet_angles, text_from_types, types_of
-from gaitgraph.tables import ANGLES, ORDER, Table, check_outputs, read_table, table_of, write_tables
+from gaitgraph.tables import (
+    ACCELERATIONS,
+    ANGLES,
+    ORDER,
+    RATES,
+    Table,
+    check_outputs,
+    read_table,
+    table_of,
+    write_tables,
+)
 from gaitgraph.timing import LAWS, parametrize
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,11 +43,11 @@ def _setting(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -
     """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
     about = table.about
     if vehicle is None:
-        stated = about.get("vehicle")
-        vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else PAPER
+        stated = about.get("vehicle", PAPER.name)
+        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
         coefficients = coefficients or about.get("coefficients")
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    if not isinstance(tolerance, (int, float)) or isinstance(tolerance, bool) or not 0 <= tolerance < math.inf:
+    if not 0 <= number_of(tolerance) < math.inf:
         raise InputError(f"crossing_tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
     return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
@@ -88,9 +99,16 @@ def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
 
 
 def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
-    """Return the table with alpha3, alpha4, color, types and R filled in where they follow from the rest."""
+    """Return the table closed, from t = 0, with every column that follows from the rest.
+
+    Types and R are computed anew for another vehicle or other coefficients. Rows are joined by straight segments:
+    rates that are missing are those just after each row, accelerations between rows are zero.
+    """
+    changed = vehicle is not None or coefficients is not None
     vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
     columns = dict(table.columns)
+    if changed:
+        columns = {name: values for name, values in columns.items() if name not in ("types", "R")}
     if "alpha3" not in columns:
         plane = np.column_stack([columns["alpha1"], columns["alpha2"]])
         lifted = lift(plane, columns["color"], vehicle=vehicle, coefficients=numbers)
@@ -106,6 +124,13 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
         columns["types"] = tuple(text_from_types(*pair) for pair in np.where(painted, red, blue).tolist())
     if "R" not in columns:
         columns["R"] = np.asarray(level_determinant(alpha, numbers))
+    columns = _closed(columns)
+    if not any(name in columns for name in (*RATES, *ACCELERATIONS)) and len(columns["t"]) > 1:
+        step = np.diff(columns["t"])
+        for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
+            slope = np.diff(columns[name]) / step
+            columns[rate] = np.append(slope, slope[0]) + 0.0
+            columns[acceleration] = np.zeros(len(columns["t"]))
     about = {**table.about, "vehicle": vehicle.as_mapping(), "coefficients": numbers.kind}
     return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
 
@@ -124,8 +149,9 @@ def export(
 ) -> Table:
     """Read a gait file and write it to other files.
 
-    A table with a clock keeps its rows as they are, and columns that follow from them are added. A table without
-    one, or any of `period`, `law`, `samples`, `rate`, puts a new clock on the closed polyline through the rows.
+    A table with a clock keeps its rows, counted from t = 0 and closed, and columns that follow from them are added.
+    A table without one, one of a single row, or any of `period`, `law`, `samples`, `rate`, puts a new clock on the
+    closed polyline through the rows.
 
     Returns
     -------
@@ -140,7 +166,7 @@ def export(
     paths = list(outputs)
     check_outputs(paths, force=force)
     table = read_table(source)
-    retime = "t" not in table or any(option is not None for option in (period, law, samples, rate))
+    retime = "t" not in table or len(table) == 1 or any(option is not None for option in (period, law, samples, rate))
     try:
         if retime:
             gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
@@ -159,6 +185,19 @@ def export(
         table = table_of(timed)
     write_tables(table, paths, force=force)
     return table
+
+
+def _closed(columns: dict[str, Any]) -> dict[str, Any]:
+    """Return the columns with t from 0 and a closing row, one mean step later, if the last row is not the first."""
+    angles = np.column_stack([columns[name] for name in ANGLES])
+    t = columns["t"] - columns["t"][0]
+    if len(t) == 1 or np.abs(angles[-1] - angles[0]).max() <= _CLOSED:
+        return {**columns, "t": t}
+    out = {
+        name: np.append(values, values[0]) if isinstance(values, np.ndarray) else (*values, values[0])
+        for name, values in columns.items()
+    }
+    return {**out, "t": np.append(t, t[-1] + t[-1] / (len(t) - 1))}
 
 
 def _default(*values: Any) -> Any:

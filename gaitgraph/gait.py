@@ -7,12 +7,14 @@ points of one sheet lies on that sheet.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface import (
@@ -148,7 +150,7 @@ class Gait:
     def started_at(self, corner: int) -> Gait:
         """Return the same loop started at another of its corners (0 ≤ corner < n)."""
         n = len(self.alpha)
-        if not 0 <= corner < n:
+        if isinstance(corner, bool) or not isinstance(corner, (int, np.integer)) or not 0 <= corner < n:
             raise InputError(f"corner: {corner!r}; allowed is 0 to {n - 1}")
         return self._reordered([(corner + k) % n for k in range(n)])
 
@@ -175,7 +177,7 @@ class Gait:
         return replace(gait, colors=self.colors) if self.color == "red" else gait
 
     def _scaled(self, eta: float, factors: list[float]) -> Gait:
-        if not (isinstance(eta, (int, float)) and math.isfinite(eta) and 0 < eta <= 1):
+        if not 0 < number_of(eta) <= 1:
             raise InputError(f"eta: {shown(eta)}; allowed is a number in (0, 1]")
         colors = self.colors if eta == 1 else ()
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors)
@@ -243,6 +245,8 @@ def lift(
         raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 1")
     coefficients = coefficients or coefficients_of(vehicle)
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
+    if not isinstance(colors, Iterable):
+        raise InputError(f"colors: {shown(colors)}; allowed is one for all, or one for each point")
     names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
     if len(names) != len(plane):
         raise InputError(f"colors: {len(names)} for {len(plane)} points; allowed is one for all, or one for each")
@@ -285,7 +289,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
-    if not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
+    if not 0 <= number_of(tolerance) < math.inf:
         raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
     low, high = points.min(axis=0), points.max(axis=0)
     at_high = points >= high - tolerance

@@ -23,8 +23,8 @@ Edge attributes
     ``length`` in the (α1, α2) plane [rad];
     ``jump``, by how much (α3, α4) leave a continuous motion [rad], 0 for an edge that stays on its sheet;
     ``continuous``, whether jump is 0; ``keeps_sign``, whether R keeps its sign along the whole edge;
-    ``least_singular_value``, a lower bound along the whole edge, exact physics, within 1e-3 of the least value
-    on red (0 on blue and on jumps, where nothing better is claimed);
+    ``least_singular_value``, the least value along the whole edge, exact physics, to within 1e-5 on red; 0 on blue,
+    where it is less than that, and on jumps, where nothing is claimed;
     ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length.
 """
 
@@ -40,7 +40,7 @@ import numpy.typing as npt
 
 from gaitgraph.checks import DEFAULT_FLOOR, jumps
 from gaitgraph.coloring import neighbors_allowed
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -52,7 +52,7 @@ from gaitgraph.segments import (
     thrust_shares_along,
     thrusts_push_up,
 )
-from gaitgraph.surface import COLORS, root_arrays, sheet_grid, text_from_types
+from gaitgraph.surface import COLORS, checked_plane_angles, root_arrays, sheet_grid, text_from_types
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -79,7 +79,8 @@ DEFAULT_DIVISIONS = 16
 MOST_DIVISIONS = 1024
 
 _SAME = 1e-12
-_SINGULAR_VALUE_TOLERANCE = 1e-3
+_SNAP = 1e-9
+_SINGULAR_VALUE_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,11 +185,12 @@ def _waypoint_nodes(
     axis: FloatArray, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float
 ) -> tuple[Any, ...]:
     plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
+    checked_plane_angles(plane[:, 0], plane[:, 1])
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2, initial=math.inf).max(axis=1, initial=0.0)
-    plane = plane[away > _SAME]
+    plane = plane[away > _SNAP]
     kept: list[Any] = []
     for point in plane:
-        if not any(np.abs(point - other).max() <= _SAME for other in kept):
+        if not any(np.abs(point - other).max() <= _SNAP for other in kept):
             kept.append(point)
     plane = np.array(kept).reshape(-1, 2)
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)
@@ -266,13 +268,13 @@ def edge_quantities(
     flyable = np.zeros(len(edge), dtype=bool)
     if len(edge):
         noise = noise_of(coefficients)
-        least = least_level_determinant(starts, ends, coefficients, sign=wanted, floor=noise, each=True)
+        least = least_level_determinant(starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True)
         keeps_sign = least.lower >= noise
     smooth = red[a] & red[b] & (jump == 0) & keeps_sign
     if smooth.any():
         p, q = starts[smooth], ends[smooth]
         bracket = least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
-        singular[smooth] = bracket.lower
+        singular[smooth] = bracket.upper
         flies = bracket.lower >= floor
         close = ~flies & (bracket.upper >= floor)
         if close.any():
@@ -317,7 +319,8 @@ def surface_graph(
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
         blue nodes, since R = 0 there.
     waypoints
-        Further points (α1, α2), shape (k, 2) [rad]; those off the grid become nodes of their own.
+        Further points (α1, α2), shape (k, 2) [rad]; those off the grid, by more than 1e-9 rad, become nodes of their
+        own.
     zones
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
@@ -392,5 +395,8 @@ def surface_graph(
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return what a surface graph was built for, from its metadata."""
+    for key in ("vehicle", "coefficients"):
+        if key not in graph.graph:
+            raise ContractError(f"graph metadata: {key!r} is missing")
     vehicle = vehicle_from_mapping(graph.graph["vehicle"])
     return vehicle, coefficients_of(vehicle, graph.graph["coefficients"])

@@ -456,10 +456,11 @@ def least_singular_value(
     return np.linalg.svd(matrix, compute_uv=False)[..., -1]
 
 
-def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
-    """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...).
+def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:
+    """Return the smaller of the two lone singular values and the smaller one of the 2×2 block, level, on red.
 
-    On the red sheet the matrix splits: two 1×1 blocks and a 2×2 block with columns √2·(cos αᵢ, sin βᵢ/cos δ).
+    At α = (α1, α2, α1, α2) the scaled decoupling matrix splits: two 1×1 blocks √2·|cos β1|/cos δ and
+    √2·|cos β2|/cos δ, and a 2×2 block with columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     kappa = vehicle.signed_drag_ratio
@@ -469,4 +470,9 @@ def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, ve
     minor = np.abs(c1 * q - c2 * p)
     squares = c1**2 + c2**2 + p**2 + q**2
     largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
-    return math.sqrt(2.0) * np.minimum(alone, minor / largest)
+    return math.sqrt(2.0) * alone, math.sqrt(2.0) * minor / largest
+
+
+def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
+    """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
+    return np.minimum(*singular_values_on_red(alpha1, alpha2, vehicle))

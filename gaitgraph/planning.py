@@ -183,7 +183,7 @@ def _served(graph: nx.Graph[Any], waypoints: Iterable[Point]) -> list[list[Any]]
     plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
     out = []
     for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= 1e-12)[0]
+        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= 1e-9)[0]
         out.append([nodes[k] for k in near])
     return out
 

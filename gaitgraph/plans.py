@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -180,6 +181,7 @@ class Plan:
             "checks": loop.get("checks", []),
             "warnings": list(self.warnings),
             "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
+            "crossing_tolerance": math.pi / (2 * self.request.divisions),
             "method": self.request.method,
             "request": request,
         }

@@ -149,7 +149,7 @@ class Zones:
 def _polygons(value: object, name: str) -> list[Polygon]:
     import shapely
 
-    if not isinstance(value, (list, tuple)):
+    if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
     polygons = []
     for number, corners in enumerate(value, start=1):

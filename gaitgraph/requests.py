@@ -15,7 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.angles import HALF_PI, angle_from_text
+import numpy as np
+
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.checks import DEFAULT_FLOOR
 from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
@@ -106,20 +108,20 @@ class PlanRequest:
 
         for name, allowed in _CHOICES.items():
             value = getattr(self, name)
-            if value not in allowed:
+            if not isinstance(value, str) or value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
                 raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
         for name in ("any_order", "reverse"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name}: {shown(getattr(self, name))}; allowed are true and false")
         put("divisions", checked_divisions(self.divisions))
-        for name, unit in (("period", "seconds"), ("floor", "a singular value")):
-            value = getattr(self, name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and math.isfinite(value) and value > 0):
-                raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({unit})")
-        if not isinstance(self.vehicle, Vehicle):
-            put("vehicle", vehicle_named(self.vehicle))
+        if not 1e-6 <= number_of(self.period) <= 1e9:
+            raise InputError(f"period: {shown(self.period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
+        if not 0 <= number_of(self.floor) < math.inf:
+            raise InputError(f"floor: {shown(self.floor)}; allowed is a finite number ≥ 0 (a singular value)")
+        put("period", float(self.period))
+        put("floor", float(self.floor))
+        put("vehicle", _vehicle(self.vehicle))
         put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
         points = _waypoints(self.waypoints)
         put("waypoints", _merged(points))
@@ -128,7 +130,7 @@ class PlanRequest:
             put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
         if self.any_order and len(self.waypoints) > MOST_ANY_ORDER:
             raise InputError(f"any_order: {len(self.waypoints)} waypoints; allowed are {MOST_ANY_ORDER} at most")
-        if len(self.keep_out) or len(self.keep_in):
+        if any(not isinstance(part, (list, tuple)) or part for part in (self.keep_out, self.keep_in)):
             put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
 
     def as_mapping(self) -> dict[str, Any]:
@@ -143,9 +145,19 @@ class PlanRequest:
         return out
 
 
+def _vehicle(value: object) -> Vehicle:
+    if isinstance(value, Vehicle):
+        return value
+    if isinstance(value, dict):
+        return vehicle_from_mapping(value)
+    if isinstance(value, (str, Path)):
+        return vehicle_named(value)
+    raise InputError(f"vehicle: {shown(value)}; allowed is a preset's name, a .toml file or a table of constants")
+
+
 def _waypoints(value: Any) -> list[Point]:
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
-    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+    if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
     if not len(value):
         raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
@@ -153,7 +165,7 @@ def _waypoints(value: Any) -> list[Point]:
         raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
     points = []
     for number, pair in enumerate(value, start=1):
-        if isinstance(pair, (str, bytes)) or not hasattr(pair, "__len__") or len(pair) != 2:
+        if not isinstance(pair, (list, tuple, np.ndarray)) or len(pair) != 2:
             raise InputError(f"waypoint {number}: {shown(pair)}; allowed is [alpha1, alpha2]")
         point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         for k, angle in enumerate(point, start=1):
@@ -203,11 +215,6 @@ def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str
             raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(known)}")
     if "waypoints" not in content:
         raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
-    vehicle = content.get("vehicle")
-    if isinstance(vehicle, dict):
-        content["vehicle"] = vehicle_from_mapping(vehicle)
-    elif vehicle is not None and not isinstance(vehicle, str):
-        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a preset's name, a .toml file or a table of constants")
     return PlanRequest(**content), sampling
 
 

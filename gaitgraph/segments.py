@@ -19,8 +19,8 @@ from gaitgraph.invertibility import (
     Coefficients,
     hover_thrust_shares,
     least_singular_value,
-    least_singular_value_on_red,
     level_determinant,
+    singular_values_on_red,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -73,6 +73,7 @@ def least_along(
     tolerance: float,
     floor: float = math.inf,
     each: bool = False,
+    enough: FloatArray | None = None,
 ) -> Least:
     """Bracket the least of a function along straight segments.
 
@@ -90,6 +91,8 @@ def least_along(
         If given, a segment is settled as soon as the comparison of its least value with `floor` is.
     each
         Whether every segment's own bracket is narrowed, or only that of the least of all.
+    enough
+        If given, for each segment a value from which on nothing more needs to be known, shape (m,).
 
     Notes
     -----
@@ -112,6 +115,8 @@ def least_along(
         open_ = (least < reference - tolerance) & (least < floor)
         if math.isfinite(floor):
             open_ &= reference >= floor
+        if enough is not None:
+            open_ &= least < enough[segment]
         if open_.sum() > _MOST_INTERVALS:
             open_[:] = False
         np.minimum.at(lower, segment[~open_], least[~open_])
@@ -206,24 +211,31 @@ def least_singular_value_along(
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
     Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
-    ‖Δα‖ with that constant. On the red sheet the closed form replaces the decomposition.
+    ‖Δα‖ with that constant. On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a
+    segment is known; only the third is searched.
     """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     lipschitz = math.sqrt(2.0 + vehicle.drag_ratio**2)
-    starts, ends = (
-        np.atleast_2d(np.asarray(starts, dtype=float)),
-        np.atleast_2d(np.asarray(ends, dtype=float)),
-    )
     on_red = all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
 
     def value(alpha: FloatArray) -> FloatArray:
         if on_red:
-            return np.asarray(least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
+            return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
         return np.asarray(least_singular_value(alpha, vehicle))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return np.asarray(np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
 
-    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+    if not on_red:
+        return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    quarter = math.pi / 2
+    phases = [side[:, :2] + np.array([-delta, delta]) + quarter for side in (starts, ends)]
+    alone = math.sqrt(2.0) / math.cos(delta) * _least_sine(phases[0], phases[1]).min(axis=1)
+    enough = alone if each else np.full(len(alone), alone.min())
+    third = least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, enough=enough)
+    fraction = np.where(third.upper <= alone, third.fraction, _where_least_sine(phases[0], phases[1]))
+    return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
 
 
 def keeps_singular_value_above(
@@ -247,6 +259,17 @@ def _least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
     """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
     zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
     return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def _where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return where, as a fraction, the least |sin| of several phases, shape (m, k), is met on intervals, shape (m,)."""
+    ends = np.stack([np.abs(np.sin(x0)), np.abs(np.sin(x1))], axis=-1)
+    zero = np.maximum(np.floor(x0 / math.pi), np.floor(x1 / math.pi)) * math.pi
+    crossing = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
+    fraction = np.where(ends[..., 1] < ends[..., 0], 1.0, 0.0)
+    fraction = np.where(crossing, (zero - x0) / np.where(crossing, x1 - x0, 1.0), fraction)
+    least = np.where(crossing, 0.0, ends.min(axis=-1))
+    return np.asarray(np.take_along_axis(fraction, np.argmin(least, axis=1)[:, None], axis=1)[:, 0])
 
 
 def _residual_phases(alpha: FloatArray, delta: float) -> tuple[FloatArray, ...]:

@@ -41,7 +41,7 @@ def _setting(plan: Plan) -> str:
 
 
 def _refused(plan: Plan) -> list[str]:
-    return ["No gait.", *(_item(obstacle.message) for obstacle in plan.obstacles), _setting(plan)]
+    return ["No gait.", *map(_item, dict.fromkeys(obstacle.message for obstacle in plan.obstacles)), _setting(plan)]
 
 
 def _planned(plan: Plan, loop: Loop) -> list[str]:

@@ -249,6 +249,8 @@ def types_of(
     A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
+    if not 0 <= number_of(crossing_tolerance) < math.inf:
+        raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
     sign = np.int8(_SIGN[color])
     reach = crossing_tolerance + _ROUND_OFF
     near3 = distance_to_multiple(np.asarray(alpha1, dtype=float) - coefficients.delta, HALF_PI) <= reach

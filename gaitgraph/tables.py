@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import FileProblem, InputError, OutputExists, did_you_mean, shown
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.surface import (
     COLORS,
     checked_plane_angles,
@@ -40,11 +40,11 @@ FloatArray = npt.NDArray[np.float64]
 
 FORMAT = "gaitgraph gait table"
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
-_RATES = tuple(f"{name}_rate" for name in ANGLES)
-_ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
+RATES = tuple(f"{name}_rate" for name in ANGLES)
+ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
 _DEGREES = {f"{name}_deg": name for name in ANGLES}
 _TEXTS = ("color", "types")
-ORDER = ("t", *ANGLES, "color", "types", "R", *_RATES, *_ACCELERATIONS)
+ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,16 +144,24 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     seen: set[Path] = set()
     for path in map(Path, paths):
         writer_for(path)
-        resolved = path.resolve()
-        if resolved in seen:
-            raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
-        seen.add(resolved)
-        if path.is_dir():
-            raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
-        if path.exists() and not force:
-            raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-        if not path.parent.is_dir():
-            raise FileProblem(f"output: folder {str(path.parent)!r} does not exist; allowed is an existing folder")
+        try:
+            resolved, folder = _target(path), path.parent
+            if resolved in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(resolved)
+            if path.is_dir():
+                raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
+            if os.path.lexists(path) and not force:
+                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+            if not folder.is_dir():
+                what = "is no folder" if folder.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+            path.exists()  # a name that the file system refuses is refused here
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
 
 
 def write_tables(table: Table, paths: Sequence[str | Path], *, force: bool = False) -> None:
@@ -178,34 +186,49 @@ def write_tables(table: Table, paths: Sequence[str | Path], *, force: bool = Fal
         If a suffix is not known or a file is named twice.
     """
     check_outputs(paths, force=force)
-    for path, content in [(Path(path), writer_for(path)(table)) for path in paths]:
-        _write_whole(path, content, force=force)
+    _write_whole([(Path(path), writer_for(path)(table)) for path in paths], force=force)
 
 
-def _write_whole(path: Path, content: bytes, *, force: bool) -> None:
-    """Write to a new file beside the target, then put it in place in one step."""
-    scratch = None
+def _write_whole(contents: Sequence[tuple[Path, bytes]], *, force: bool) -> None:
+    """Write every file beside its target first, then put all in place, each in one step."""
+    scratches: list[Path] = []
+    path = Path()
     try:
-        handle, scratch = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(scratch).chmod(0o666 & ~umask)
-        if force:
-            Path(scratch).replace(path)
-        else:
-            _place_new(Path(scratch), path)
+        for path, content in contents:
+            handle, scratch = tempfile.mkstemp(prefix=".gaitgraph-", suffix=".part", dir=_target(path).parent)
+            scratches.append(Path(scratch))
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            Path(scratch).chmod(_mode(_target(path)))
+        for (path, _), whole in zip(contents, scratches, strict=True):
+            if force:
+                whole.replace(_target(path))
+            else:
+                _place_new(whole, path)
     except FileExistsError as error:
         raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
     except OSError as error:
         raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
     finally:
-        if scratch is not None:
+        for whole in scratches:
             with contextlib.suppress(FileNotFoundError):
-                Path(scratch).unlink()
+                whole.unlink()
+
+
+def _target(path: Path) -> Path:
+    """Return the file that a path leads to, through links."""
+    return Path(os.path.realpath(path))
+
+
+def _mode(path: Path) -> int:
+    """Return the permissions of a file, or those that a new one gets."""
+    with contextlib.suppress(OSError):
+        return path.stat().st_mode & 0o7777
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
 
 
 def _place_new(scratch: Path, path: Path) -> None:
@@ -282,7 +305,7 @@ def _from_csv(text: str) -> Table:
 
 def _from_json(text: str) -> Table:
     try:
-        content = json.loads(text)
+        content = json.loads(text, parse_constant=_no_constant)
     except RecursionError as error:
         raise InputError("it is nested too deeply; allowed is a gait table") from error
     except ValueError as error:
@@ -304,8 +327,16 @@ def _from_json(text: str) -> Table:
     columns = content.get("columns", content)
     if not isinstance(about, dict) or not isinstance(columns, dict):
         raise InputError(f"'about' or 'columns' is no object; {allowed}")
+    try:
+        json.dumps(about, allow_nan=False)
+    except ValueError as error:
+        raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
     lists = [(name, values) for name, values in columns.items() if isinstance(values, list)]
     return _table(lists, about)
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 def _from_plan(content: dict[str, Any]) -> Table:
@@ -316,11 +347,15 @@ def _from_plan(content: dict[str, Any]) -> Table:
     if not rows:
         raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
     columns = [(name, [row[k] for row in path]) for k, name in enumerate(ANGLES)]
+    if not isinstance(colors, list):
+        raise InputError(f"colors: {shown(colors)}; allowed is a list of 'red' and 'blue'")
     if colors:
         columns.append(("color", colors))
     request = content.get("request")
     keys = ("vehicle", "coefficients", "period", "law")
     about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
+    if "crossing_tolerance" in content:
+        about["crossing_tolerance"] = content["crossing_tolerance"]
     return _table(columns, about)
 
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report, check_gait
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility import level_determinant
@@ -306,15 +307,15 @@ def parametrize(
     -----
     Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
     """
-    if not _is_positive(period):
-        raise InputError(f"period: {shown(period)}; allowed is a positive finite number of seconds")
+    if not 1e-6 <= number_of(period) <= 1e9:
+        raise InputError(f"period: {shown(period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
     if law not in LAWS:
         hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
         raise InputError(f"law: {shown(law)}; allowed are {', '.join(LAWS)}{hint}")
     if samples is not None and rate is not None:
         raise InputError(f"samples, rate: {shown(samples)} and {shown(rate)}; allowed is one of the two")
     if rate is not None:
-        if not _is_positive(rate):
+        if not 0 < number_of(rate) < math.inf:
             raise InputError(f"rate: {shown(rate)}; allowed is a positive finite number (Hz)")
         if period * rate > MOST_SAMPLES:
             raise InputError(
@@ -325,9 +326,3 @@ def parametrize(
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
         raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
     return TimedGait(gait=gait, period=float(period), law=law, samples=int(count))
-
-
-def _is_positive(value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        return False
-    return bool(math.isfinite(value) and value > 0)

@@ -107,7 +107,7 @@ class Vehicle:
     thrust_coefficient: float | None = None
     drag_coefficient: float | None = None
     drag_to_thrust: float | None = None
-    drag_ratio: float = math.nan
+    drag_ratio: float = None  # type: ignore[assignment]  # always known after construction
     inertia: tuple[float, float, float] | None = None
     first_arm_angle: float = 0.0
     first_rotor_spin: Spin = "clockwise"
@@ -117,13 +117,10 @@ class Vehicle:
     max_thrust: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"vehicle name: {shown(self.name)}; allowed is a text that is not empty")
+        if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
+            raise InputError(f"vehicle name: {shown(self.name)}; allowed is a printable text that is not empty")
         for field in _UNITS:
             value = getattr(self, field)
-            if field == "drag_ratio" and (value is None or (isinstance(value, float) and math.isnan(value))):
-                object.__setattr__(self, field, math.nan)
-                continue
             if value is None and field != "gravity":
                 continue
             if field == "inertia":
@@ -140,20 +137,21 @@ class Vehicle:
             )
         self._resolve("drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf")
         self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
-        if not 1e-9 <= (1.0 if math.isnan(self.drag_ratio) else self.drag_ratio) <= 1e9:
-            raise InputError(f"drag_ratio: {self.drag_ratio!r}; allowed is 1e-9 to 1e9 (dimensionless)")
-        if math.isnan(self.drag_ratio):
+        drag_ratio: float | None = self.drag_ratio
+        if drag_ratio is None:
             raise InputError(
                 "vehicle constants do not determine the drag ratio κ; allowed are thrust_coefficient, "
                 "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
             )
+        if not 1e-9 <= drag_ratio <= 1e9:
+            raise InputError(f"drag_ratio: {drag_ratio!r}; allowed is 1e-9 to 1e9 (dimensionless)")
 
     def _resolve(self, field: str, derive: Any, formula: str) -> None:
         """Fill a derived constant, or check the one that was stated against it."""
         derived, stated = derive(), getattr(self, field)
         if derived is None:
             return
-        if stated is None or math.isnan(stated):
+        if stated is None:
             # A quotient of extreme constants can overflow or vanish.
             object.__setattr__(self, field, _positive(field, derived))
         elif not math.isclose(stated, derived, rel_tol=1e-6):
@@ -205,12 +203,12 @@ class Vehicle:
         if "drag_ratio" in changes:
             changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
         elif "drag_to_thrust" in changes:
-            changes = {"drag_coefficient": None, "drag_ratio": math.nan} | changes
+            changes = {"drag_coefficient": None, "drag_ratio": None} | changes
         else:
             if new["thrust_coefficient"] is not None and new["drag_coefficient"] is not None:
                 changes["drag_to_thrust"] = None
             if new["arm_length"] is not None and (new["drag_to_thrust"] is not None or "drag_to_thrust" in changes):
-                changes["drag_ratio"] = math.nan
+                changes["drag_ratio"] = None
         return replace(self, **changes)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -229,7 +227,7 @@ def _quotient(numerator: float | None, denominator: float | None) -> float | Non
 
 def _positive(name: str, value: object) -> float:
     number = angle_from_text(value, name) if name in _ANGLES and isinstance(value, str) else number_of(value)
-    if not (math.isfinite(number) and number > 0):
+    if not 1e-30 <= number <= 1e30:
         raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({_UNITS[name]})")
     return number
 

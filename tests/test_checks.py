@@ -195,3 +195,14 @@ def test_reports_print_and_serialise() -> None:
     assert plain["warnings"]
     with pytest.raises(KeyError):
         report["nothing"]
+
+
+@pytest.mark.parametrize("name", ["tolerance", "floor", "angle_rounding"])
+@pytest.mark.parametrize("value", [float("nan"), -1.0, float("inf"), "x"])
+def test_limits_are_checked(name: str, value: object) -> None:
+    with pytest.raises(gg.InputError, match=f"{name}: .* allowed is a finite number"):
+        lift(GAITS[2].angles, "red").check(**{name: value})
+
+
+def test_no_tolerance_at_all_is_a_tolerance() -> None:
+    assert lift(GAITS[2].angles, "red").check(tolerance=0).valid

@@ -199,6 +199,8 @@ WRONG = [
     ("plan --waypoint 0,0 --rate -3", "rate: -3.0"),
     ("plan --waypoint 0,0 --rate 3 --samples 2", "samples, rate"),
     ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
+    ("plan --waypoint 0,0 --vehicle=", "vehicle: ''"),
+    ("roots 0 0 --vehicle=", "vehicle: ''"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
     ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "'published' belong to the paper"),
@@ -258,6 +260,37 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
 def command(*args: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "gaitgraph", *args], capture_output=True, text=True, check=False, **options
+    )
+
+
+def test_outputs_may_begin_with_a_negative_number(run: Any) -> None:
+    run("plan", *waypoints(G3), "--output", "a.csv")
+    assert run("export", "a.csv", "-1.csv").code == 0
+    assert Path("-1.csv").read_bytes() == Path("a.csv").read_bytes()
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1"])
+def test_narrow_encodings_get_question_marks(tmp_path: Path, encoding: str) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    for arguments in (["roots", "0.3", "-0.4"], ["roots", "9", "0"], ["plan", *waypoints(G3), "--json"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "gaitgraph", *arguments],
+            capture_output=True, encoding=encoding, check=False, cwd=tmp_path, env=environment,
+        )  # fmt: skip
+        assert done.returncode == (2 if "9" in arguments else 0)
+        assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+def test_a_full_output_is_one_line(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "gaitgraph", "vehicles"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert (
+        done.stderr
+        == "gaitgraph: standard output: cannot write: No space left on device; allowed is a place with room\n"
     )
 
 

@@ -199,3 +199,12 @@ def test_vertices_of_a_sampled_curve_need_its_tolerance() -> None:
 def test_vertex_tolerance_is_checked(tolerance: float) -> None:
     with pytest.raises(gg.InputError, match="tolerance"):
         vertices([[0, 0, 0, 0]], tolerance)
+
+
+def test_corners_are_counted_in_whole_numbers() -> None:
+    gait = lift([(0.1, 0.2), (0.3, 0.4)], "red")
+    for corner in (1.5, True, -1, 2, "1"):
+        with pytest.raises(gg.InputError, match="corner: .* allowed is 0 to 1"):
+            gait.started_at(corner)  # type: ignore[arg-type]
+    with pytest.raises(gg.InputError, match="colors: None"):
+        lift([(0.1, 0.2)], None)  # type: ignore[arg-type]

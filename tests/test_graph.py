@@ -116,8 +116,9 @@ def test_flags_hold_along_whole_edges(sign: Any) -> None:
     np.testing.assert_array_equal(arrays.keeps_sign[decided], keeps[decided])
     red = arrays.red[a] & arrays.red[b] & arrays.keeps_sign
     least = least_singular_value(along[:, red]).min(axis=0)
-    assert (arrays.least_singular_value[red] <= least + 1e-12).all()
-    assert (arrays.least_singular_value[red] >= least - 2e-3).all()
+    # The sampled least is a little above the true one, the attribute within 1e-5 of it.
+    assert (arrays.least_singular_value[red] <= least + 1.1e-5).all()
+    assert (arrays.least_singular_value[red] >= least - 1e-5).all()
     shares = gg.hover_thrust_shares(along[:, arrays.flyable])
     assert shares.min() > 0
     assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
@@ -287,3 +288,9 @@ def test_divisions_are_checked(divisions: Any) -> None:
 def test_signs_are_checked() -> None:
     with pytest.raises(gg.InputError, match="sign: 'up'"):
         surface_graph("up")  # type: ignore[arg-type]
+
+
+def test_waypoints_of_a_graph_are_checked() -> None:
+    for point in ((float("nan"), 0.0), (2.0, 0.0)):
+        with pytest.raises(gg.InputError, match="alpha1: "):
+            surface_graph(waypoints=[point])

@@ -290,6 +290,19 @@ def test_progress_is_told() -> None:
         ({"waypoints": []}, "waypoints: none given"),
         ({"waypoints": "0,0"}, "waypoints: '0,0'"),
         ({"waypoints": 3}, "waypoints: 3"),
+        ({"waypoints": [{"alpha1": 0.3, "alpha2": 0.4}]}, "waypoint 1: "),
+        ({"keep_out": 5}, "keep_out: 5"),
+        ({"keep_in": True}, "keep_in: True"),
+        ({"keep_out": {}}, "keep_out: {}"),
+        ({"keep_in": ""}, "keep_in: ''"),
+        ({"vehicle": None}, "vehicle: None"),
+        ({"vehicle": 5}, "vehicle: 5"),
+        ({"vehicle": ""}, "vehicle: ''"),
+        ({"vehicle": {"name": "\ud800", "drag_ratio": 0.1}}, "vehicle name: "),
+        ({"period": 10**400}, "period: 1000"),
+        ({"period": 1e-160}, "period: 1e-160"),
+        ({"floor": 10**400}, "floor: 1000"),
+        ({"color": np.array(["red"])}, "color: array"),
         ({"waypoints": [1, 2]}, "waypoint 1: 1"),
         ({"waypoints": [(0, 0, 0)]}, "waypoint 1: "),
         ({"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1: 'x'"),
@@ -303,7 +316,7 @@ def test_progress_is_told() -> None:
         ({"law": "x"}, "law: 'x'"),
         ({"divisions": 1}, "divisions: 1"),
         ({"period": -1}, "period: -1"),
-        ({"floor": math.nan}, "floor: nan"),
+        ({"floor": math.nan}, "floor: nan; allowed is a finite number ≥ 0"),
         ({"reverse": 1}, "reverse: 1"),
         ({"vehicle": "papr"}, "vehicle: 'papr'.* did you mean 'paper'"),
         ({"coefficients": "x"}, "coefficients: 'x'"),
@@ -341,3 +354,58 @@ def test_whatever_is_planned_holds_when_sampled(points: list[tuple[float, float]
     if plan.report.flyable:
         assert gg.least_singular_value(along).min() >= 0.05
         assert gg.hover_thrust_shares(along).min() > 0
+
+
+def test_robust_ties_are_ties() -> None:
+    """Two waypoints whose own least singular value is the worst case: the straight way is as robust as any."""
+    for points, divisions in (
+        ([("-pi/8", "3pi/8"), ("-pi/8", "5pi/16")], 16),
+        ([("-3pi/8", "pi/8"), ("-3pi/8", "0")], 8),
+    ):
+        shortest, robust = (
+            gg.plan_loop(points, color="red", sign="positive", divisions=divisions, objective=objective)
+            for objective in ("shortest", "robust")
+        )
+        assert shortest.loop is not None
+        assert robust.loop is not None
+        assert robust.loop.length == pytest.approx(shortest.loop.length)
+
+
+def test_blue_edges_with_a_tiny_R_of_one_sign_are_used() -> None:
+    for divisions, cells in ((40, ((5, 1), (5, 2))), (32, ((1, 27), (1, 28)))):
+        points = [tuple(-pi / 2 + k * pi / divisions for k in cell) for cell in cells]
+        plan = gg.plan_loop(points, divisions=divisions, color="blue", sign="negative")
+        assert plan.loop is not None
+        assert plan.loop.length == pytest.approx(2 * pi / divisions)
+
+
+def test_a_root_on_a_side_shifted_by_pi_is_judged_as_red() -> None:
+    plan = gg.plan_loop([(pi / 2, -0.5)], sign="positive", color="red")
+    assert plan.gait.alpha[0, 2] == -pi / 2
+    assert plan.report["R_sign"].decided
+    assert plan.report.reachable_from_hover is False
+
+
+def test_waypoints_that_are_grid_nodes_but_for_digits_are_those_nodes() -> None:
+    points = [(1.1780972451, -1.1780972451), (1.1780972451, -0.3926990817), (0.3926990817, -0.3926990817)]
+    assert len(gg.plan_loop(points, color="red").gait.alpha) == 3
+
+
+def test_an_infeasible_plan_says_each_thing_once() -> None:
+    text = str(gg.plan_loop(G1.waypoints, coefficients="exact"))
+    assert len(text.splitlines()) == len(set(text.splitlines()))
+
+
+def test_a_vehicle_may_be_a_mapping_and_polygons_arrays() -> None:
+    square = np.array([(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)])
+    plan = gg.plan_loop(G3.waypoints, vehicle={"drag_ratio": 0.1}, keep_out=np.array([square]))
+    assert plan.request.vehicle.drag_ratio == 0.1
+    assert plan.loop is not None
+    assert plan.loop.length > pi
+
+
+def test_a_graph_without_its_metadata_is_refused() -> None:
+    import networkx as nx
+
+    with pytest.raises(gg.ContractError, match="'vehicle' is missing"):
+        gg.plan_loop(G3.waypoints, graph=nx.Graph())

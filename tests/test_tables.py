@@ -188,7 +188,10 @@ BAD_JSON = [
     ('{"columns": 3}', "'about' or 'columns' is no object"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}', "columns have 1 to 2 rows"),
     ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is True"),
-    ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is nan"),
+    ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "NaN is no number of JSON"),
+    ('{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is inf"),
+    ('{"path": [[1, -1, 1, -1]], "colors": 5}', "colors: 5; allowed is a list"),
+    ('{"about": {"x": 1e999}, "alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "about: "),
     ('{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is \\[0\\]"),
     ('{"alpha1": [0], "alpha2": [0], "color": [["red"]]}', "row 1: color is \\['red'\\]"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types is 1"),
@@ -346,3 +349,72 @@ def test_a_table_knows_its_columns() -> None:
     assert math.isclose(table["t"][-1], 1.0)
     with pytest.raises(gg.InputError, match="suffixes"):
         write_tables(table, ["gait.parquet"])
+
+
+def test_another_vehicle_or_other_coefficients_change_types_and_r(tmp_path: Path) -> None:
+    gg.plan_loop(G3.waypoints).timed(samples=4).write(tmp_path / "a.json")
+    beetle = gg.vehicle_named("beetle_omni")
+    for options in ({"vehicle": beetle}, {"coefficients": "exact"}):
+        table = export(tmp_path / "a.json", [tmp_path / "b.json"], force=True, **options)
+        vehicle = options.get("vehicle", gg.PAPER)
+        expected = gg.level_determinant(table.alpha, gg.coefficients_of(vehicle, "exact"))  # type: ignore[arg-type]
+        np.testing.assert_allclose(table["R"], expected)
+        assert table.about["coefficients"] == "exact"
+
+
+def test_a_vehicle_by_name_in_about_is_that_vehicle(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    columns = {f"alpha{k}": [0.4 * (-1) ** (k + 1)] for k in range(1, 5)}
+    path.write_text(json.dumps({"about": {"vehicle": "beetle_omni"}, "columns": columns}))
+    assert gait_of(read_table(path)).vehicle.name == "beetle_omni"
+    path.write_text(json.dumps({"about": {"vehicle": 5}, "columns": columns}))
+    with pytest.raises(gg.InputError, match="vehicle: 5"):
+        gait_of(read_table(path))
+
+
+def test_a_saved_plan_and_the_written_table_agree(tmp_path: Path) -> None:
+    plan = gg.plan_loop(G3.waypoints, divisions=4)
+    (tmp_path / "plan.json").write_text(json.dumps(plan.as_mapping()))
+    plan.timed().write(tmp_path / "a.csv")
+    export(tmp_path / "plan.json", [tmp_path / "b.csv"])
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_an_open_table_with_a_clock_is_closed_from_zero(tmp_path: Path) -> None:
+    path = tmp_path / "open.csv"
+    path.write_text("t,alpha1,alpha2,alpha3,alpha4\n5,0.4,-0.4,0.4,-0.4\n6,0.9,-0.4,0.9,-0.4\n7,0.9,-0.9,0.9,-0.9\n")
+    table = export(path, [tmp_path / "closed.csv"])
+    assert table["t"].tolist() == [0, 1, 2, 3]
+    np.testing.assert_array_equal(table.alpha[-1], table.alpha[0])
+    # Straight segments between rows: the rate of a row is that of the segment after it.
+    np.testing.assert_allclose(table["alpha1_rate"], [0.5, 0, -0.5, 0.5])
+    for name, values in table.columns.items():
+        assert name == "t" or values[0] == values[-1]
+
+
+def test_links_modes_and_strange_places(tmp_path: Path) -> None:
+    timed = lift(G3.angles, "red").parametrize(samples=2)
+    real, link, loop = tmp_path / "real.csv", tmp_path / "link.csv", tmp_path / "loop.csv"
+    real.write_text("mine")
+    real.chmod(0o600)
+    link.symlink_to(real)
+    loop.symlink_to(loop)
+    timed.write(link, force=True)
+    assert link.is_symlink()
+    assert len(read_table(real)) == 3
+    assert real.stat().st_mode & 0o777 == 0o600
+    with pytest.raises(gg.OutputExists):
+        timed.write(loop)
+    with pytest.raises(gg.FileProblem, match="File name too long"):
+        timed.write(tmp_path / ("x" * 300 + ".csv"))
+    timed.write(tmp_path / ("x" * 245 + ".csv"))
+    with pytest.raises(gg.FileProblem, match="is no folder"):
+        timed.write(real / "x.csv")
+    with pytest.raises(gg.GaitgraphError):
+        timed.write(tmp_path / "a\0.csv")
+
+
+def test_if_one_output_cannot_be_written_none_is(tmp_path: Path) -> None:
+    with pytest.raises(gg.FileProblem):
+        lift(G3.angles, "red").parametrize(samples=2).write(tmp_path / "good.csv", "/proc/bad.csv")
+    assert list(tmp_path.iterdir()) == []

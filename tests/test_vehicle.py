@@ -58,7 +58,7 @@ drag_statements = st.one_of(
 other_statements = st.fixed_dictionaries(
     {},
     optional={
-        "name": st.text(min_size=1, max_size=12),
+        "name": st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12),
         "mass": maybe,
         "gravity": positive,
         "inertia": st.none() | st.tuples(positive, positive, positive),
@@ -177,10 +177,12 @@ class TestDragRatio:
         stated = {"drag_coefficient": 2.423e-7, "thrust_coefficient": 8.048e-6, "arm_length": 0.1785}
         assert Vehicle(**stated, drag_ratio=0.1686659, drag_to_thrust=0.03010686).drag_ratio == 0.1686659  # type: ignore[arg-type]
 
-    @pytest.mark.parametrize("extreme", [(1e300, 1e-300, math.inf), (1e-300, 1e300, 0.0)])
-    def test_a_quotient_that_leaves_the_floats_is_refused(self, extreme: tuple[float, float, float]) -> None:
-        drag, thrust, quotient = extreme
-        with pytest.raises(InputError, match=f"^drag_to_thrust: {quotient!r}; allowed is a positive finite number"):
+    @pytest.mark.parametrize("extreme", [(1e29, 1e-29), (1e-29, 1e29)])
+    def test_a_quotient_beyond_all_sense_is_refused(self, extreme: tuple[float, float]) -> None:
+        drag, thrust = extreme
+        with pytest.raises(
+            InputError, match=f"^drag_to_thrust: {re.escape(repr(drag / thrust))}; allowed is a positive finite number"
+        ):
             Vehicle(drag_coefficient=drag, thrust_coefficient=thrust, arm_length=1.0)
 
     @pytest.mark.parametrize("kappa", RATIOS)
@@ -248,7 +250,7 @@ class TestFields:
 
     @pytest.mark.parametrize("value", ["", None, 3, ["a"]])
     def test_a_name_is_a_text(self, value: Any) -> None:
-        with pytest.raises(InputError, match=f"^vehicle name: {re.escape(repr(value))}; allowed is a text"):
+        with pytest.raises(InputError, match=f"^vehicle name: {re.escape(repr(value))}; allowed is a printable text"):
             Vehicle(drag_ratio=0.1, name=value)
 
     def test_angles_may_be_texts_and_other_constants_may_not(self) -> None:
