@@ -79,7 +79,8 @@ DEFAULT_DIVISIONS = 16
 MOST_DIVISIONS = 1024
 
 _SAME = 1e-12
-_SNAP = 1e-9
+WAYPOINT_SNAP = 1e-9
+"""A waypoint this near to a grid node [rad] is that node."""
 _SINGULAR_VALUE_TOLERANCE = 1e-5
 
 
@@ -187,10 +188,10 @@ def _waypoint_nodes(
     plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
     checked_plane_angles(plane[:, 0], plane[:, 1])
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2, initial=math.inf).max(axis=1, initial=0.0)
-    plane = plane[away > _SNAP]
+    plane = plane[away > WAYPOINT_SNAP]
     kept: list[Any] = []
     for point in plane:
-        if not any(np.abs(point - other).max() <= _SNAP for other in kept):
+        if not any(np.abs(point - other).max() <= WAYPOINT_SNAP for other in kept):
             kept.append(point)
     plane = np.array(kept).reshape(-1, 2)
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError, did_you_mean
 from gaitgraph.gait import Gait
-from gaitgraph.graph import noise_of, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph import WAYPOINT_SNAP, noise_of, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.plans import Loop, Obstacle, Plan
 from gaitgraph.regions import separating_factor
@@ -150,7 +151,7 @@ def plan(
     chosen = loops[0]
     report = chosen.report
     reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
-    warnings = [*request.notes, *report.warnings]
+    warnings = [*request.notes, *_beside_the_grid(request), *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
     order = _passing_order(chosen, request)
@@ -163,6 +164,21 @@ def plan(
         obstacles=tuple(obstacles),
         warnings=tuple(warnings),
     )
+
+
+def _beside_the_grid(request: PlanRequest) -> list[str]:
+    """Return a hint for each waypoint that is nearly a grid node: printed digits, most likely."""
+    step, half = math.pi / request.divisions, request.divisions / 2
+    hints = []
+    for number, point in enumerate(request.waypoints, start=1):
+        node = [(round(angle / step + half) - half) * step for angle in point]
+        distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
+        if WAYPOINT_SNAP < distance < step / 50:
+            place = ", ".join(map(text_from_angle, node))
+            hints.append(
+                f"waypoint {number} is {distance:.1e} rad beside the grid node ({place}), which costs extra corners"
+            )
+    return hints
 
 
 def _graph(request: PlanRequest, coefficients: Coefficients, sign: Any) -> nx.Graph[Any]:
@@ -183,7 +199,7 @@ def _served(graph: nx.Graph[Any], waypoints: Iterable[Point]) -> list[list[Any]]
     plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
     out = []
     for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= 1e-9)[0]
+        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= WAYPOINT_SNAP)[0]
         out.append([nodes[k] for k in near])
     return out
 

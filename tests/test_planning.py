@@ -409,3 +409,11 @@ def test_a_graph_without_its_metadata_is_refused() -> None:
 
     with pytest.raises(gg.ContractError, match="'vehicle' is missing"):
         gg.plan_loop(G3.waypoints, graph=nx.Graph())
+
+
+def test_printed_digits_beside_the_grid_get_a_hint() -> None:
+    plan = gg.plan_loop([(1.178, -1.178), (1.178, -0.393), (0.5, -0.6)], color="red")
+    hints = [warning for warning in plan.warnings if "beside the grid node" in warning]
+    assert [hint.split(" is ")[0] for hint in hints] == ["waypoint 1", "waypoint 2"]
+    assert "(3π/8, -π/8)" in hints[1]
+    assert not any("beside" in warning for warning in gg.plan_loop(G3.waypoints).warnings)
