@@ -353,6 +353,12 @@ def surface_graph(
         crossing_tolerance=math.pi / (2 * divisions),
         floor=float(floor),
     )
+    _fill(graph, arrays)
+    return graph
+
+
+def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays) -> None:
+    """Add the nodes and edges of arrays to a graph, in their order."""
     labels = [text_from_types(*pair) for pair in arrays.types.tolist()]
     rows = zip(arrays.ids, arrays.alpha.tolist(), labels, arrays.R.tolist(), arrays.red.tolist(), strict=True)
     for name, (a1, a2, a3, a4), types, value, red in rows:
@@ -391,7 +397,6 @@ def surface_graph(
         )
         for (a, b), length, jump, keeps, singular, flies in zip(*columns, strict=True)
     )
-    return graph
 
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
