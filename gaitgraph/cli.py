@@ -328,8 +328,9 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         _stop(2 if error.ctx and error.ctx.parent else 0)
-    except click.ClickException as error:
-        _stop(2, error.format_message())
+    except click.UsageError as error:
+        message = error.format_message().replace(_MINUS, "-").rstrip(".")
+        _stop(2, f"{message}; allowed is what '{error.ctx.command_path if error.ctx else 'gaitgraph'} --help' says")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
     except BrokenPipeError:

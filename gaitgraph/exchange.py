@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
+from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import GaitgraphError, InputError, shown
 from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
 from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheet_angles, text_from_types, types_of
 from gaitgraph.tables import (
     ACCELERATIONS,
@@ -101,31 +102,37 @@ def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
 def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
     """Return the table closed, from t = 0, with every column that follows from the rest.
 
-    Types and R are computed anew for another vehicle or other coefficients. Rows are joined by straight segments:
-    rates that are missing are those just after each row, accelerations between rows are zero.
+    What the table states stays where it agrees with the angles: R to within what its digits carry, types with the
+    color. What disagrees, or is for another vehicle, is computed anew. Rows are joined by straight segments: unless
+    all rates and accelerations are stated, rates are those just after each row and accelerations are zero.
     """
-    changed = vehicle is not None or coefficients is not None
     vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
     columns = dict(table.columns)
-    if changed:
-        columns = {name: values for name, values in columns.items() if name not in ("types", "R")}
     if "alpha3" not in columns:
         plane = np.column_stack([columns["alpha1"], columns["alpha2"]])
         lifted = lift(plane, columns["color"], vehicle=vehicle, coefficients=numbers)
         columns["alpha3"], columns["alpha4"] = lifted.alpha[:, 2], lifted.alpha[:, 3]
     alpha = np.column_stack([columns[name] for name in ANGLES])
-    if "color" not in columns:
-        colors = _sheet_of(alpha, numbers)
-        if colors:
-            columns["color"] = colors
-    if "color" in columns and "types" not in columns:
-        red, blue = (np.column_stack(types_of(color, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for color in COLORS)
-        painted = np.array([color == "red" for color in columns["color"]])[:, None]
-        columns["types"] = tuple(text_from_types(*pair) for pair in np.where(painted, red, blue).tolist())
-    if "R" not in columns:
-        columns["R"] = np.asarray(level_determinant(alpha, numbers))
+    colors = columns.get("color") or _sheet_of(alpha, numbers)
+    computed = np.asarray(level_determinant(alpha, numbers))
+    digits = 2 * level_determinant_resolution(alpha, numbers)
+    if (np.abs(columns.get("R", math.inf) - computed) > digits).any():
+        columns["R"] = computed
+    if colors:
+        columns["color"] = colors
+        signs = np.array([1 if color == "red" else -1 for color in colors])
+        stated = columns.get("types", ())
+        codes = np.array([types_from_text(text) for text in stated]).reshape(-1, 2)
+        if not stated or (codes * signs[:, None] < 0).any():
+            red, blue = (
+                np.column_stack(types_of(name, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for name in COLORS
+            )
+            pairs = np.where(signs[:, None] > 0, red, blue).tolist()
+            columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
+    else:
+        columns.pop("types", None)
     columns = _closed(columns)
-    if not any(name in columns for name in (*RATES, *ACCELERATIONS)) and len(columns["t"]) > 1:
+    if not all(name in columns for name in (*RATES, *ACCELERATIONS)) and len(columns["t"]) > 1:
         step = np.diff(columns["t"])
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
             slope = np.diff(columns[name]) / step
@@ -191,13 +198,16 @@ def _closed(columns: dict[str, Any]) -> dict[str, Any]:
     """Return the columns with t from 0 and a closing row, one mean step later, if the last row is not the first."""
     angles = np.column_stack([columns[name] for name in ANGLES])
     t = columns["t"] - columns["t"][0]
-    if len(t) == 1 or np.abs(angles[-1] - angles[0]).max() <= _CLOSED:
-        return {**columns, "t": t}
+    end = len(t)
+    if end > 1 and np.abs(angles[-1] - angles[0]).max() <= _CLOSED:
+        end -= 1  # its last row is the first again, but for rounding
+    else:
+        t = np.append(t, t[-1] + t[-1] / max(end - 1, 1))
     out = {
-        name: np.append(values, values[0]) if isinstance(values, np.ndarray) else (*values, values[0])
+        name: np.append(values[:end], values[0]) if isinstance(values, np.ndarray) else (*values[:end], values[0])
         for name, values in columns.items()
     }
-    return {**out, "t": np.append(t, t[-1] + t[-1] / (len(t) - 1))}
+    return {**out, "t": t}
 
 
 def _default(*values: Any) -> Any:

@@ -220,7 +220,7 @@ WRONG = [
     ("plan vehicle.toml", "vehicle: 3; allowed is a preset's name"),
     ("roots", "A1"),
     ("roots 0.1", "A2"),
-    ("roots 0.1 0.2 0.3", "0.3"),
+    ("roots 0.1 0.2 -0.3", "(-0.3); allowed is what 'gaitgraph roots --help' says"),
     ("roots x 0", "alpha1: 'x' is no angle"),
     ("roots 1.6 0", "alpha1: 1.6 rad; allowed is −π/2 to π/2"),
     ("roots 0 -inf", "-inf"),

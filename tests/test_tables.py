@@ -418,3 +418,34 @@ def test_if_one_output_cannot_be_written_none_is(tmp_path: Path) -> None:
     with pytest.raises(gg.FileProblem):
         lift(G3.angles, "red").parametrize(samples=2).write(tmp_path / "good.csv", "/proc/bad.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_closing_row_that_is_rounded_is_made_the_first(tmp_path: Path) -> None:
+    path = tmp_path / "nearly.csv"
+    rows = [
+        "0,0.4,-0.4,0.4,-0.4",
+        "1,0.8,-0.4,0.8,-0.4",
+        "2,0.8,-0.8,0.8,-0.8",
+        "3,0.4000000005,-0.4,0.4000000005,-0.4",
+    ]
+    path.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4", *rows]))
+    table = export(path, [tmp_path / "out.csv"])
+    assert len(table) == 4
+    for name, values in table.columns.items():
+        assert name == "t" or values[0] == values[-1]
+    export(tmp_path / "out.csv", [tmp_path / "again.csv"])
+    assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "again.csv").read_bytes()
+
+
+def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.csv"
+    head = "t,alpha1,alpha2,alpha3,alpha4,R,types,alpha1_rate"
+    path.write_text(head + '\n0,0.4,-0.4,0.4,-0.4,7,"(-,-)",9\n1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9\n')
+    table = export(path, [tmp_path / "out.csv"])
+    np.testing.assert_allclose(table["R"], gg.level_determinant(table.alpha, gg.coefficients_of()))
+    assert table["types"] == ("(+,+)",) * 3
+    assert list(table.columns) == list(tables.ORDER)
+    np.testing.assert_allclose(table["alpha1_rate"], [0.4, -0.4, 0.4])
+    off = tmp_path / "off.csv"
+    off.write_text('t,alpha1,alpha2,alpha3,alpha4,types\n0,0.4,-0.4,0.1,-0.4,"(-,-)"\n1,0.8,-0.4,0.8,-0.1,"(-,-)"\n')
+    assert "types" not in export(off, [tmp_path / "off_out.csv"])
