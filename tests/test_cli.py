@@ -319,10 +319,10 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_interruption_is_130(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "400"],
+        [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "512"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
     )  # fmt: skip
-    time.sleep(2.0)
+    time.sleep(3.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate()
     assert process.returncode == 130
