@@ -8,7 +8,7 @@ The names below are loaded when they are first used, so that importing the packa
     gait = plan.gait
     gait.parametrize(period=1.0).write("gait3.csv")
 
-The modules, each of which imports only from those before it, tell the method in order: errors, angles, vehicle,
+The modules, each of which imports only from those before it, tell the method in order: errors, angles, files, vehicle,
 invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, contract, search, requests, summary,
 plans, planning, validation, tables, exchange, cli.
 """

@@ -84,6 +84,13 @@ class Check:
     where: dict[str, Any] | None = None
     decided: bool = True
 
+    @property
+    def mark(self) -> str:
+        """How a summary marks the check: "ok", "NO", or "??" for a sign that is not decided."""
+        if not self.ok:
+            return "NO"
+        return "ok" if self.decided else "??"
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the check as plain values, ready for JSON."""
         return {
@@ -167,9 +174,7 @@ class Report:
             f"valid {yes[self.valid]}, flyable {yes[self.flyable]}, "
             f"reachable from hover {yes[self.reachable_from_hover]}"
         ]
-        for check in self.checks:
-            mark = "ok" if check.ok and check.decided else "??" if check.ok else "NO"
-            lines.append(f"  {mark}  {check.name:<22} {check.message}")
+        lines += [f"  {check.mark}  {check.name:<22} {check.message}" for check in self.checks]
         lines.append(
             f"  {'ok' if self.reachable_from_hover else '--'}  {'reachable_from_hover':<22} {self.reachability}"
         )

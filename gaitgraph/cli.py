@@ -148,6 +148,7 @@ def plan(
     from gaitgraph.requests import read_request, request_from_mapping
     from gaitgraph.summary import text_of_plan
     from gaitgraph.tables import check_outputs, table_of, write_tables
+    from gaitgraph.timing import checked_clock
 
     asked = {name: value for name, value in options.items() if value is not None and value is not False}
     if waypoints:
@@ -159,7 +160,7 @@ def plan(
     else:
         raise InputError("waypoints: none given; allowed is a request file, or --waypoint A1,A2 at least once")
     check_outputs(outputs, force=force)
-    _check_sampling(request.period, request.law, sampling)
+    checked_clock(request.period, request.law, **sampling)
     result = answer(request, progress=_progress())
     if result and outputs:
         write_tables(table_of(result.timed(**sampling), {"request": request.as_mapping()}), outputs, force=force)
@@ -176,14 +177,6 @@ def _waypoint(text: str, number: int) -> list[str]:
     if len(parts) != 2:
         raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
     return [part.strip() for part in parts]
-
-
-def _check_sampling(period: float, law: str, sampling: dict[str, Any]) -> None:
-    """Refuse impossible samples before any work is done."""
-    from gaitgraph.gait import lift
-    from gaitgraph.timing import parametrize
-
-    parametrize(lift([[0.0, 0.0]], "red"), period, law=law, **sampling)
 
 
 def _progress() -> Callable[[str], None] | None:

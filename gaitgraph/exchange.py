@@ -69,25 +69,13 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
     vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
     if "alpha3" not in table:
         plane = np.column_stack([table["alpha1"], table["alpha2"]])
-        gait = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
+        alpha = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers).alpha
     else:
-        colors = table["color"] if "color" in table else _sheet_of(table.alpha, numbers)
-        gait = Gait(
-            alpha=table.alpha,
-            colors=colors,
-            vehicle=vehicle,
-            coefficients=numbers,
-            crossing_tolerance=tolerance,
-        )
-    n = len(gait.alpha)
-    if n > 1 and np.abs(gait.alpha[-1] - gait.alpha[0]).max() <= _CLOSED:
-        gait = Gait(
-            alpha=gait.alpha[:-1],
-            colors=gait.colors[:-1],
-            vehicle=vehicle,
-            coefficients=numbers,
-            crossing_tolerance=tolerance,
-        )
+        alpha = table.alpha
+    colors = table["color"] if "color" in table else _sheet_of(alpha, numbers)
+    if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= _CLOSED:
+        alpha, colors = alpha[:-1], colors[:-1]
+    gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
 
 

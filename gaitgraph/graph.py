@@ -189,11 +189,9 @@ def _waypoint_nodes(
     checked_plane_angles(plane[:, 0], plane[:, 1])
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2, initial=math.inf).max(axis=1, initial=0.0)
     plane = plane[away > WAYPOINT_SNAP]
-    kept: list[Any] = []
-    for point in plane:
-        if not any(np.abs(point - other).max() <= WAYPOINT_SNAP for other in kept):
-            kept.append(point)
-    plane = np.array(kept).reshape(-1, 2)
+    same = np.abs(plane[:, None] - plane).max(axis=2, initial=0.0) <= WAYPOINT_SNAP
+    if len(plane):
+        plane = plane[same.argmax(axis=1) == np.arange(len(plane))]
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)
     usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
     if coefficients.kind == "exact":

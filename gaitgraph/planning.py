@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import text_from_angle
-from gaitgraph.errors import InputError, did_you_mean
+from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
 from gaitgraph.graph import WAYPOINT_SNAP, noise_of, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.plans import Loop, Obstacle, Plan
 from gaitgraph.regions import separating_factor
-from gaitgraph.requests import PlanRequest, Point
+from gaitgraph.requests import PlanRequest, Point, request_of
 from gaitgraph.search import Blocked, Use, best_order, closed_walk
-from gaitgraph.surface import COLORS, roots
+from gaitgraph.surface import COLORS, root_arrays, roots
 from gaitgraph.timing import CLOCK_CHECKS, parametrize
 
 if TYPE_CHECKING:
@@ -87,16 +87,7 @@ def plan_loop(
             if name in request:
                 raise InputError(f"{name}: {request[name]!r}; allowed is no {name} beside a graph, which fixes it")
         request |= fixed
-    try:
-        checked = PlanRequest(waypoints=waypoints, **request)
-    except TypeError as error:
-        unknown = next((name for name in request if name not in PlanRequest.__slots__), None)
-        if unknown is None:
-            raise
-        raise InputError(
-            f"{unknown}: no field of a request{did_you_mean(unknown, list(PlanRequest.__slots__))}"
-        ) from error
-    return plan(checked, graph=graph, progress=progress)
+    return plan(request_of({"waypoints": waypoints, **request}), graph=graph, progress=progress)
 
 
 def plan(
@@ -154,12 +145,11 @@ def plan(
     warnings = [*request.notes, *_beside_the_grid(request), *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
-    order = _passing_order(chosen, request)
     return Plan(
         request=request,
         loop=chosen,
         reason=reason,
-        waypoints=tuple(request.waypoints[k] for k in order),
+        waypoints=tuple(request.waypoints[k] for k in chosen.order),
         alternatives=(*loops[1:], *broken),
         obstacles=tuple(obstacles),
         warnings=tuple(warnings),
@@ -220,16 +210,16 @@ def _loops_of(
     uses: tuple[Use, ...] = ("flyable", "valid") if color == "red" else ("valid",)
     loops: list[Loop] = []
     for use in uses:
-        ordered = stops
+        order = tuple(range(len(stops)))
         if request.any_order:
-            order = best_order(graph, [nodes[0] for nodes in stops], use=use)
-            ordered = [stops[k] for k in order] if order else stops
+            order = best_order(graph, [nodes[0] for nodes in stops], use=use) or order
+        ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)  # type: ignore[arg-type]
         if isinstance(walk, Blocked):
             if use == "flyable":
                 continue
             return _separation(graph, ordered, walk.leg, request, color, sign)
-        loop = _loop(graph, walk.nodes, request, sign)
+        loop = _loop(graph, walk.nodes, order, request, sign)
         if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
             loops.append(loop)
     return loops
@@ -243,10 +233,10 @@ def _broken(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest,
     steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
     if all(graph.edges[a, b]["continuous"] for a, b in steps):
         return []
-    return [_loop(graph, walk.nodes, request, sign)]
+    return [_loop(graph, walk.nodes, tuple(range(len(served))), request, sign)]
 
 
-def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], request: PlanRequest, sign: str) -> Loop:
+def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], order: tuple[int, ...], request: PlanRequest, sign: str) -> Loop:
     data = [graph.nodes[node] for node in nodes]
     path = Gait(
         alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
@@ -256,16 +246,16 @@ def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], request: PlanRequest, sign
         crossing_tolerance=graph.graph["crossing_tolerance"],
     )
     if request.reverse:
-        path = path.reversed()
+        path, order = path.reversed(), (order[0], *order[:0:-1])
     gait = path.merged()
     timed = parametrize(gait, request.period, law=request.law)
-    return Loop(path=path, gait=gait, sign=sign, report=timed.check(floor=request.floor))
+    return Loop(path=path, gait=gait, sign=sign, order=order, report=timed.check(floor=request.floor))
 
 
 def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
     report = loop.report
-    timeless = all(check.ok and check.decided for check in report.checks if check.name not in CLOCK_CHECKS)
+    timeless = all(check.mark == "ok" for check in report.checks if check.name not in CLOCK_CHECKS)
     robustness = report["least_singular_value"].value or 0.0
     return (
         not report.flyable,
@@ -278,33 +268,18 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
     )
 
 
-def _passing_order(loop: Loop, request: PlanRequest) -> list[int]:
-    """Return the waypoints' indices in the order in which the loop visits them, the first one first."""
-    order = list(range(len(request.waypoints)))
-    if request.any_order:
-        rows = loop.path.alpha[:, :2]
-        return sorted(order, key=lambda k: int(np.argmin(np.abs(rows - request.waypoints[k]).max(axis=1))))
-    return [order[0], *order[:0:-1]] if request.reverse else order
-
-
 def _rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:
     """Return the waypoints, counted from 0, above which the graph has no node of a color and sign."""
     if color == "blue" and coefficients.kind == "exact":
         return set(range(len(request.waypoints)))
     wanted = 1.0 if sign == "positive" else -1.0
-    allowed = [True] * len(request.waypoints)
+    plane = np.array(request.waypoints)
+    found = root_arrays(plane[:, 0], plane[:, 1], coefficients)
+    of_color = found.sheet == (1 if color == "red" else -1)
+    rooted = (of_color & (wanted * np.nan_to_num(found.R) > noise_of(coefficients))).any(axis=1)
     if request.zones is not None:
-        allowed = request.zones.allow_points(request.waypoints).tolist()
-    return {
-        k
-        for k, point in enumerate(request.waypoints)
-        if not allowed[k]
-        or all(
-            wanted * root.R <= noise_of(coefficients)
-            for root in roots(point[0], point[1], coefficients)
-            if root.color == color
-        )
-    }
+        rooted &= request.zones.allow_points(plane)
+    return set(np.nonzero(~rooted)[0].tolist())
 
 
 def _waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:

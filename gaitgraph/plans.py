@@ -29,6 +29,8 @@ class Loop:
         The same loop with straight runs merged.
     sign
         Sign of R: "positive" or "negative".
+    order
+        The request's waypoints, counted from 0, in the order in which the loop visits them.
     report
         All checks, with those of the clock.
     """
@@ -36,6 +38,7 @@ class Loop:
     path: Gait
     gait: Gait
     sign: str
+    order: tuple[int, ...]
     report: Report
 
     @property

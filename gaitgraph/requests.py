@@ -11,7 +11,7 @@ say how the gait table is sampled.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,18 +19,19 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.checks import DEFAULT_FLOOR
-from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.files import text_of
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
 from gaitgraph.search import MOST_ANY_ORDER
-from gaitgraph.timing import LAWS
+from gaitgraph.timing import LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["PlanRequest", "Point", "read_request", "request_from_mapping"]
+__all__ = ["PlanRequest", "Point", "read_request", "request_fields", "request_from_mapping", "request_of"]
 
 Point = tuple[float, float]
 
@@ -39,7 +40,6 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "sign": ("auto", "positive", "negative"),
     "objective": ("shortest", "robust"),
     "method": ("grid",),
-    "law": LAWS,
 }
 MOST_WAYPOINTS = 1000
 
@@ -115,8 +115,7 @@ class PlanRequest:
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name}: {shown(getattr(self, name))}; allowed are true and false")
         put("divisions", checked_divisions(self.divisions))
-        if not 1e-6 <= number_of(self.period) <= 1e9:
-            raise InputError(f"period: {shown(self.period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
+        checked_clock(self.period, self.law)
         if not 0 <= number_of(self.floor) < math.inf:
             raise InputError(f"floor: {shown(self.floor)}; allowed is a finite number ≥ 0 (a singular value)")
         put("period", float(self.period))
@@ -135,8 +134,7 @@ class PlanRequest:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
-        names = [name for name in self.__slots__ if name not in ("zones", "notes")]
-        out = {name: getattr(self, name) for name in names}
+        out = {name: getattr(self, name) for name in request_fields()}
         out["vehicle"] = self.vehicle.as_mapping()
         out["waypoints"] = [list(point) for point in self.waypoints]
         for name in ("keep_out", "keep_in"):
@@ -188,8 +186,25 @@ def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
 _SAMPLING = ("samples", "rate")
 
 
-def _names() -> list[str]:
-    return [name for name in PlanRequest.__slots__ if name not in ("zones", "notes")]
+def request_fields() -> list[str]:
+    """Return the names of the fields of a request, as files and Python use them.
+
+    >>> request_fields()[:3]
+    ['waypoints', 'color', 'sign']
+    """
+    return [one.name for one in fields(PlanRequest) if one.init]
+
+
+def request_of(content: dict[str, Any]) -> PlanRequest:
+    """Return the request that names and values describe; InputError if a name is unknown or waypoints are missing."""
+    known = request_fields()
+    for name in content:
+        if name not in known:
+            hint = did_you_mean(name, [*known, *_SAMPLING])
+            raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(known)}")
+    if "waypoints" not in content:
+        raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
+    return PlanRequest(**content)
 
 
 def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
@@ -208,14 +223,7 @@ def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str
     """
     content = dict(content)
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
-    known = _names()
-    for name in content:
-        if name not in known:
-            hint = did_you_mean(name, [*known, *_SAMPLING])
-            raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(known)}")
-    if "waypoints" not in content:
-        raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
-    return PlanRequest(**content), sampling
+    return request_of(content), sampling
 
 
 def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
@@ -234,13 +242,7 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".json"):
         raise InputError(f"request file: {str(path)!r}; allowed are the suffixes .toml, .json")
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"request file {str(path)!r}: not UTF-8 text; allowed is TOML or JSON") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"request file: cannot read {str(path)!r}: {reason}") from error
+    text = text_of(path, "request file", "TOML or JSON")
     try:
         content = _parsed(text, suffix)
         if "status" in content and isinstance(content.get("request"), dict):
@@ -248,8 +250,7 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
         vehicle = content.get("vehicle")
         if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
             content["vehicle"] = str(path.parent / vehicle)
-        sampled = {name for name in _SAMPLING if name in overrides}
-        if sampled:
+        if any(name in overrides for name in _SAMPLING):
             content = {name: value for name, value in content.items() if name not in _SAMPLING}
         return request_from_mapping({**content, **overrides})
     except InputError as error:

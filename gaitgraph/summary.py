@@ -66,8 +66,7 @@ def _planned(plan: Plan, loop: Loop) -> list[str]:
     )
     lines += ["", " · ".join(f"{name} {_YES[answer]}" for name, answer in verdict)]
     for check in report.checks:
-        mark = "ok" if check.ok and check.decided else "??" if check.ok else "NO"
-        head = f"  {mark}  {check.name.replace('_', ' '):<22}"
+        head = f"  {check.mark}  {check.name.replace('_', ' '):<22}"
         lines.append(fill(check.message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head)))
     return lines
 
@@ -85,5 +84,5 @@ def _alternative(loop: Loop) -> str:
     text = f"{loop.color}, {_relation(loop)}, {loop.length:.4f} rad"
     if report.flyable:
         return f"{text}: flyable"
-    broken = [check.name.replace("_", " ") for check in report.checks if not (check.ok and check.decided)]
+    broken = [check.name.replace("_", " ") for check in report.checks if check.mark != "ok"]
     return f"{text}: {'valid, not flyable' if report.valid else 'not valid'} ({', '.join(broken)})"

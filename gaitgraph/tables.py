@@ -8,12 +8,10 @@ from columns named ``alpha1_deg`` and so on. Unknown columns are passed over.
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import math
 import os
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,10 +22,8 @@ import numpy.typing as npt
 from gaitgraph import __version__
 from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
-from gaitgraph.surface import (
-    COLORS,
-    checked_plane_angles,
-)
+from gaitgraph.files import target_of, text_of, write_whole
+from gaitgraph.surface import COLORS, checked_plane_angles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -145,7 +141,7 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     for path in map(Path, paths):
         writer_for(path)
         try:
-            resolved, folder = _target(path), path.parent
+            resolved, folder = target_of(path), path.parent
             if resolved in seen:
                 raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
             seen.add(resolved)
@@ -186,61 +182,7 @@ def write_tables(table: Table, paths: Sequence[str | Path], *, force: bool = Fal
         If a suffix is not known or a file is named twice.
     """
     check_outputs(paths, force=force)
-    _write_whole([(Path(path), writer_for(path)(table)) for path in paths], force=force)
-
-
-def _write_whole(contents: Sequence[tuple[Path, bytes]], *, force: bool) -> None:
-    """Write every file beside its target first, then put all in place, each in one step."""
-    scratches: list[Path] = []
-    path = Path()
-    try:
-        for path, content in contents:
-            handle, scratch = tempfile.mkstemp(prefix=".gaitgraph-", suffix=".part", dir=_target(path).parent)
-            scratches.append(Path(scratch))
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            Path(scratch).chmod(_mode(_target(path)))
-        for (path, _), whole in zip(contents, scratches, strict=True):
-            if force:
-                whole.replace(_target(path))
-            else:
-                _place_new(whole, path)
-    except FileExistsError as error:
-        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
-    except OSError as error:
-        raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
-    finally:
-        for whole in scratches:
-            with contextlib.suppress(FileNotFoundError):
-                whole.unlink()
-
-
-def _target(path: Path) -> Path:
-    """Return the file that a path leads to, through links."""
-    return Path(os.path.realpath(path))
-
-
-def _mode(path: Path) -> int:
-    """Return the permissions of a file, or those that a new one gets."""
-    with contextlib.suppress(OSError):
-        return path.stat().st_mode & 0o7777
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask
-
-
-def _place_new(scratch: Path, path: Path) -> None:
-    """Give the finished file its name unless something has that name by now."""
-    try:
-        os.link(scratch, path)
-    except FileExistsError:
-        raise
-    except OSError:  # a file system without hard links
-        if path.exists():
-            raise FileExistsError(str(path)) from None
-        scratch.replace(path)
+    write_whole([(Path(path), writer_for(path)(table)) for path in paths], force=force)
 
 
 def read_table(path: str | Path) -> Table:
@@ -262,13 +204,7 @@ def read_table(path: str | Path) -> Table:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise InputError(f"gait file: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"gait file {str(path)!r}: not UTF-8 text; allowed is a .csv or .json gait table") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"gait file: cannot read {str(path)!r}: {reason}") from error
+    text = text_of(path, "gait file", "a .csv or .json gait table")
     try:
         return _from_csv(text) if suffix == ".csv" else _from_json(text)
     except InputError as error:

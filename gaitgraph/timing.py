@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait import Gait
 
-__all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "parametrize"]
+__all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "checked_clock", "parametrize"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -307,6 +307,16 @@ def parametrize(
     -----
     Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
     """
+    count = checked_clock(period, law, samples=samples, rate=rate)
+    return TimedGait(gait=gait, period=float(period), law=law, samples=count)
+
+
+def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
+    """Return the number of intervals that a clock has, or raise InputError; see :func:`parametrize`.
+
+    >>> checked_clock(2.0, "smooth", rate=50)
+    100
+    """
     if not 1e-6 <= number_of(period) <= 1e9:
         raise InputError(f"period: {shown(period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
     if law not in LAWS:
@@ -325,4 +335,4 @@ def parametrize(
     count = DEFAULT_SAMPLES if samples is None else samples
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
         raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
-    return TimedGait(gait=gait, period=float(period), law=law, samples=int(count))
+    return int(count)

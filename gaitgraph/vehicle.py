@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of
-from gaitgraph.errors import FileProblem, InputError, MissingConstant, did_you_mean, shown
+from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
+from gaitgraph.files import text_of
 
 __all__ = ["PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"]
 
@@ -341,11 +342,7 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
     import tomllib
 
     path = Path(name_or_file)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text, or has no such name"
-        raise FileProblem(f"vehicle: cannot read {str(path)!r}: {reason}; allowed is a TOML file") from error
+    text = text_of(path, "vehicle", "a TOML file")
     try:
         content = tomllib.loads(text)
         inner = content.get("vehicle", content)

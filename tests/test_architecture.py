@@ -12,9 +12,9 @@ import gaitgraph as gg
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "vehicle", "invertibility", "surface", "coloring", "regions", "segments", "gait", "checks",
-    "timing", "graph", "contract", "search", "requests", "summary", "plans", "planning", "validation", "tables",
-    "exchange", "cli", "__main__",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "regions", "segments", "gait",
+    "checks", "timing", "graph", "contract", "search", "requests", "summary", "plans", "planning", "validation",
+    "tables", "exchange", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.

@@ -228,6 +228,7 @@ def breakages() -> list[tuple[str, Any]]:
         ("sign is 'up'", meta("sign", "up")),
         ("step is 1.0", meta("step", 1.0)),
         ("no constant of a vehicle", meta("vehicle", {"x": 1})),
+        ("floor is 'x'", meta("floor", "x")),
         ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
         ("'R' is missing", lambda graph: graph.nodes[first].pop("R")),
         ("color is 'green'", node("color", "green")),

@@ -323,6 +323,8 @@ def test_progress_is_told() -> None:
         ({"vehicle": "beetle_omni", "coefficients": "published"}, "'published' belong to the paper's vehicle"),
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
         ({"any_order": True, "waypoints": [(0.1 * k, -0.5) for k in range(1, 11)]}, "any_order: 10 waypoints"),
+        ({"zones": 3}, "zones: no field of a request"),
+        ({"samples": 3}, "samples: no field of a request"),
         ({"colour": "red"}, "colour: no field of a request; did you mean 'color'"),
     ],
 )
@@ -417,3 +419,12 @@ def test_printed_digits_beside_the_grid_get_a_hint() -> None:
     assert [hint.split(" is ")[0] for hint in hints] == ["waypoint 1", "waypoint 2"]
     assert "(3π/8, -π/8)" in hints[1]
     assert not any("beside" in warning for warning in gg.plan_loop(G3.waypoints).warnings)
+
+
+def test_any_order_tells_the_order_it_found() -> None:
+    crossed = [G3.waypoints[k] for k in (0, 2, 1, 3)]
+    plan = gg.plan_loop(crossed, any_order=True, color="red")
+    rows = plan.gait.alpha[:, :2]
+    np.testing.assert_allclose(np.array(plan.waypoints), rows)
+    assert plan.loop is not None
+    assert sorted(plan.loop.order) == [0, 1, 2, 3]

@@ -1,0 +1,96 @@
+"""Files: read as text with one kind of message, written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gaitgraph.errors import FileProblem, InputError, OutputExists
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["target_of", "text_of", "write_whole"]
+
+
+def text_of(path: Path, what: str, allowed: str) -> str:
+    """Return the text of a UTF-8 file, with or without a byte-order mark.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what, allowed
+        What messages call the file, and what it may be.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    InputError
+        If it is no text.
+    """
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}") from error
+    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
+
+
+def write_whole(contents: Sequence[tuple[Path, bytes]], *, force: bool) -> None:
+    """Write every file beside its target first, then put all in place, each in one step."""
+    scratches: list[Path] = []
+    path = Path()
+    try:
+        for path, content in contents:
+            handle, scratch = tempfile.mkstemp(prefix=".gaitgraph-", suffix=".part", dir=target_of(path).parent)
+            scratches.append(Path(scratch))
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            Path(scratch).chmod(_mode(target_of(path)))
+        for (path, _), whole in zip(contents, scratches, strict=True):
+            if force:
+                whole.replace(target_of(path))
+            else:
+                _place_new(whole, path)
+    except FileExistsError as error:
+        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
+    except OSError as error:
+        raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
+    finally:
+        for whole in scratches:
+            with contextlib.suppress(FileNotFoundError):
+                whole.unlink()
+
+
+def target_of(path: Path) -> Path:
+    """Return the file that a path leads to, through links."""
+    return Path(os.path.realpath(path))
+
+
+def _mode(path: Path) -> int:
+    """Return the permissions of a file, or those that a new one gets."""
+    with contextlib.suppress(OSError):
+        return path.stat().st_mode & 0o7777
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
+
+
+def _place_new(scratch: Path, path: Path) -> None:
+    """Give the finished file its name unless something has that name by now."""
+    try:
+        os.link(scratch, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links
+        if path.exists():
+            raise FileExistsError(str(path)) from None
+        scratch.replace(path)
