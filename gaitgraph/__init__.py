@@ -22,8 +22,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from gaitgraph.angles import angle_from_text
-    from gaitgraph.checks import Check, Report
     from gaitgraph.coloring import types_may_be_adjacent
+    from gaitgraph.colorings import Coloring, ColoringObstacle, Colorings, colorings
     from gaitgraph.contract import validate_graph
     from gaitgraph.errors import (
         ContractError,
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     )
     from gaitgraph.planning import plan_loop
     from gaitgraph.plans import Plan
+    from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.tables import read_table
@@ -62,8 +63,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "angles": ("angle_from_text",),
-    "checks": ("Check", "Report"),
     "coloring": ("types_may_be_adjacent",),
+    "colorings": ("Coloring", "ColoringObstacle", "Colorings", "colorings"),
     "contract": ("validate_graph",),
     "exchange": ("gait_of",),
     "errors": (
@@ -93,6 +94,7 @@ _HOMES = {
     ),
     "planning": ("plan_loop",),
     "plans": ("Plan",),
+    "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "tables": ("read_table",),
@@ -106,6 +108,9 @@ __all__ = [
     "PAPER",
     "Check",
     "Coefficients",
+    "Coloring",
+    "ColoringObstacle",
+    "Colorings",
     "ContractError",
     "FileProblem",
     "Gait",
@@ -122,6 +127,7 @@ __all__ = [
     "__version__",
     "angle_from_text",
     "coefficients_of",
+    "colorings",
     "control_force_matrix",
     "control_moment_matrix",
     "decoupling_matrix",

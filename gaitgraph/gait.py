@@ -29,7 +29,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.checks import Report
+    from gaitgraph.reports import Report
     from gaitgraph.timing import TimedGait
 
 __all__ = ["Gait", "color_of_all", "lift", "vertices"]

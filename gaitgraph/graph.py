@@ -38,13 +38,15 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.checks import DEFAULT_FLOOR, jumps
 from gaitgraph.coloring import neighbors_allowed
 from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
+    noise_of,
 )
+from gaitgraph.reports import DEFAULT_FLOOR
+from gaitgraph.rules import jumps
 from gaitgraph.segments import (
     keeps_singular_value_above,
     least_level_determinant,
@@ -128,11 +130,6 @@ def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
     [-1.5708, -0.7854, 0.0, 0.7854, 1.5708]
     """
     return (2 * np.arange(divisions + 1) - divisions) * math.pi / (2 * divisions)
-
-
-def noise_of(coefficients: Coefficients) -> float:
-    """Return the |R| that floating point alone can make out of zero."""
-    return 64 * float(np.finfo(float).eps) * float(np.abs(coefficients.bilinear_form).sum())
 
 
 def surface_arrays(

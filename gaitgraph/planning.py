@@ -15,8 +15,8 @@ import numpy as np
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
-from gaitgraph.graph import WAYPOINT_SNAP, noise_of, surface_graph, vehicle_and_coefficients
-from gaitgraph.invertibility import Coefficients, coefficients_of
+from gaitgraph.graph import WAYPOINT_SNAP, surface_graph, vehicle_and_coefficients
+from gaitgraph.invertibility import Coefficients, coefficients_of, noise_of
 from gaitgraph.plans import Loop, Obstacle, Plan
 from gaitgraph.regions import separating_factor
 from gaitgraph.requests import PlanRequest, Point, request_of
@@ -103,6 +103,7 @@ def plan(
     loops: list[Loop] = []
     broken: list[Loop] = []
     obstacles: list[Obstacle] = []
+    notes: dict[str, None] = {}
     for sign in signs:
         rootless = {color: _rootless(request, coefficients, color, sign) for color in colors}
         if graph is None and set.intersection(*rootless.values()):
@@ -119,7 +120,7 @@ def plan(
         for color in colors:
             if progress is not None:
                 progress(f"searching {color} loops")
-            found = _loops_of(on, served, request, coefficients, color, sign)
+            found = _loops_of(on, served, request, coefficients, color, sign, notes)
             if isinstance(found, Obstacle):
                 obstacles.append(found)
             else:
@@ -142,7 +143,7 @@ def plan(
     chosen = loops[0]
     report = chosen.report
     reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
-    warnings = [*request.notes, *_beside_the_grid(request), *report.warnings]
+    warnings = [*request.notes, *_beside_the_grid(request), *notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
     return Plan(
@@ -201,8 +202,9 @@ def _loops_of(
     coefficients: Coefficients,
     color: str,
     sign: str,
+    notes: dict[str, None],
 ) -> list[Loop] | Obstacle:
-    """Return the best flyable and the best valid loop of one color, or what is in the way."""
+    """Return the best flyable and the best valid loop of one color, or what is in the way; notes gain warnings."""
     stops = [[node for node in nodes if graph.nodes[node]["color"] == color] for nodes in served]
     lacking = [k for k, nodes in enumerate(stops) if not nodes]
     if lacking:
@@ -212,7 +214,11 @@ def _loops_of(
     for use in uses:
         order = tuple(range(len(stops)))
         if request.any_order:
-            order = best_order(graph, [nodes[0] for nodes in stops], use=use) or order
+            best = best_order(graph, [nodes[0] for nodes in stops], use=use)
+            if best is not None:
+                order = best.order
+                if not best.exact:
+                    notes[_heuristic_order(len(order))] = None
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)  # type: ignore[arg-type]
         if isinstance(walk, Blocked):
@@ -223,6 +229,13 @@ def _loops_of(
         if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
             loops.append(loop)
     return loops
+
+
+def _heuristic_order(number: int) -> str:
+    return (
+        f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most 1.5 "
+        "times the shortest in any order on this graph, and not proven shortest"
+    )
 
 
 def _broken(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest, sign: str) -> list[Loop]:

@@ -10,8 +10,8 @@ from gaitgraph.errors import Infeasible
 from gaitgraph.timing import TimedGait, parametrize
 
 if TYPE_CHECKING:
-    from gaitgraph.checks import Report
     from gaitgraph.gait import Gait
+    from gaitgraph.reports import Report
     from gaitgraph.requests import PlanRequest, Point
 
 __all__ = ["Loop", "Obstacle", "Plan"]

@@ -18,13 +18,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.checks import DEFAULT_FLOOR
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import text_of
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
-from gaitgraph.search import MOST_ANY_ORDER
+from gaitgraph.reports import DEFAULT_FLOOR
 from gaitgraph.timing import LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
@@ -68,7 +67,8 @@ class PlanRequest:
     keep_out, keep_in
         Polygons in the (α1, α2) plane, lists of (α1, α2).
     any_order
-        Visit the waypoints in the order that makes the shortest loop; at most nine.
+        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond by a heuristic whose
+        loop is at most 1.5 times as long (:func:`gaitgraph.search.best_order`).
     reverse
         Run the loop the other way.
     method
@@ -127,8 +127,6 @@ class PlanRequest:
         if len(self.waypoints) < len(points):
             merged = len(points) - len(self.waypoints)
             put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
-        if self.any_order and len(self.waypoints) > MOST_ANY_ORDER:
-            raise InputError(f"any_order: {len(self.waypoints)} waypoints; allowed are {MOST_ANY_ORDER} at most")
         if any(not isinstance(part, (list, tuple)) or part for part in (self.keep_out, self.keep_in)):
             put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
 

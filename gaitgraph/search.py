@@ -13,26 +13,59 @@ from heapq import heappop, heappush
 from itertools import count
 from typing import TYPE_CHECKING, Any, Literal
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
     import networkx as nx
 
-__all__ = ["MOST_ANY_ORDER", "Blocked", "ClosedWalk", "best_order", "closed_walk"]
+__all__ = [
+    "MOST_ANY_ORDER",
+    "QUANTA_PER_RADIAN",
+    "Blocked",
+    "ClosedWalk",
+    "Order",
+    "allowed_edges",
+    "best_order",
+    "closed_walk",
+    "quanta_of",
+]
 
 Node = Hashable
 Use = Literal["flyable", "valid", "two_color"]
 Objective = Literal["shortest", "robust"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
-_QUANTUM = 1e12
+QUANTA_PER_RADIAN = 1e12
+"""Lengths are compared as whole multiples of 1e-12 rad."""
+
 MOST_ANY_ORDER = 9
+"""Up to so many stops the best order is exact; beyond it is Christofides' heuristic."""
 
 _ALLOWED: dict[str, Allowed] = {
     "flyable": lambda edge: edge["flyable"],
     "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
     "two_color": lambda edge: True,
 }
+
+
+def allowed_edges(use: object) -> Allowed:
+    """Return which edges a use counts, as a predicate on their attributes; InputError if there is no such use.
+
+    >>> allowed_edges("valid")({"continuous": True, "keeps_sign": False})
+    False
+    """
+    if not isinstance(use, str) or use not in _ALLOWED:
+        raise InputError(f"use: {shown(use)}; allowed are {', '.join(_ALLOWED)}")
+    return _ALLOWED[use]
+
+
+def quanta_of(length: float) -> int:
+    """Return a length [rad] as a whole number of quanta.
+
+    >>> quanta_of(0.5)
+    500000000000
+    """
+    return int(length * QUANTA_PER_RADIAN + 0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,13 +84,32 @@ class Blocked:
     leg: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """An order of stops, counted from 0, the first one first.
+
+    Parameters
+    ----------
+    order
+        Each stop once.
+    exact
+        Whether no other order has a shorter closed walk; otherwise that of this one is at most 1.5 times as long.
+    method
+        "exact": dynamic programming over subsets; "christofides": the heuristic of that name, from networkx.
+    """
+
+    order: tuple[int, ...]
+    exact: bool
+    method: Literal["exact", "christofides"]
+
+
 class _Roads:
     """The usable part of a graph, looked at through plain dictionaries."""
 
     def __init__(self, graph: nx.Graph[Any], use: Use) -> None:
         self.adjacency: dict[Any, Any] = dict(graph.adjacency())
         self.nodes: dict[Any, dict[str, Any]] = dict(graph.nodes(data=True))
-        self.allowed = _ALLOWED[use]
+        self.allowed = allowed_edges(use)
         self.legs: dict[tuple[Any, Any], tuple[int, list[Any]] | None] = {}
 
     def restrict(self, threshold: float) -> None:
@@ -81,9 +133,9 @@ class _Roads:
         goal = nodes[target]
         x, y = goal["alpha1"], goal["alpha2"]
         # A little less than the distance, so that rounding to quanta cannot make it too large.
-        scale = _QUANTUM * (1 - 1e-9)
+        scale = QUANTA_PER_RADIAN * (1 - 1e-9)
         start = nodes[source]
-        straight = int(hypot(start["alpha1"] - x, start["alpha2"] - y) * _QUANTUM)
+        straight = int(hypot(start["alpha1"] - x, start["alpha2"] - y) * QUANTA_PER_RADIAN)
         best: dict[Any, int] = {source: 0}
         parent: dict[Any, Any] = {}
         order = count()
@@ -98,7 +150,7 @@ class _Roads:
             for neighbor, edge in adjacency[node].items():
                 if not allowed(edge):
                     continue
-                reached = cost + int(edge["length"] * _QUANTUM + 0.5)
+                reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)
                 if reached < best.get(neighbor, math.inf):
                     best[neighbor] = reached
                     parent[neighbor] = node
@@ -128,7 +180,7 @@ class _Roads:
             for previous, edge in self.adjacency[node].items():
                 if previous not in best or not self.allowed(edge):
                     continue
-                if best[previous] + int(edge["length"] * _QUANTUM + 0.5) == best[node]:
+                if best[previous] + int(edge["length"] * QUANTA_PER_RADIAN + 0.5) == best[node]:
                     onward.setdefault(previous, []).append(node)
                     if previous not in seen:
                         seen.add(previous)
@@ -156,6 +208,23 @@ class _Roads:
                 turned = turns + (heading is not None and ahead != heading)
                 heappush(heap, (turned, steps + 1, next(order), following, ahead, (node, heading)))
         raise AssertionError("the shortest paths lead to the target")
+
+    def lengths(self, source: Any) -> dict[Any, int]:
+        """Return the length in quanta of the shortest path to each node that can be reached."""
+        best: dict[Any, int] = {source: 0}
+        order = count()
+        heap: list[tuple[int, int, Any]] = [(0, 0, source)]
+        while heap:
+            cost, _, node = heappop(heap)
+            if cost > best[node]:
+                continue
+            for neighbor, edge in self.adjacency[node].items():
+                if self.allowed(edge):
+                    reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)
+                    if reached < best.get(neighbor, math.inf):
+                        best[neighbor] = reached
+                        heappush(heap, (reached, next(order), neighbor))
+        return best
 
     def widest(self, source: Any, target: Any) -> float:
         """Return the best worst-case least singular value of the paths from source to target; −∞ if none."""
@@ -236,7 +305,7 @@ def closed_walk(
         starts.append(len(nodes))
         leg = roads.leg(source, target)
         nodes += leg[1][:-1] if leg else []
-    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=found[0] / _QUANTUM, stops=tuple(starts))
+    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=found[0] / QUANTA_PER_RADIAN, stops=tuple(starts))
 
 
 def _best_cycle(
@@ -264,19 +333,57 @@ def _best_cycle(
     return best
 
 
-def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid") -> tuple[int, ...] | None:
-    """Return the order of stops, the first one first, with the shortest closed walk; None if there is none.
+def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid") -> Order | None:
+    """Return the order of stops with the shortest closed walk, or a good one; None if there is no closed walk.
 
-    Exact, by dynamic programming over subsets.
+    Parameters
+    ----------
+    graph, use
+        As for :func:`closed_walk`.
+    stops
+        The node of each stop; the first one stays first.
 
-    Raises
-    ------
-    InputError
-        If there are more than nine stops.
+    Returns
+    -------
+    Order or None
+        Exact up to nine stops. With more, the order of Christofides' heuristic on the lengths of the shortest
+        paths: these keep the triangle inequality and join all stops, so that its closed walk is at most 1.5 times
+        as long as the shortest one. A thousand stops take a minute or two.
+
+    Examples
+    --------
+    >>> from gaitgraph.graph import surface_graph
+    >>> corners = [(14, 2), (10, 6), (14, 6), (10, 2)]
+    >>> best_order(surface_graph("negative"), [(*corner, "red") for corner in corners])
+    Order(order=(0, 2, 1, 3), exact=True, method='exact')
     """
-    if len(stops) > MOST_ANY_ORDER:
-        raise InputError(f"any_order: {len(stops)} waypoints; allowed are {MOST_ANY_ORDER} at most")
     roads = _Roads(graph, use)
+    if len(stops) > MOST_ANY_ORDER:
+        order = _christofides(roads, stops)
+        return None if order is None else Order(order=order, exact=False, method="christofides")
+    order = _exact_order(roads, stops)
+    return None if order is None else Order(order=order, exact=True, method="exact")
+
+
+def _christofides(roads: _Roads, stops: Sequence[Any]) -> tuple[int, ...] | None:
+    import networkx as nx
+
+    complete: nx.Graph[int] = nx.Graph()
+    for a, here in enumerate(stops):
+        lengths = roads.lengths(here)
+        for b in range(a):
+            if stops[b] not in lengths:
+                return None
+            complete.add_edge(a, b, weight=lengths[stops[b]])
+    tour = nx.approximation.christofides(complete)[:-1]
+    start = tour.index(0)
+    order = tour[start:] + tour[:start]
+    if order[1] > order[-1]:
+        order[1:] = order[:0:-1]
+    return tuple(order)
+
+
+def _exact_order(roads: _Roads, stops: Sequence[Any]) -> tuple[int, ...] | None:
     n = len(stops)
 
     def cost(a: int, b: int) -> float:

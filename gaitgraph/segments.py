@@ -19,6 +19,7 @@ from gaitgraph.invertibility import (
     Coefficients,
     hover_thrust_shares,
     least_singular_value,
+    least_singular_value_bound,
     level_determinant,
     singular_values_on_red,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "least_along",
     "least_level_determinant",
     "least_singular_value_along",
+    "least_singular_value_of_all",
     "thrust_shares_along",
     "thrusts_push_up",
 ]
@@ -39,7 +41,8 @@ FloatArray = npt.NDArray[np.float64]
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
-_MOST_INTERVALS = 2_000_000
+_BATCH = 1 << 15
+_MOST_HALVINGS = 20_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +77,8 @@ def least_along(
     floor: float = math.inf,
     each: bool = False,
     enough: FloatArray | None = None,
+    known: float = math.inf,
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> Least:
     """Bracket the least of a function along straight segments.
 
@@ -93,56 +98,60 @@ def least_along(
         Whether every segment's own bracket is narrowed, or only that of the least of all.
     enough
         If given, for each segment a value from which on nothing more needs to be known, shape (m,).
+    known
+        A value that is attained elsewhere: without `each`, what certainly stays above it is not narrowed.
+    at_ends
+        The function's values at starts and ends, if they are at hand.
 
     Notes
     -----
-    Not guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always valid.
+    Intervals are halved in batches, the latest first, so that memory stays bounded however many are open. Not
+    guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always valid.
     """
     starts, ends = (
         np.atleast_2d(np.asarray(starts, dtype=float)),
         np.atleast_2d(np.asarray(ends, dtype=float)),
     )
-    segment = np.arange(len(starts))
-    low, high = np.zeros(len(starts)), np.ones(len(starts))
-    p0, p1 = starts, ends
-    f0, f1 = value(p0), value(p1)
+    f0, f1 = at_ends if at_ends is not None else (value(starts), value(ends))
     best = np.minimum(f0, f1)
     fraction = np.where(f1 < f0, 1.0, 0.0)
     lower = best.copy()
-    while segment.size:
+    overall = min(known, float(best.min()))
+    segments = np.arange(len(starts))
+    batches: list[tuple[Any, ...]] = [(segments, np.zeros(len(starts)), np.ones(len(starts)), starts, ends, f0, f1)]
+    halvings = 0
+    while batches:
+        segment, low, high, p0, p1, f0, f1 = batches.pop()
         least = bound(f0, f1, p0, p1)
-        reference = best[segment] if each else np.full(segment.size, best.min())
+        reference = best[segment] if each else np.full(segment.size, overall)
         open_ = (least < reference - tolerance) & (least < floor)
         if math.isfinite(floor):
             open_ &= reference >= floor
         if enough is not None:
             open_ &= least < enough[segment]
-        if open_.sum() > _MOST_INTERVALS:
+        middle = (low + high) / 2
+        # A fraction that no longer splits the interval is the end of what floats resolve.
+        whole = open_ & ~((middle > low) & (middle < high))
+        least[whole] = np.minimum(f0, f1)[whole]
+        open_ &= ~whole
+        halvings += int(open_.sum())
+        if halvings > _MOST_HALVINGS:
             open_[:] = False
         np.minimum.at(lower, segment[~open_], least[~open_])
         if not open_.any():
-            break
-        segment, low, high = segment[open_], low[open_], high[open_]
+            continue
+        segment, low, high, middle = segment[open_], low[open_], high[open_], middle[open_]
         p0, p1, f0, f1 = p0[open_], p1[open_], f0[open_], f1[open_]
-        middle = (low + high) / 2
-        # A fraction that no longer splits the interval is the end of what floats resolve.
-        split = (middle > low) & (middle < high)
-        if not split.all():
-            np.minimum.at(lower, segment[~split], np.minimum(f0, f1)[~split])
-            segment, low, high, middle = segment[split], low[split], high[split], middle[split]
-            p0, p1, f0, f1 = p0[split], p1[split], f0[split], f1[split]
         pm = starts[segment] + middle[:, None] * (ends - starts)[segment]
         fm = value(pm)
         order = np.argsort(fm, kind="stable")[::-1]
         better = order[fm[order] < best[segment[order]]]
         best[segment[better]], fraction[segment[better]] = fm[better], middle[better]
-        segment, low, high = (
-            np.tile(segment, 2),
-            np.concatenate([low, middle]),
-            np.concatenate([middle, high]),
-        )
-        p0, p1 = np.concatenate([p0, pm]), np.concatenate([pm, p1])
-        f0, f1 = np.concatenate([f0, fm]), np.concatenate([fm, f1])
+        overall = min(overall, float(fm.min()))
+        left = (segment, low, middle, p0, pm, f0, fm)
+        right = (segment, middle, high, pm, p1, fm, f1)
+        halves = tuple(np.concatenate(pair) for pair in zip(left, right, strict=True))
+        batches += [tuple(part[k : k + _BATCH] for part in halves) for k in range(0, 2 * segment.size, _BATCH)]
     return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
 
 
@@ -181,6 +190,8 @@ def least_level_determinant(
     tolerance: float = 1e-6,
     floor: float = math.inf,
     each: bool = False,
+    known: float = math.inf,
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign.
 
@@ -196,7 +207,27 @@ def least_level_determinant(
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, coefficients) / 8
 
-    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+    return least_along(
+        starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, known=known, at_ends=at_ends
+    )
+
+
+def _lipschitz_bound(vehicle: Vehicle) -> Bound:
+    """Return a bound from values at both ends that hold for the least singular value, or lie below it.
+
+    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
+    ‖Δα‖ with that constant.
+    """
+    constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return np.asarray(np.maximum((f0 + f1 - constant * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
+
+    return bound
+
+
+def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
+    return all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
 
 
 def least_singular_value_along(
@@ -207,35 +238,74 @@ def least_singular_value_along(
     tolerance: float = 1e-4,
     floor: float = math.inf,
     each: bool = False,
+    known: float = math.inf,
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
-    ‖Δα‖ with that constant. On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a
-    segment is known; only the third is searched.
+    On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a segment is known; only the
+    third is searched. Elsewhere every end costs a decomposition: see :func:`least_singular_value_of_all`.
+
+    Parameters
+    ----------
+    starts, ends
+        The segments, shape (m, 4) [rad].
+    tolerance, floor, each, known
+        As for :func:`least_along`.
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    lipschitz = math.sqrt(2.0 + vehicle.drag_ratio**2)
-    on_red = all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
+    bound, on_red = _lipschitz_bound(vehicle), _on_red(starts, ends)
+    asked: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
 
     def value(alpha: FloatArray) -> FloatArray:
         if on_red:
             return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
         return np.asarray(least_singular_value(alpha, vehicle))
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.asarray(np.maximum((f0 + f1 - lipschitz * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
-
     if not on_red:
-        return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each)
+        return least_along(starts, ends, value, bound, **asked)
     delta = math.atan(vehicle.signed_drag_ratio)
     quarter = math.pi / 2
     phases = [side[:, :2] + np.array([-delta, delta]) + quarter for side in (starts, ends)]
     alone = math.sqrt(2.0) / math.cos(delta) * _least_sine(phases[0], phases[1]).min(axis=1)
     enough = alone if each else np.full(len(alone), alone.min())
-    third = least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, enough=enough)
+    third = least_along(starts, ends, value, bound, enough=enough, **asked)
     fraction = np.where(third.upper <= alone, third.fraction, _where_least_sine(phases[0], phases[1]))
     return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
+
+
+def least_singular_value_of_all(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    known: float = math.inf,
+) -> Least:
+    """Bracket the least singular value over many segments, most of them without any decomposition.
+
+    Parameters as for :func:`least_singular_value_along`. A bound from arithmetic alone settles the segments that
+    certainly stay above the least of all, or above `known`; their `upper` is +∞, since no value of theirs is known.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    if _on_red(starts, ends):
+        return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
+    low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
+    upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
+    first = int(np.argmin(low0))
+    known = min(known, float(least_singular_value(starts[first], vehicle)))
+    matters = lower < known - tolerance
+    matters[first] = True
+    found = least_singular_value_along(starts[matters], ends[matters], vehicle, tolerance=tolerance, known=known)
+    lower[matters], upper[matters], fraction[matters] = found.lower, found.upper, found.fraction
+    return Least(lower=lower, upper=upper, fraction=fraction)
+
+
+def _bounds_without_decomposition(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray]:
+    """Return lower bounds of the least singular value at the starts, and along the segments."""
+    low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    return low0, _lipschitz_bound(vehicle)(low0, low1, starts, ends)
 
 
 def keeps_singular_value_above(
@@ -245,8 +315,13 @@ def keeps_singular_value_above(
 
     Decided to within 1e-6 of the floor; what is closer than that counts as below.
     """
-    least = least_singular_value_along(starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True)
-    return np.asarray(least.lower >= floor)
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
+    open_ = ~above
+    if open_.any():
+        asked: dict[str, Any] = {"tolerance": 1e-6, "floor": floor, "each": True}
+        above[open_] = least_singular_value_along(starts[open_], ends[open_], vehicle, **asked).lower >= floor
+    return np.asarray(above)
 
 
 def _largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -278,7 +353,12 @@ def _residual_phases(alpha: FloatArray, delta: float) -> tuple[FloatArray, ...]:
 
 
 def largest_residual(
-    starts: npt.ArrayLike, ends: npt.ArrayLike, coefficients: Coefficients, *, tolerance: float = 1e-6
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-6,
+    known: float = math.inf,
 ) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
 
@@ -295,7 +375,7 @@ def largest_residual(
         x, y, u, v = (_largest_sine(a, b) for a, b in zip(ends0, ends1, strict=True))
         return -scale * np.maximum(x * y, u * v)
 
-    return least_along(starts, ends, value, bound, tolerance=tolerance)
+    return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
 
 
 def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, Any]:
@@ -338,6 +418,7 @@ def thrust_shares_along(
     *,
     tolerance: float = 1e-4,
     each: bool = False,
+    known: tuple[float, float] = (math.inf, math.inf),
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Bracket the hover thrusts along segments.
 
@@ -375,14 +456,16 @@ def thrust_shares_along(
     def largest_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return np.asarray(-extremes(p0, p1, smallest=False).max(axis=-1))
 
-    def bracket(value: Value, bound: Bound) -> Least:
+    def bracket(value: Value, bound: Bound, attained: float) -> Least:
         lower, upper = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
         fraction = np.zeros(len(starts))
         if upward.any():
-            found = least_along(starts[upward], ends[upward], value, bound, tolerance=tolerance, each=each)
+            found = least_along(
+                starts[upward], ends[upward], value, bound, tolerance=tolerance, each=each, known=attained
+            )
             lower[upward], upper[upward], fraction[upward] = found.lower, found.upper, found.fraction
         return Least(lower=lower, upper=upper, fraction=fraction)
 
-    least = bracket(lambda alpha: shares(alpha).min(axis=-1), least_bound)
-    largest = bracket(lambda alpha: -shares(alpha).max(axis=-1), largest_bound)
+    least = bracket(lambda alpha: shares(alpha).min(axis=-1), least_bound, known[0])
+    largest = bracket(lambda alpha: -shares(alpha).max(axis=-1), largest_bound, known[1])
     return upward, least, largest

@@ -45,9 +45,11 @@ __all__ = [
     "RootArrays",
     "RootSet",
     "SheetGrid",
+    "at_end_of_range",
     "root_arrays",
     "roots",
     "sheet_angles",
+    "sheet_distances",
     "sheet_grid",
     "text_from_types",
     "types_of",
@@ -259,6 +261,27 @@ def types_of(
     return np.where(near3, zero, sign), np.where(near4, zero, sign)
 
 
+def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Return whether an angle in [−π/2, π/2] lies at an end, where it stands for both ends, shape (...)."""
+    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _END_TOLERANCE)
+
+
+def sheet_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+    """Return how far (α3, α4) are from the red and from the blue sheet above (α1, α2), mod π, each (...) [rad].
+
+    >>> red, blue = sheet_distances([0.3, -0.2, 0.3, -0.1], coefficients_of())
+    >>> round(float(red), 3)
+    0.1
+    """
+    alpha = np.asarray(alpha, dtype=float)
+    out = []
+    for color in COLORS:
+        third, fourth = sheet_angles(color, alpha[..., 0], alpha[..., 1], coefficients)
+        off = distance_to_multiple(np.stack([alpha[..., 2] - third, alpha[..., 3] - fourth], axis=-1), math.pi)
+        out.append(np.asarray(off.max(axis=-1)))
+    return out[0], out[1]
+
+
 def _both_ends(angle: float) -> tuple[float, ...]:
     """Return the representations of an angle in [−π/2, π/2]: two at the ends of the range, else one."""
     if HALF_PI - abs(angle) > _END_TOLERANCE:
@@ -414,7 +437,7 @@ def root_arrays(
     for k, color in enumerate(COLORS):
         third, fourth = sheet_angles(color, a1, a2, coefficients)
         type3, type4 = types_of(color, a1, a2, coefficients, crossing_tolerance)
-        end3, end4 = (HALF_PI - np.abs(angle) <= _END_TOLERANCE for angle in (third, fourth))
+        end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
         for i in range(2):
             for j in range(2):
                 alpha[..., k, i, j, 0], alpha[..., k, i, j, 1] = a1, a2
@@ -491,7 +514,7 @@ def sheet_grid(
 
 def _with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
     """Return each angle's index and its representations: two where it lies at an end of the range."""
-    at_end = HALF_PI - np.abs(angles) <= _END_TOLERANCE
+    at_end = at_end_of_range(angles)
     index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
     values = angles[index]
     second = np.zeros(index.size, dtype=bool)

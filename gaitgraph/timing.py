@@ -21,9 +21,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
-from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report, check_gait
+from gaitgraph.checks import check_gait
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility import level_determinant
+from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
+from gaitgraph.rules import limit_check
 from gaitgraph.surface import text_from_types, types_of
 
 if TYPE_CHECKING:
@@ -251,17 +253,12 @@ class TimedGait:
 def _limit(name: str, unit: str, peaks: FloatArray, limit: float | None, period: float, order: int, law: str) -> Check:
     worst = int(np.argmax(peaks))
     peak = float(peaks[worst])
-    if limit is None:
-        message = f"peak {peak:.3g} {unit} (α{worst + 1}); the vehicle states no limit"
-        return Check(name=name, kind="flyable", ok=True, value=peak, message=message)
-    ok = peak <= limit * (1 + 1e-12)
-    message = f"peak {peak:.3g} {unit} (α{worst + 1}), limit {limit:.3g}"
-    if not ok and math.isinf(peak):
-        message = f"the law {shown(law)} turns corners at full speed, limit {limit:.3g} {unit}: use the law 'smooth'"
-    elif not ok:
-        needed = period * (peak / limit) ** (1 / order)
-        message += f": this law needs a period of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, message=message)
+    if math.isinf(peak):
+        advice = f"the law {shown(law)} turns corners at full speed: use the law 'smooth'"
+    else:
+        needed = period * (peak / (limit or peak or 1.0)) ** (1 / order)
+        advice = f"this law needs a period of at least {math.ceil(needed * 1000) / 1000:.3f} s"
+    return limit_check(name, unit, peak, worst + 1, limit, None, advice)
 
 
 def _corner_times(gait: Gait, period: float, law: str) -> FloatArray:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gaitgraph.checks import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Report, check_gait
+from gaitgraph.checks import check_gait
+from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Report
 from gaitgraph.timing import TimedGait
 
 if TYPE_CHECKING:

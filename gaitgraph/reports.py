@@ -1,0 +1,158 @@
+"""What was found about a gait: one check for each rule, and the report that holds them all.
+
+*Valid* is the paper's notion: closed, on the surface, two-color, continuous, R of one sign. *Flyable* adds the
+physics, always with the exact coefficients of the vehicle: the decoupling matrix well invertible, hover thrusts
+positive and within limits, tilt angles and rates within limits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report"]
+
+DEFAULT_TOLERANCE = 2e-3
+"""|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
+
+DEFAULT_FLOOR = 0.05
+"""Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
+
+YES = {True: "yes", False: "no", None: "unknown"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One rule, what was found, and where.
+
+    Parameters
+    ----------
+    name
+        The rule.
+    kind
+        "valid" if the paper's rules ask for it, "flyable" if the physics does.
+    ok
+        Whether it holds along the whole gait.
+    value, limit
+        What was found at the worst place and what is allowed there, in the unit that the message names; None
+        where there is none.
+    where
+        The worst place: segment (from which corner on), fraction along it, and tilt angles [rad]; or None.
+    message
+        One sentence that says what was found and, if the rule is broken, what would help.
+    decided
+        False for a sign of R that the digits of coefficients and angles do not carry.
+    """
+
+    name: str
+    kind: Literal["valid", "flyable"]
+    ok: bool
+    message: str
+    value: float | None = None
+    limit: float | None = None
+    where: dict[str, Any] | None = None
+    decided: bool = True
+
+    @property
+    def mark(self) -> str:
+        """How a summary marks the check: "ok", "NO", or "??" for a sign that is not decided."""
+        if not self.ok:
+            return "NO"
+        return "ok" if self.decided else "??"
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the check as plain values, ready for JSON."""
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "ok": self.ok,
+            "value": _finite_or_none(self.value),
+            "limit": _finite_or_none(self.limit),
+            "where": self.where,
+            "message": self.message,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """All checks of one gait; falsy when it is not valid, and it prints well."""
+
+    checks: tuple[Check, ...]
+    reachable_from_hover: bool | None
+    reachability: str
+
+    @property
+    def valid(self) -> bool:
+        """Whether every rule of the paper holds."""
+        return all(check.ok for check in self.checks if check.kind == "valid")
+
+    @property
+    def two_color(self) -> bool:
+        """Whether every adjacent pair obeys Figure 15."""
+        return self["two_color"].ok
+
+    @property
+    def flyable(self) -> bool:
+        """Whether the gait is valid, its sign of R decided, and every physical check holds."""
+        return all(check.ok and check.decided for check in self.checks)
+
+    @property
+    def reason(self) -> str:
+        """The first reason why the gait is not flyable, or not valid; empty if it is both."""
+        broken = [check.message for check in self.checks if not check.ok and check.kind == "valid"]
+        broken += [check.message for check in self.checks if not check.ok and check.kind == "flyable"]
+        broken += [check.message for check in self.checks if check.ok and not check.decided]
+        return broken[0] if broken else ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What holds but deserves attention."""
+        return tuple(check.message for check in self.checks if check.ok and not check.decided)
+
+    def __getitem__(self, name: str) -> Check:
+        for check in self.checks:
+            if check.name == name:
+                return check
+        raise KeyError(name)
+
+    def __bool__(self) -> bool:
+        return self.valid
+
+    def with_checks(self, more: Iterable[Check]) -> Report:
+        """Return the report with further checks appended."""
+        return Report(
+            checks=(*self.checks, *more),
+            reachable_from_hover=self.reachable_from_hover,
+            reachability=self.reachability,
+        )
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        return {
+            "valid": self.valid,
+            "two_color": self.two_color,
+            "flyable": self.flyable,
+            "reachable_from_hover": self.reachable_from_hover,
+            "checks": [check.as_mapping() for check in self.checks],
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        yes = {True: "yes", False: "no", None: "unknown"}
+        lines = [
+            f"valid {yes[self.valid]}, flyable {yes[self.flyable]}, "
+            f"reachable from hover {yes[self.reachable_from_hover]}"
+        ]
+        lines += [f"  {check.mark}  {check.name:<22} {check.message}" for check in self.checks]
+        lines.append(
+            f"  {'ok' if self.reachable_from_hover else '--'}  {'reachable_from_hover':<22} {self.reachability}"
+        )
+        return "\n".join(lines)
+
+
+def _finite_or_none(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)

@@ -1,0 +1,654 @@
+"""The rules of valid and flyable, each looking at a gait piece by piece.
+
+A gait is a chain of points joined by straight segments. It may be too long to be held at once, so a rule sees it as
+*stretches*, one after the other, keeps what is worst, and says at the end what it found. Each rule holds along the
+segments, by closed form or a bound; where the pieces are cut makes no difference to a verdict.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.coloring import neighbors_allowed
+from gaitgraph.invertibility import (
+    Coefficients,
+    coefficients_of,
+    hover_thrust_shares,
+    level_determinant,
+    level_determinant_resolution,
+    level_determinant_slopes,
+)
+from gaitgraph.regions import HOVER_LABEL, red_label
+from gaitgraph.reports import DEFAULT_TOLERANCE, Check
+from gaitgraph.segments import (
+    Least,
+    keeps_singular_value_above,
+    largest_residual,
+    least_level_determinant,
+    least_singular_value_of_all,
+    thrust_shares_along,
+)
+from gaitgraph.surface import (
+    COLORS,
+    DEFAULT_CROSSING_TOLERANCE,
+    sheet_angles,
+    sheet_distances,
+    text_from_types,
+    types_of,
+)
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
+
+__all__ = [
+    "Continuous",
+    "HoverThrust",
+    "LevelSign",
+    "OnSurface",
+    "Place",
+    "Reach",
+    "Rule",
+    "Setting",
+    "SingularValue",
+    "Stretch",
+    "TiltRange",
+    "TwoColor",
+    "jumps",
+    "limit_check",
+]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+SheetArray = npt.NDArray[np.int8]
+
+_EXACT = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What a gait is judged for and by; `noun` is what messages call its points."""
+
+    vehicle: Vehicle
+    coefficients: Coefficients
+    tolerance: float
+    floor: float
+    angle_rounding: float | None = None
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    noun: str = "corner"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A place on a gait: after which point, counted from 0, what fraction of the way to the next, and when."""
+
+    point: int
+    fraction: float
+    alpha: tuple[float, ...]
+    t: float | None = None
+
+    def as_mapping(self, noun: str) -> dict[str, Any]:
+        """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
+        head: dict[str, Any] = {"row": self.point + 1, "t": self.t} if noun == "row" else {"segment": self.point}
+        return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
+
+    def __str__(self) -> str:
+        return "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """Consecutive points of a gait, joined by straight segments.
+
+    Parameters
+    ----------
+    alpha
+        The points, shape (m + 1, 4) with m ≥ 1 [rad].
+    sheet
+        The sheet that each point is painted as: +1 red, −1 blue, 0 none, shape (m + 1,).
+    first
+        Number of the first point, counted from 0.
+    after
+        Number of the last point if it does not follow from `first`: 0 for the segment that closes a gait.
+    t
+        Times, shape (m + 1,) [s], or None.
+    """
+
+    alpha: FloatArray
+    sheet: SheetArray
+    first: int = 0
+    after: int | None = None
+    t: FloatArray | None = None
+
+    @property
+    def starts(self) -> FloatArray:
+        """Where each segment starts, shape (m, 4) [rad]."""
+        return self.alpha[:-1]
+
+    @property
+    def ends(self) -> FloatArray:
+        """Where each segment ends, shape (m, 4) [rad]."""
+        return self.alpha[1:]
+
+    def place(self, segment: int, fraction: float = 0.0) -> Place:
+        """Return the place a fraction of the way along a segment, counted from 0 within the stretch."""
+        at = self.alpha[segment] + fraction * (self.alpha[segment + 1] - self.alpha[segment])
+        t = None
+        if self.t is not None:
+            t = float(self.t[segment] + fraction * (self.t[segment + 1] - self.t[segment]))
+        return Place(
+            point=self.first + segment, fraction=float(fraction), alpha=tuple(float(angle) for angle in at), t=t
+        )
+
+    def number(self, index: int) -> int:
+        """Return the number of a point as people count, from 1."""
+        if self.after is not None and index == len(self.alpha) - 1:
+            return self.after + 1
+        return self.first + index + 1
+
+
+class _Worst:
+    """The bracket of the least of a quantity over all stretches so far, and where its upper end is attained."""
+
+    def __init__(self) -> None:
+        self.lower, self.upper = math.inf, math.inf
+        self.place: Place | None = None
+
+    def take(self, least: Least, stretch: Stretch) -> None:
+        lower, upper, segment, fraction = least.worst()
+        self.lower = min(self.lower, lower)
+        if upper < self.upper or self.place is None:
+            self.upper, self.place = upper, stretch.place(segment, fraction)
+
+
+class Rule(ABC):
+    """What all rules share: :meth:`see` every stretch in order, then ask for :meth:`checks`."""
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    @abstractmethod
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+
+    @abstractmethod
+    def checks(self) -> list[Check]:
+        """Return what was found; at least one stretch was seen."""
+
+    def at(self, place: Place | None) -> dict[str, Any] | None:
+        """Return a place as plain values."""
+        return None if place is None else place.as_mapping(self.setting.noun)
+
+
+class OnSurface(Rule):
+    """Rφ and Rθ vanish, to within the tolerance."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.worst = _Worst()
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        tolerance = self.setting.tolerance / 100
+        coefficients, known = self.setting.coefficients, self.worst.upper
+        least = largest_residual(stretch.starts, stretch.ends, coefficients, tolerance=tolerance, known=known)
+        self.worst.take(least, stretch)
+
+    def checks(self) -> list[Check]:
+        """Return the check `on_surface`."""
+        value, limit = max(-self.worst.lower, 0.0), self.setting.tolerance
+        message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
+        ok = value <= limit
+        if not ok:
+            message += f", worst at {self.worst.place}: take (α3, α4) from the roots of (α1, α2)"
+        where = self.at(self.worst.place)
+        return [Check(name="on_surface", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
+
+
+class TwoColor(Rule):
+    """Figure 15: neither α3 nor α4 steps from its + plane to its − plane."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.broken: Check | None = None
+        self.seen = 0
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        self.seen |= sum({1: 1, -1: 2}.get(sheet, 0) for sheet in np.unique(stretch.sheet).tolist())
+        if self.broken is not None:
+            return
+        setting, alpha = self.setting, stretch.alpha
+        crossing = types_of("red", alpha[:, 0], alpha[:, 1], setting.coefficients, setting.crossing_tolerance)
+        third, fourth = (np.where(part == 0, 0, stretch.sheet) for part in crossing)
+        lacking = stretch.sheet == 0
+        forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
+        if lacking.any() and (not forbidden.any() or np.argmax(lacking) <= np.argmax(forbidden)):
+            point = int(np.argmax(lacking))
+            message = (
+                f"{setting.noun} {stretch.number(point)} lies off the surfaces, on neither sheet, so it has no color "
+                "to compare: take (α3, α4) from the roots of (α1, α2)"
+            )
+            self.broken = self._refused(stretch, min(point, len(alpha) - 2), message)
+        elif forbidden.any():
+            point = int(np.argmax(forbidden))
+            here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
+            message = (
+                f"{setting.noun}s {stretch.number(point)} {here} and {stretch.number(point + 1)} {there} may not be "
+                "neighbours (Figure 15): paint both in one color, or pass a (?,?) point between them"
+            )
+            self.broken = self._refused(stretch, point, message)
+
+    def _refused(self, stretch: Stretch, segment: int, message: str) -> Check:
+        where = self.at(stretch.place(segment))
+        return Check(name="two_color", kind="valid", ok=False, value=1.0, limit=0.0, where=where, message=message)
+
+    def checks(self) -> list[Check]:
+        """Return the check `two_color`."""
+        if self.broken is not None:
+            return [self.broken]
+        color = (None, *COLORS, "mixed")[self.seen]
+        message = f"all neighbours allowed by Figure 15 ({color})"
+        return [Check(name="two_color", kind="valid", ok=True, value=0.0, limit=0.0, message=message)]
+
+
+def jumps(
+    starts: FloatArray, ends: FloatArray, red: BoolArray, red_after: BoolArray, coefficients: Coefficients
+) -> FloatArray:
+    """Return by how much (α3, α4) leave a continuous motion along segments, shape (m,) [rad].
+
+    Along one sheet: π where an angle wraps, else zero. Between sheets the color changes at one of the two ends:
+    the smaller of the distances between the sheets there, in the larger of the two angles.
+    """
+    sign = np.where(red, 1.0, -1.0)
+    step = ends - starts
+    out = np.maximum(np.abs(step[:, 2] - sign * step[:, 0]), np.abs(step[:, 3] - sign * step[:, 1]))
+    between = red != red_after
+    if between.any():
+        gaps = []
+        for at, is_red in ((starts[between], red[between]), (ends[between], red_after[between])):
+            r3, r4 = sheet_angles("red", at[:, 0], at[:, 1], coefficients)
+            b3, b4 = sheet_angles("blue", at[:, 0], at[:, 1], coefficients)
+            other3, other4 = np.where(is_red, b3, r3), np.where(is_red, b4, r4)
+            gaps.append(np.maximum(np.abs(at[:, 2] - other3), np.abs(at[:, 3] - other4)))
+        out[between] = np.minimum(*gaps)
+    return np.where(out > _EXACT, out, 0.0)
+
+
+class Continuous(Rule):
+    """Every point lies on the sheet of its color, and every segment stays there."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.uncolored: Place | None = None
+        self.distance, self.painted = 0.0, ""
+        self.farthest: Place | None = None
+        self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False
+        self.place: Place | None = None
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        sheet, setting = stretch.sheet, self.setting
+        bare = sheet == 0
+        if bare.any():
+            point = int(np.argmax(bare))
+            self.uncolored = self.uncolored or stretch.place(min(point, len(bare) - 2))
+            if bare.all():
+                return
+        on_red, on_blue = sheet_distances(stretch.alpha, setting.coefficients)
+        off = np.where(bare, 0.0, np.where(sheet > 0, on_red, on_blue))
+        farthest = int(np.argmax(off))
+        if off[farthest] > max(self.distance, _EXACT):
+            segment = min(farthest, len(off) - 2)
+            self.distance, self.farthest = float(off[farthest]), stretch.place(segment, float(farthest - segment))
+            other = on_blue if sheet[farthest] > 0 else on_red
+            names = COLORS if sheet[farthest] > 0 else COLORS[::-1]
+            self.painted = f"{setting.noun} {stretch.number(farthest)} is painted {names[0]} but lies off that sheet"
+            if other[farthest] <= setting.tolerance:
+                self.painted += f", on the {names[1]} one"
+        red, after = sheet[:-1] > 0, sheet[1:] > 0
+        sizes = jumps(stretch.starts, stretch.ends, red, after, setting.coefficients)
+        # Within one color, printed digits may move a segment off its sheet as far as the surface check allows.
+        limits = np.where(red == after, setting.tolerance, _EXACT)
+        ratios = sizes / np.maximum(limits, _EXACT)
+        worst = int(np.argmax(ratios))
+        if ratios[worst] > self.ratio:
+            self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
+            self.place, self.changes = stretch.place(worst), bool(red[worst] != after[worst])
+
+    def checks(self) -> list[Check]:
+        """Return the check `continuous`."""
+        noun, limit = self.setting.noun, self.limit
+        value: float | None = self.jump
+        place, ok, message = self.place, False, "every segment stays on its sheet"
+        if self.uncolored is not None:
+            place, limit, value = self.uncolored, self.setting.tolerance, None
+            message = f"after {noun} {place.point + 1} it is off the surfaces and follows no sheet"
+        elif self.distance > self.setting.tolerance and self.jump <= self.limit:
+            place, limit, value = self.farthest, self.setting.tolerance, self.distance
+            message = f"{self.painted}, by {value:.4f} rad: paint it as it lies, or take (α3, α4) from its sheet"
+        elif self.jump > self.limit and place is not None:
+            cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
+            message = (
+                f"(α3, α4) jumps by {self.jump:.4f} rad after {noun} {place.point + 1}, where it {cause}: stay on one "
+                "sheet"
+            )
+        else:
+            ok = True
+        where = self.at(place)
+        return [Check(name="continuous", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
+
+
+class LevelSign(Rule):
+    """Proposition 1: R has one sign, judged against what the digits of coefficients and angles carry."""
+
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
+        super().__init__(setting)
+        self.continuous = continuous
+        self.worst = _Worst()
+        self.side = 0.0  # the sign whose least is bracketed: that of the largest |R| of the first stretch
+        self.largest = 0.0
+        self.extreme: dict[float, tuple[float, Place | None]] = {1.0: (math.inf, None), -1.0: (math.inf, None)}
+        self.digits, self.slope = 0.0, 0.0
+        self.blue = False
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        coefficients, alpha = self.setting.coefficients, stretch.alpha
+        self.blue |= bool((stretch.sheet < 0).any())
+        value = np.asarray(level_determinant(alpha, coefficients))
+        peak = float(value[np.argmax(np.abs(value))])
+        self.largest = peak if abs(peak) > abs(self.largest) else self.largest
+        self.side = self.side or (1.0 if peak >= 0 else -1.0)
+        for sign, (least, _) in self.extreme.items():
+            point = int(np.argmin(sign * value))
+            if sign * value[point] < least:
+                segment = min(point, len(value) - 2)
+                self.extreme[sign] = (float(sign * value[point]), stretch.place(segment, float(point - segment)))
+        self.digits = max(self.digits, float(np.max(level_determinant_resolution(alpha, coefficients))))
+        self.slope = max(self.slope, float(level_determinant_slopes(alpha, coefficients).sum(axis=1).max()))
+        toward = self.side * value
+        found = least_level_determinant(
+            stretch.starts,
+            stretch.ends,
+            coefficients,
+            sign=self.side,
+            known=self.worst.upper,
+            at_ends=(toward[:-1], toward[1:]),
+        )
+        resolution = self.resolution()
+        if found.lower.min() <= resolution < min(found.upper.min(), self.worst.upper):
+            found = _settled(found, stretch, coefficients, self.side, resolution)
+        self.worst.take(found, stretch)
+
+    def resolution(self) -> float:
+        """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
+        coefficients, rounding = self.setting.coefficients, self.setting.angle_rounding
+        rounding = self.continuous.distance if rounding is None else rounding
+        derived = coefficients.sheet_rounding
+        second_order = (rounding + derived) ** 2 - derived**2
+        return (
+            self.digits + self.slope * rounding + 8 * float(np.linalg.norm(coefficients.bilinear_form)) * second_order
+        )
+
+    def checks(self) -> list[Check]:
+        """Return the check `R_sign`."""
+        sign = 1.0 if self.largest >= 0 else -1.0
+        lower, upper, place = self.worst.lower, self.worst.upper, self.worst.place
+        if sign != self.side:
+            lower, (upper, place) = -math.inf, self.extreme[sign]
+        resolution = self.resolution()
+        kind = self.setting.coefficients.kind
+        ok, decided = True, True
+        if self.blue and kind == "exact":
+            ok = False
+            message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
+        elif lower > resolution:
+            relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
+            message = f"{relation} along the whole gait ({kind} coefficients)"
+        elif upper < -resolution:
+            ok = False
+            message = f"R changes its sign at {place} ({kind} coefficients): keep the loop in one region of R"
+        else:
+            decided = False
+            message = (
+                f"sign of R undecided: |R| falls to {abs(upper):.2g}, within the {resolution:.2g} that the {kind} "
+                "coefficients carry; it is an artefact of rounding, not a margin"
+            )
+        return [
+            Check(
+                name="R_sign",
+                kind="valid",
+                ok=ok,
+                value=sign * upper,
+                limit=resolution,
+                where=self.at(place),
+                message=message,
+                decided=decided,
+            )
+        ]
+
+
+def _settled(found: Least, stretch: Stretch, coefficients: Coefficients, sign: float, resolution: float) -> Least:
+    """Narrow the brackets of sign·R that straddle the resolution until the comparison with it is settled."""
+    near = found.lower <= resolution
+    floor = resolution * (1 + 1e-9)
+    narrow = least_level_determinant(
+        stretch.starts[near], stretch.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+    )
+    lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
+    lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
+    return Least(lower=lower, upper=upper, fraction=fraction)
+
+
+class SingularValue(Rule):
+    """The decoupling matrix of the exact physics is well invertible, level."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.worst = _Worst()
+        self.above, self.blue = True, False
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        vehicle, floor = self.setting.vehicle, self.setting.floor
+        self.blue |= bool((stretch.sheet < 0).any())
+        found = least_singular_value_of_all(stretch.starts, stretch.ends, vehicle, known=self.worst.upper)
+        self.worst.take(found, stretch)
+        close = found.lower < floor
+        if self.above and close.any():
+            starts, ends = stretch.starts[close], stretch.ends[close]
+            hopeless = self.worst.upper < floor
+            self.above = not hopeless and bool(keeps_singular_value_above(starts, ends, floor, vehicle).all())
+
+    def checks(self) -> list[Check]:
+        """Return the check `least_singular_value`."""
+        upper, floor = self.worst.upper, self.setting.floor
+        message = f"least singular value {upper:.3f} (at least {max(self.worst.lower, 0.0):.3f}), floor {floor:g}"
+        if not self.above:
+            message = (
+                f"the decoupling matrix is nearly singular: least singular value {upper:.2g} at {self.worst.place}, "
+                f"floor {floor:g}"
+            )
+            if self.blue:
+                message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
+        return [
+            Check(
+                name="least_singular_value",
+                kind="flyable",
+                ok=self.above,
+                value=upper,
+                limit=floor,
+                where=self.at(self.worst.place),
+                message=message,
+            )
+        ]
+
+
+class HoverThrust(Rule):
+    """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.least, self.largest = _Worst(), _Worst()
+        self.blue = False
+        self.broken: tuple[float, Place] | None = None
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        self.blue |= bool((stretch.sheet < 0).any())
+        if self.blue or self.broken is not None:
+            return
+        vehicle, known = self.setting.vehicle, (self.least.upper, self.largest.upper)
+        upward, least, largest = thrust_shares_along(stretch.starts, stretch.ends, vehicle, known=known)
+        if upward.all():
+            self.least.take(least, stretch)
+            self.largest.take(largest, stretch)
+            return
+        segment = int(np.argmin(upward))
+        shares = hover_thrust_shares(stretch.alpha[segment : segment + 2], vehicle)
+        worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
+        self.broken = (float(shares[worst].min()), stretch.place(segment, float(worst)))
+
+    def checks(self) -> list[Check]:
+        """Return the check `hover_thrust`, and `thrust_limit` if the vehicle states one."""
+        if self.blue:
+            # Floating point would give some ratio of two vanishing quantities.
+            message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
+            return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
+        if self.broken is not None:
+            value, place = self.broken
+            message = (
+                "a rotor pair would have to idle or push down to hover on the segment after "
+                f"{self.setting.noun} {place.point + 1}: "
+                "stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
+            )
+            where = self.at(place)
+            return [
+                Check(
+                    name="hover_thrust", kind="flyable", ok=False, value=value, limit=0.0, where=where, message=message
+                )
+            ]
+        low, peak = self.least.upper, -self.largest.lower
+        message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
+        where = self.at(self.least.place)
+        checks = [
+            Check(name="hover_thrust", kind="flyable", ok=True, value=low, limit=0.0, where=where, message=message)
+        ]
+        vehicle = self.setting.vehicle
+        if vehicle.max_thrust is not None:
+            mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+            newtons = peak * mass * gravity
+            ok = newtons <= vehicle.max_thrust
+            message = f"largest hover thrust {newtons:.3g} N, limit {vehicle.max_thrust:.3g} N"
+            checks.append(
+                Check(
+                    name="thrust_limit",
+                    kind="flyable",
+                    ok=ok,
+                    value=newtons,
+                    limit=vehicle.max_thrust,
+                    where=self.at(self.largest.place),
+                    message=message + ("" if ok else f", exceeded at {self.largest.place}: tilt less there"),
+                )
+            )
+        return checks
+
+
+class TiltRange(Rule):
+    """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self.value, self.joint, self.number = -1.0, 0, 0
+        self.place: Place | None = None
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        size = np.abs(stretch.alpha)
+        point, joint = divmod(int(np.argmax(size)), 4)
+        if size[point, joint] > self.value:
+            segment = min(point, len(size) - 2)
+            self.value, self.joint, self.number = float(size[point, joint]), joint + 1, stretch.number(point)
+            self.place = stretch.place(segment, float(point - segment))
+
+    def checks(self) -> list[Check]:
+        """Return the check `tilt_range`, if the vehicle states a limit."""
+        limit = self.setting.vehicle.max_tilt
+        if limit is None:
+            return []
+        ok, where = self.value <= limit + _EXACT, self.at(self.place)
+        message = f"largest tilt {math.degrees(self.value):.1f}°, limit {math.degrees(limit):.1f}°"
+        if not ok:
+            message += (
+                f", exceeded by α{self.joint} at {self.setting.noun} {self.number}: move the waypoints nearer to 0"
+            )
+        return [
+            Check(name="tilt_range", kind="flyable", ok=ok, value=self.value, limit=limit, where=where, message=message)
+        ]
+
+
+class Reach:
+    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
+
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
+        self.vehicle, self.continuous = setting.vehicle, continuous
+        self.exact = coefficients_of(setting.vehicle, "exact")
+        self.positive, self.red, self.home, self.opposite = True, True, True, 0.0
+
+    def see(self, stretch: Stretch) -> None:
+        """Take in the next stretch."""
+        if not self.positive:
+            return
+        alpha = stretch.alpha
+        value = np.asarray(level_determinant(alpha, self.exact))
+        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
+        ends = (value[:-1], value[1:])
+        least = least_level_determinant(
+            stretch.starts,
+            stretch.ends,
+            self.exact,
+            tolerance=0.0,
+            floor=resolution * (1 + 1e-9),
+            each=True,
+            at_ends=ends,
+        )
+        self.positive = bool(least.lower.min() > resolution) and not (stretch.sheet < 0).any()
+        self.red &= bool((stretch.sheet > 0).all())
+        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
+        self.opposite = max(self.opposite, float(np.abs(alpha[:, 2:] - alpha[:, :2]).max()))
+
+    def answer(self) -> tuple[bool | None, str]:
+        """Return yes, no or unknown, and a sentence."""
+        limit = 2 * self.vehicle.signed_drag_ratio
+        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+        if not self.positive:
+            return False, (
+                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
+                f"in {home}, or start the flight in the gait"
+            )
+        if self.red and self.continuous.distance <= DEFAULT_TOLERANCE:
+            # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
+            if self.home and self.opposite <= DEFAULT_TOLERANCE:
+                return True, "in the component of α = 0, which ordinary hover can enter and leave"
+            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+        return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+
+
+def limit_check(
+    name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
+) -> Check:
+    """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
+    message, ok = f"peak {peak:.3g} {unit} (α{joint})", limit is None or peak <= limit * (1 + 1e-12)
+    if limit is None:
+        message += "; the vehicle states no limit"
+    elif math.isinf(peak):
+        message = f"{advice} (limit {limit:.3g} {unit})"
+    else:
+        message += f", limit {limit:.3g}" + ("" if ok else f": {advice}")
+    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
