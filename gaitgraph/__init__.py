@@ -53,10 +53,10 @@ if TYPE_CHECKING:
     )
     from gaitgraph.planning import plan_loop
     from gaitgraph.plans import Plan
+    from gaitgraph.reading import read_table
     from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
     from gaitgraph.surface import root_arrays, roots, sheet_grid
-    from gaitgraph.tables import read_table
     from gaitgraph.timing import TimedGait, parametrize
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
@@ -97,7 +97,7 @@ _HOMES = {
     "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
     "surface": ("root_arrays", "roots", "sheet_grid"),
-    "tables": ("read_table",),
+    "reading": ("read_table",),
     "timing": ("TimedGait", "parametrize"),
     "validation": ("validate",),
     "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),

@@ -55,15 +55,7 @@ class Judge:
         """Take in the next stretch; long ones are looked at in blocks, so that memory stays bounded."""
         last = len(stretch.alpha) - 1
         for start in range(0, last, _BLOCK):
-            end = min(start + _BLOCK, last)
-            part = slice(start, end + 1)
-            block = Stretch(
-                alpha=stretch.alpha[part],
-                sheet=stretch.sheet[part],
-                first=stretch.first + start,
-                after=stretch.after if end == last else None,
-                t=None if stretch.t is None else stretch.t[part],
-            )
+            block = stretch[start : start + _BLOCK + 1]
             for rule in self.rules:
                 rule.see(block)
             self.reach.see(block)

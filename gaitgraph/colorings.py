@@ -8,9 +8,10 @@ closed walks through a chain of 2×2 matrices of zeros and ones, their number is
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from itertools import chain
-from typing import TYPE_CHECKING, Literal
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +32,17 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = ["SIGNS", "ChainCount", "Coloring", "ColoringObstacle", "Colorings", "Palette", "colorings", "palette_of"]
+__all__ = [
+    "SIGNS",
+    "ChainCount",
+    "Coloring",
+    "ColoringListing",
+    "ColoringObstacle",
+    "Colorings",
+    "Palette",
+    "colorings",
+    "palette_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -50,6 +61,11 @@ class Coloring:
 
     colors: tuple[str, ...]
     sign: Sign
+
+    @property
+    def plain(self) -> bool:
+        """Whether it has one color."""
+        return len(set(self.colors)) == 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -296,9 +312,73 @@ class Colorings:
                 for path in _paths(codes, first):
                     yield Coloring(colors=tuple(COLORS[c] for c in path), sign=sign)
 
+    def listing(self) -> ColoringListing:
+        """Return the first colourings and their number."""
+        return ColoringListing(counts=self.counts, first=tuple(islice(self, MOST_LISTED)), obstacles=self.obstacles)
+
     def types_of(self, coloring: Coloring) -> list[str]:
         """Return the plane types of every point in a colouring."""
         return labels_of(coloring.colors, self.palettes[coloring.sign].crossing)
+
+
+MOST_LISTED = 16
+"""As many colourings as a report lists; it counts all."""
+
+_MOST_DIGITS = 4000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColoringListing:
+    """The first colourings of a loop, and how many there are.
+
+    Parameters
+    ----------
+    counts
+        The exact number of colourings for each sign of R.
+    first
+        The first of them, at most 16; none for a loop that is too long to be listed.
+    obstacles
+        Why there is none, for each sign without one.
+    """
+
+    counts: dict[Sign, int]
+    first: tuple[Coloring, ...]
+    obstacles: dict[Sign, ColoringObstacle]
+
+    @property
+    def count(self) -> int:
+        """The exact number of colourings."""
+        return sum(self.counts.values())
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON; a count of more than 4000 digits is given by its logarithm alone."""
+        out: dict[str, Any] = {
+            "colorings": [list(coloring.colors) for coloring in self.first],
+            "coloring_signs": [coloring.sign for coloring in self.first],
+            "colorings_count": self.count if _digits(self.count) <= _MOST_DIGITS else None,
+            "coloring_obstacles": {sign: obstacle.message for sign, obstacle in self.obstacles.items()},
+        }
+        if out["colorings_count"] is None:
+            out["colorings_count_log10"] = _digits(self.count)
+        return out
+
+    def __str__(self) -> str:
+        if not self.count:
+            return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
+        parts = []
+        for sign, count in self.counts.items():
+            if count:
+                plain = [coloring.colors[0] for coloring in self.first if coloring.sign == sign and coloring.plain]
+                number = str(count) if _digits(count) <= _MOST_DIGITS else f"about 10^{_digits(count):.0f}"
+                mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
+                all_of = f", all {' or all '.join(plain)}" if plain else ""
+                parts.append(f"{number} with {_RELATION[sign]}{all_of}{mixed}")
+        return "; ".join(parts)
+
+
+def _digits(count: int) -> float:
+    """Return about how many decimal digits a count has."""
+    return count.bit_length() * math.log10(2)
 
 
 def _paths(codes: Sequence[int], first: int) -> Iterator[list[int]]:

@@ -8,56 +8,43 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
 from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import GaitgraphError, InputError, shown
+from gaitgraph.errors import GaitgraphError
 from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
-from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheet_angles, text_from_types, types_of
+from gaitgraph.invertibility import Coefficients, Kind, level_determinant, level_determinant_resolution
+from gaitgraph.reading import read_table
+from gaitgraph.reports import DEFAULT_TOLERANCE
+from gaitgraph.surface import COLORS, sheets_along, text_from_types, types_of
 from gaitgraph.tables import (
     ACCELERATIONS,
     ANGLES,
+    CLOSED_GAP,
     ORDER,
     RATES,
     Table,
     check_outputs,
-    read_table,
+    setting_of,
     table_of,
     write_tables,
 )
 from gaitgraph.timing import LAWS, parametrize
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from gaitgraph.vehicle import Vehicle
+
 __all__ = ["export", "gait_of"]
 
 FloatArray = npt.NDArray[np.float64]
-
-_CLOSED = 1e-9
-_NEAR_SHEET = 2e-3
-
-
-def _setting(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> tuple[Vehicle, Coefficients, float]:
-    """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
-    about = table.about
-    if vehicle is None:
-        stated = about.get("vehicle", PAPER.name)
-        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
-        coefficients = coefficients or about.get("coefficients")
-    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
-    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 
 def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
     """Return the closed polyline through a table's rows, straight runs merged.
 
     A last row that equals the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted; where
-    there is no color, rows that all lie on one sheet to within 2e-3 rad get its color.
+    there is no color, rows get that of the sheet they lie on, if each lies on one to within 2e-3 rad.
 
     Parameters
     ----------
@@ -66,25 +53,23 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
     vehicle, coefficients
         What the gait is for; by default what the table says, else the paper's vehicle.
     """
-    vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
+    vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
     if "alpha3" not in table:
         plane = np.column_stack([table["alpha1"], table["alpha2"]])
         alpha = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers).alpha
     else:
         alpha = table.alpha
     colors = table["color"] if "color" in table else _sheet_of(alpha, numbers)
-    if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= _CLOSED:
+    if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP:
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
 
 
 def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
-    for color in COLORS:
-        third, fourth = sheet_angles(color, alpha[:, 0], alpha[:, 1], coefficients)
-        if max(np.abs(alpha[:, 2] - third).max(), np.abs(alpha[:, 3] - fourth).max()) <= _NEAR_SHEET:
-            return (color,) * len(alpha)
-    return ()
+    """Return the color of the sheet that each row lies on, or nothing if a row lies on neither."""
+    sheet = sheets_along(alpha, coefficients, DEFAULT_TOLERANCE)
+    return tuple(COLORS[0] if one > 0 else COLORS[1] for one in sheet.tolist()) if sheet.all() else ()
 
 
 def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
@@ -94,7 +79,7 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
     color. What disagrees, or is for another vehicle, is computed anew. Rows are joined by straight segments: unless
     all rates and accelerations are stated, rates are those just after each row and accelerations are zero.
     """
-    vehicle, numbers, tolerance = _setting(table, vehicle, coefficients)
+    vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
     columns = dict(table.columns)
     if "alpha3" not in columns:
         plane = np.column_stack([columns["alpha1"], columns["alpha2"]])
@@ -187,7 +172,7 @@ def _closed(columns: dict[str, Any]) -> dict[str, Any]:
     angles = np.column_stack([columns[name] for name in ANGLES])
     t = columns["t"] - columns["t"][0]
     end = len(t)
-    if end > 1 and np.abs(angles[-1] - angles[0]).max() <= _CLOSED:
+    if end > 1 and np.abs(angles[-1] - angles[0]).max() <= CLOSED_GAP:
         end -= 1  # its last row is the first again, but for rounding
     else:
         t = np.append(t, t[-1] + t[-1] / max(end - 1, 1))

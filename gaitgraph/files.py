@@ -11,9 +11,15 @@ from typing import TYPE_CHECKING
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-__all__ = ["target_of", "text_of", "write_whole"]
+__all__ = ["MOST_BYTES", "blocks_of", "decoded", "target_of", "text_of", "write_whole"]
+
+
+MOST_BYTES = 1 << 30
+"""Files that are read whole may have this many bytes at most."""
+
+_BLOCK = 1 << 22
 
 
 def text_of(path: Path, what: str, allowed: str) -> str:
@@ -31,12 +37,39 @@ def text_of(path: Path, what: str, allowed: str) -> str:
     FileProblem
         If the file cannot be read.
     InputError
-        If it is no text.
+        If it is no text, or larger than :data:`MOST_BYTES`.
     """
+    size, blocks = 0, []
+    for block, _ in blocks_of(path, what, allowed):
+        size += len(block)
+        if size > MOST_BYTES:
+            raise InputError(f"{what} {str(path)!r}: more than {MOST_BYTES >> 20} MiB; allowed is {allowed} up to that")
+        blocks.append(block)
+    return decoded(b"".join(blocks), path, what, allowed)
+
+
+def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:
+    """Return the text of UTF-8 bytes, or raise InputError naming the file that they are of."""
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}") from error
+
+
+def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:
+    """Yield a file piece by piece, each with the fraction of the file that is read by then.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            size, done = os.fstat(stream.fileno()).st_size, 0
+            while block := stream.read(_BLOCK):
+                done += len(block)
+                yield block, min(done / size, 1.0) if size else 0.0
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error

@@ -8,13 +8,16 @@ positive and within limits, tilt angles and rates within limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report"]
+    from gaitgraph.colorings import ColoringListing
+
+__all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report", "lines_of_checks", "verdict_line"]
 
 DEFAULT_TOLERANCE = 2e-3
 """|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
@@ -22,7 +25,8 @@ DEFAULT_TOLERANCE = 2e-3
 DEFAULT_FLOOR = 0.05
 """Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
 
-YES = {True: "yes", False: "no", None: "unknown"}
+_YES = {True: "yes", False: "no", None: "unknown"}
+_WIDTH = 110
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,11 +83,28 @@ class Check:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """All checks of one gait; falsy when it is not valid, and it prints well."""
+    """All checks of one gait; falsy when it is not valid, and it prints well.
+
+    Parameters
+    ----------
+    checks
+        What was found, one for each rule.
+    reachable_from_hover, reachability
+        Whether ordinary hover can enter and leave the gait, None if that is not decided; and a sentence.
+    notes
+        What deserves attention although no rule speaks of it.
+    rows
+        Number of rows, for a table.
+    listing
+        The colourings of the gait's loop, if they were asked for.
+    """
 
     checks: tuple[Check, ...]
     reachable_from_hover: bool | None
     reachability: str
+    notes: tuple[str, ...] = ()
+    rows: int | None = None
+    listing: ColoringListing | None = None
 
     @property
     def valid(self) -> bool:
@@ -111,7 +132,8 @@ class Report:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What holds but deserves attention."""
-        return tuple(check.message for check in self.checks if check.ok and not check.decided)
+        undecided = tuple(check.message for check in self.checks if check.ok and not check.decided)
+        return undecided + self.notes
 
     def __getitem__(self, name: str) -> Check:
         for check in self.checks:
@@ -124,15 +146,11 @@ class Report:
 
     def with_checks(self, more: Iterable[Check]) -> Report:
         """Return the report with further checks appended."""
-        return Report(
-            checks=(*self.checks, *more),
-            reachable_from_hover=self.reachable_from_hover,
-            reachability=self.reachability,
-        )
+        return replace(self, checks=(*self.checks, *more))
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        return {
+        out: dict[str, Any] = {
             "valid": self.valid,
             "two_color": self.two_color,
             "flyable": self.flyable,
@@ -140,18 +158,38 @@ class Report:
             "checks": [check.as_mapping() for check in self.checks],
             "warnings": list(self.warnings),
         }
+        if self.rows is not None:
+            out["rows"] = self.rows
+        return out | (self.listing.as_mapping() if self.listing is not None else {})
 
     def __str__(self) -> str:
-        yes = {True: "yes", False: "no", None: "unknown"}
-        lines = [
-            f"valid {yes[self.valid]}, flyable {yes[self.flyable]}, "
-            f"reachable from hover {yes[self.reachable_from_hover]}"
-        ]
-        lines += [f"  {check.mark}  {check.name:<22} {check.message}" for check in self.checks]
-        lines.append(
-            f"  {'ok' if self.reachable_from_hover else '--'}  {'reachable_from_hover':<22} {self.reachability}"
-        )
+        lines = [verdict_line(self.valid, self.flyable, self.reachable_from_hover)]
+        lines += lines_of_checks(self.checks)
+        lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
+        if self.listing is not None:
+            lines.append(_line("ok" if self.listing.count else "--", "colorings", str(self.listing)))
+        lines += [fill(f"warning: {note}", _WIDTH, subsequent_indent="  ") for note in self.notes]
         return "\n".join(lines)
+
+
+def verdict_line(valid: bool, flyable: bool, reachable: bool | None) -> str:
+    """Return the verdict in one line.
+
+    >>> verdict_line(True, False, None)
+    'valid yes · flyable no · reachable from hover unknown'
+    """
+    answers = (("valid", valid), ("flyable", flyable), ("reachable from hover", reachable))
+    return " · ".join(f"{name} {_YES[answer]}" for name, answer in answers)
+
+
+def lines_of_checks(checks: Iterable[Check]) -> list[str]:
+    """Return checks as lines for people, wrapped."""
+    return [_line(check.mark, check.name.replace("_", " "), check.message) for check in checks]
+
+
+def _line(mark: str, name: str, message: str) -> str:
+    head = f"  {mark}  {name:<22}"
+    return fill(message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
 
 
 def _finite_or_none(value: float | None) -> float | None:

@@ -97,8 +97,13 @@ class Place:
         head: dict[str, Any] = {"row": self.point + 1, "t": self.t} if noun == "row" else {"segment": self.point}
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
-    def __str__(self) -> str:
-        return "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
+    def told(self, noun: str) -> str:
+        """Return the place in words: a row with its time if it is one of a table, and the tilt angles."""
+        alpha = "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
+        if noun != "row":
+            return alpha
+        between = f" and {self.fraction:.2f} of the way to the next" if self.fraction else ""
+        return f"row {self.point + 1}{between}{'' if self.t is None else f' (t = {self.t:.6g} s)'}, {alpha}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +129,17 @@ class Stretch:
     first: int = 0
     after: int | None = None
     t: FloatArray | None = None
+
+    def __getitem__(self, part: slice) -> Stretch:
+        """Return some of the points, as a slice that begins somewhere and leaves none out."""
+        start, stop, _ = part.indices(len(self.alpha))
+        return Stretch(
+            alpha=self.alpha[part],
+            sheet=self.sheet[part],
+            first=self.first + start,
+            after=self.after if stop == len(self.alpha) else None,
+            t=None if self.t is None else self.t[part],
+        )
 
     @property
     def starts(self) -> FloatArray:
@@ -184,6 +200,10 @@ class Rule(ABC):
         """Return a place as plain values."""
         return None if place is None else place.as_mapping(self.setting.noun)
 
+    def tell(self, place: Place | None) -> str:
+        """Return a place in words."""
+        return "" if place is None else place.told(self.setting.noun)
+
 
 class OnSurface(Rule):
     """Rφ and Rθ vanish, to within the tolerance."""
@@ -205,7 +225,7 @@ class OnSurface(Rule):
         message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
         ok = value <= limit
         if not ok:
-            message += f", worst at {self.worst.place}: take (α3, α4) from the roots of (α1, α2)"
+            message += f", worst at {self.tell(self.worst.place)}: take (α3, α4) from the roots of (α1, α2)"
         where = self.at(self.worst.place)
         return [Check(name="on_surface", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
 
@@ -413,7 +433,9 @@ class LevelSign(Rule):
             message = f"{relation} along the whole gait ({kind} coefficients)"
         elif upper < -resolution:
             ok = False
-            message = f"R changes its sign at {place} ({kind} coefficients): keep the loop in one region of R"
+            message = (
+                f"R changes its sign at {self.tell(place)} ({kind} coefficients): keep the loop in one region of R"
+            )
         else:
             decided = False
             message = (
@@ -472,8 +494,8 @@ class SingularValue(Rule):
         message = f"least singular value {upper:.3f} (at least {max(self.worst.lower, 0.0):.3f}), floor {floor:g}"
         if not self.above:
             message = (
-                f"the decoupling matrix is nearly singular: least singular value {upper:.2g} at {self.worst.place}, "
-                f"floor {floor:g}"
+                f"the decoupling matrix is nearly singular: least singular value {upper:.2g}, floor {floor:g}, at "
+                f"{self.tell(self.worst.place)}"
             )
             if self.blue:
                 message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
@@ -554,7 +576,7 @@ class HoverThrust(Rule):
                     value=newtons,
                     limit=vehicle.max_thrust,
                     where=self.at(self.largest.place),
-                    message=message + ("" if ok else f", exceeded at {self.largest.place}: tilt less there"),
+                    message=message + ("" if ok else f", exceeded at {self.tell(self.largest.place)}: tilt less there"),
                 )
             )
         return checks

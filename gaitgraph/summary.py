@@ -6,6 +6,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from gaitgraph.angles import text_from_angle
+from gaitgraph.reports import lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
     from gaitgraph.plans import Loop, Plan
@@ -14,7 +15,6 @@ __all__ = ["text_of_plan"]
 
 _WIDTH = 110
 _MOST_CORNERS = 12
-_YES = {True: "yes", False: "no", None: "unknown"}
 
 
 def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
@@ -59,15 +59,8 @@ def _planned(plan: Plan, loop: Loop) -> list[str]:
         lines.append(f"  {k + 1:>4}  {angles}     {types[k]}")
     if corners > _MOST_CORNERS:
         lines.append(f"     … and {corners - _MOST_CORNERS} more")
-    verdict = (
-        ("valid", report.valid),
-        ("flyable", report.flyable),
-        ("reachable from hover", report.reachable_from_hover),
-    )
-    lines += ["", " · ".join(f"{name} {_YES[answer]}" for name, answer in verdict)]
-    for check in report.checks:
-        head = f"  {check.mark}  {check.name.replace('_', ' '):<22}"
-        lines.append(fill(check.message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head)))
+    lines += ["", verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
+    lines += lines_of_checks(report.checks)
     return lines
 
 

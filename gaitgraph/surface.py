@@ -51,6 +51,7 @@ __all__ = [
     "sheet_angles",
     "sheet_distances",
     "sheet_grid",
+    "sheets_along",
     "text_from_types",
     "types_of",
 ]
@@ -280,6 +281,41 @@ def sheet_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[F
         off = distance_to_multiple(np.stack([alpha[..., 2] - third, alpha[..., 3] - fourth], axis=-1), math.pi)
         out.append(np.asarray(off.max(axis=-1)))
     return out[0], out[1]
+
+
+def sheets_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
+    """Return which sheet each of consecutive points lies on: +1 red, −1 blue, 0 neither, shape (n,).
+
+    Parameters
+    ----------
+    alpha
+        The points, shape (n, 4) [rad].
+    coefficients
+        The coefficients of the sheets.
+    tolerance
+        How far from a sheet, mod π, a point may be [rad].
+    before
+        The sheet of the point before. A point on both sheets, near where they meet, follows the one before; at the
+        beginning, the first that is on one alone; if there is none, red.
+
+    Examples
+    --------
+    >>> sheets_along([[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, 0.1, 0.1]], coefficients_of(), 2e-3).tolist()
+    [1, 0]
+    """
+    on_red, on_blue = (distance <= tolerance for distance in sheet_distances(alpha, coefficients))
+    both = on_red & on_blue
+    sheet = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
+    if both.any():
+        single = np.flatnonzero(~both)
+        start = before or (int(sheet[single[0]]) if single.size else 0) or 1
+        known = np.concatenate([[start], np.where(both, 0, sheet)])
+        # Each point on both takes the last known one; those that are on neither count as known.
+        settled = np.concatenate([[True], ~both])
+        latest = np.maximum.accumulate(np.where(settled, np.arange(len(known)), 0))
+        followed = known[latest][1:]
+        sheet = np.where(both, np.where(followed == 0, 1, followed), sheet).astype(np.int8)
+    return sheet
 
 
 def _both_ends(angle: float) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""Gait tables as files: CSV and JSON, written whole or not at all, read back bit for bit.
+"""Gait tables, and their files: CSV and JSON, written whole or not at all; :mod:`gaitgraph.reading` reads them.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then
 ``alpha1_rate`` … (rad/s) and ``alpha1_acceleration`` … (rad/s²). Somebody else's table needs only alpha1 to
@@ -20,17 +20,19 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
-from gaitgraph.files import target_of, text_of, write_whole
-from gaitgraph.surface import COLORS, checked_plane_angles
+from gaitgraph.angles import number_of
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
+from gaitgraph.files import target_of, write_whole
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
+from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from gaitgraph.timing import TimedGait
 
-__all__ = ["Table", "check_outputs", "read_table", "table_of", "write_tables", "writer_for"]
+__all__ = ["Table", "check_outputs", "known_suffix", "setting_of", "table_of", "write_tables", "writer_for"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -38,8 +40,11 @@ FORMAT = "gaitgraph gait table"
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
 ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
-_DEGREES = {f"{name}_deg": name for name in ANGLES}
-_TEXTS = ("color", "types")
+DEGREES = {f"{name}_deg": name for name in ANGLES}
+TEXTS = ("color", "types")
+CLOSED_GAP = 1e-9
+"""A last row this near to the first [rad] is the first again."""
+
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
 
@@ -71,6 +76,21 @@ class Table:
     def alpha(self) -> FloatArray:
         """The four tilt angles of each row, shape (n, 4) [rad]."""
         return np.column_stack([self.columns[name] for name in ANGLES])
+
+
+def setting_of(
+    table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+) -> tuple[Vehicle, Coefficients, float]:
+    """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
+    about = table.about
+    if vehicle is None:
+        stated = about.get("vehicle", PAPER.name)
+        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
+        coefficients = coefficients or about.get("coefficients")
+    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
+    if not 0 <= number_of(tolerance) < math.inf:
+        raise InputError(f"crossing_tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
+    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 
 def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
@@ -121,6 +141,14 @@ def _json_bytes(table: Table) -> bytes:
 _WRITERS: dict[str, Callable[[Table], bytes]] = {".csv": _csv_bytes, ".json": _json_bytes}
 
 
+def known_suffix(path: str | Path, what: str) -> str:
+    """Return the suffix of a gait table's file, or raise InputError if it is not known; `what` is for the message."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        raise InputError(f"{what}: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
+    return suffix
+
+
 def writer_for(path: str | Path) -> Callable[[Table], bytes]:
     """Return what turns a table into the bytes of a file, by its suffix.
 
@@ -129,10 +157,7 @@ def writer_for(path: str | Path) -> Callable[[Table], bytes]:
     InputError
         If the suffix is not known.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
-        raise InputError(f"output: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
-    return _WRITERS[suffix]
+    return _WRITERS[known_suffix(path, "output")]
 
 
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
@@ -183,182 +208,3 @@ def write_tables(table: Table, paths: Sequence[str | Path], *, force: bool = Fal
     """
     check_outputs(paths, force=force)
     write_whole([(Path(path), writer_for(path)(table)) for path in paths], force=force)
-
-
-def read_table(path: str | Path) -> Table:
-    """Read a gait table, or a plan saved as JSON.
-
-    Parameters
-    ----------
-    path
-        A .csv or .json file; a byte-order mark and CRLF are read too.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it holds no gait table; the message names file, place and what is allowed.
-    """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise InputError(f"gait file: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
-    text = text_of(path, "gait file", "a .csv or .json gait table")
-    try:
-        return _from_csv(text) if suffix == ".csv" else _from_json(text)
-    except InputError as error:
-        raise InputError(f"gait file {str(path)!r}: {error}") from error
-
-
-def _from_csv(text: str) -> Table:
-    import csv
-
-    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
-    try:
-        header = next(rows, None)
-        while header == []:
-            header = next(rows, None)
-        if header is None:
-            raise InputError("it is empty; allowed is a header line and at least one row")
-        names = [name.strip() for name in header]
-        if len(names) == 1 and ";" in names[0]:
-            raise InputError("columns are separated by semicolons; allowed are commas")
-        columns: list[list[str]] = [[] for _ in names]
-        for row in rows:
-            if not row:
-                continue
-            if len(row) != len(names):
-                raise InputError(
-                    f"line {rows.line_num} has {len(row)} fields; allowed are {len(names)}, as in the header"
-                )
-            for column, value in zip(columns, row, strict=True):
-                column.append(value)
-    except csv.Error as error:
-        raise InputError(f"line {rows.line_num}: {error}; allowed is comma-separated text") from error
-    return _table(list(zip(names, columns, strict=True)), {})
-
-
-def _from_json(text: str) -> Table:
-    try:
-        content = json.loads(text, parse_constant=_no_constant)
-    except RecursionError as error:
-        raise InputError("it is nested too deeply; allowed is a gait table") from error
-    except ValueError as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
-    allowed = "allowed is an object of columns, a list of rows, or a plan"
-    if isinstance(content, list):
-        if not all(isinstance(row, dict) for row in content):
-            raise InputError(f"a list whose entries are not all objects; {allowed}")
-        names = list(content[0]) if content else []
-        for number, row in enumerate(content, start=1):
-            if set(row) != set(names):
-                raise InputError(f"row {number} has other fields than row 1; {allowed}")
-        return _table([(name, [row[name] for row in content]) for name in names], {})
-    if not isinstance(content, dict):
-        raise InputError(f"it holds a {type(content).__name__}; {allowed}")
-    if "path" in content:
-        return _from_plan(content)
-    about = content.get("about", {})
-    columns = content.get("columns", content)
-    if not isinstance(about, dict) or not isinstance(columns, dict):
-        raise InputError(f"'about' or 'columns' is no object; {allowed}")
-    try:
-        json.dumps(about, allow_nan=False)
-    except ValueError as error:
-        raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
-    lists = [(name, values) for name, values in columns.items() if isinstance(values, list)]
-    return _table(lists, about)
-
-
-def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is no number of JSON")
-
-
-def _from_plan(content: dict[str, Any]) -> Table:
-    if content.get("status") == "infeasible":
-        raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
-    path, colors = content["path"], content.get("colors", [])
-    rows = isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)
-    if not rows:
-        raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
-    columns = [(name, [row[k] for row in path]) for k, name in enumerate(ANGLES)]
-    if not isinstance(colors, list):
-        raise InputError(f"colors: {shown(colors)}; allowed is a list of 'red' and 'blue'")
-    if colors:
-        columns.append(("color", colors))
-    request = content.get("request")
-    keys = ("vehicle", "coefficients", "period", "law")
-    about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
-    if "crossing_tolerance" in content:
-        about["crossing_tolerance"] = content["crossing_tolerance"]
-    return _table(columns, about)
-
-
-def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any]) -> Table:
-    """Check raw columns and bring them into order."""
-    names = [name for name, _ in columns]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"column {name!r} appears twice; allowed is once")
-    for degrees, name in _DEGREES.items():
-        if degrees in names and name in names:
-            raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
-    lengths = {len(values) for _, values in columns}
-    if len(lengths) > 1:
-        raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
-    found: dict[str, Any] = {}
-    for name, values in columns:
-        if name in _TEXTS:
-            found[name] = _texts(name, values)
-        elif name in _DEGREES:
-            found[_DEGREES[name]] = np.radians(_numbers(name, values))
-        elif name in ORDER:
-            found[name] = _numbers(name, values)
-    _require_angles(found, names)
-    if not lengths or not lengths.pop():
-        raise InputError("it has no rows; allowed is at least one")
-    if "t" in found:
-        step = np.diff(found["t"])
-        if (step <= 0).any():
-            row = int(np.argmax(step <= 0)) + 2
-            raise InputError(f"row {row}: t = {found['t'][row - 1]!r} does not increase; allowed are increasing times")
-    checked_plane_angles(found["alpha1"], found["alpha2"])
-    return Table(columns={name: found[name] for name in ORDER if name in found}, about=about)
-
-
-def _require_angles(found: dict[str, Any], names: list[str]) -> None:
-    lifted = "color" in found and "alpha3" not in found and "alpha4" not in found
-    for name in ANGLES[:2] if lifted else ANGLES:
-        if name not in found:
-            hint = did_you_mean(name, [other for other in names if other not in ORDER])
-            wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
-            raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
-
-
-def _numbers(name: str, values: list[Any]) -> FloatArray:
-    numbers = np.empty(len(values))
-    for k, value in enumerate(values):
-        try:
-            numbers[k] = math.nan if isinstance(value, (bool, list, dict)) else float(value)
-        except (TypeError, ValueError, OverflowError):
-            numbers[k] = math.nan
-    bad = ~np.isfinite(numbers)
-    if bad.any():
-        k = int(np.argmax(bad))
-        raise InputError(f"row {k + 1}: {name} is {shown(values[k])}; allowed is a finite number")
-    return numbers
-
-
-def _texts(name: str, values: list[Any]) -> tuple[str, ...]:
-    for k, value in enumerate(values):
-        if name == "color" and value not in COLORS:
-            raise InputError(f"row {k + 1}: color is {shown(value)}; allowed are 'red' and 'blue'")
-        if name == "types":
-            if not isinstance(value, str):
-                raise InputError(f"row {k + 1}: types is {shown(value)}; allowed is a text such as '(+,?)'")
-            try:
-                types_from_text(value)
-            except InputError as error:
-                raise InputError(f"row {k + 1}: {error}") from error
-    return tuple(values)

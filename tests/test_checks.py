@@ -188,8 +188,8 @@ def test_a_thrust_limit_needs_the_mass() -> None:
 def test_reports_print_and_serialise() -> None:
     report = lift(GAITS[0].angles, "blue").check()
     text = str(report)
-    assert text.startswith("valid yes, flyable no, reachable from hover no")
-    assert "??  R_sign" in text
+    assert text.startswith("valid yes · flyable no · reachable from hover no")
+    assert "??  R sign" in text
     plain = json.loads(json.dumps(report.as_mapping(), allow_nan=False))
     assert {"name", "ok", "value", "limit", "where", "message"} <= set(plain["checks"][0])
     assert plain["warnings"]

@@ -16,7 +16,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
-from gaitgraph.tables import read_table
+from gaitgraph.reading import read_table
 from tests.published import GAITS, PublishedGait
 
 G1, _, G3, G4 = GAITS

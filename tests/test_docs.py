@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from gaitgraph.cli import main
-from gaitgraph.tables import read_table
+from gaitgraph.reading import read_table
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

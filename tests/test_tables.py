@@ -18,7 +18,8 @@ import gaitgraph as gg
 from gaitgraph import tables
 from gaitgraph.exchange import export, gait_of
 from gaitgraph.gait import lift
-from gaitgraph.tables import read_table, table_of, write_tables
+from gaitgraph.reading import read_table
+from gaitgraph.tables import table_of, write_tables
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -170,7 +171,7 @@ BAD_CSV = [
     (HEAD + "0,0,0,\n", "row 1: alpha4 is ''"),
     (HEAD + "0,0,nan,0\n", "row 1: alpha3 is 'nan'"),
     (HEAD + "0,0,inf,0\n", "row 1: alpha3 is 'inf'"),
-    (HEAD + "0,1.6,0,0\n", "alpha2: 1.6 rad; allowed is −π/2 to π/2"),
+    (HEAD + "0,1.6,0,0\n", "row 1: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
     ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
     ("t,alpha1,alpha2,alpha3,alpha4\n0,0,0,0,0\n0,0,0,0,0\n", "row 2: t = .*0.0.* does not increase"),
     ("alpha1,alpha2,color\n0,0,green\n", "row 1: color is 'green'"),
@@ -194,7 +195,7 @@ BAD_JSON = [
     ('{"about": {"x": 1e999}, "alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "about: "),
     ('{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is \\[0\\]"),
     ('{"alpha1": [0], "alpha2": [0], "color": [["red"]]}', "row 1: color is \\['red'\\]"),
-    ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types is 1"),
+    ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types: 1; allowed are"),
     ('{"path": [[0, 0]]}', "path: \\[\\[0, 0\\]\\]"),
 ]
 

@@ -1,0 +1,353 @@
+"""Read gait tables: CSV piece by piece, so that any length fits in memory, and JSON whole."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, angle_from_text
+from gaitgraph.coloring import types_from_text
+from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.files import blocks_of, decoded, text_of
+from gaitgraph.surface import COLORS
+from gaitgraph.tables import ANGLES, DEGREES, ORDER, TEXTS, Table, known_suffix
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+__all__ = ["read_pieces", "read_table"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_WHAT, _ALLOWED = "gait file", "a .csv or .json gait table"
+_LONGEST_LINE = 1 << 22
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a gait table, or a plan saved as JSON.
+
+    Parameters
+    ----------
+    path
+        A .csv or .json file; a byte-order mark and CRLF are read too.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    InputError
+        If it holds no gait table; the message names file, place and what is allowed.
+    """
+    pieces = list(read_pieces(path))
+    if len(pieces) == 1:
+        return pieces[0]
+    columns: dict[str, Any] = {}
+    for name in pieces[0].columns:
+        parts = [piece[name] for piece in pieces]
+        texts = isinstance(parts[0], tuple)
+        columns[name] = tuple(text for part in parts for text in part) if texts else np.concatenate(parts)
+    return Table(columns=columns, about=pieces[0].about)
+
+
+def read_pieces(path: str | Path, *, progress: Callable[[float], None] | None = None) -> Iterator[Table]:
+    """Yield a gait table as consecutive pieces, each at least one row; JSON comes as one.
+
+    Parameters
+    ----------
+    path
+        A .csv or .json file.
+    progress
+        Called with the fraction of the file that is read.
+
+    Raises
+    ------
+    FileProblem, InputError
+        As :func:`read_table` does, when the piece in question is reached.
+    """
+    path = Path(path)
+    suffix = known_suffix(path, _WHAT)
+    try:
+        if suffix == ".json":
+            yield _from_json(text_of(path, _WHAT, _ALLOWED))
+        else:
+            yield from _from_csv(path, progress)
+    except InputError as error:
+        told = str(error)
+        raise error if told.startswith(_WHAT) else InputError(f"{_WHAT} {str(path)!r}: {told}") from error
+
+
+def _lines_of(path: Path, progress: Callable[[float], None] | None) -> Iterator[list[str]]:
+    """Yield the lines of a text file in groups; any kind of line end is one."""
+    rest = b""
+    for block, fraction in blocks_of(path, _WHAT, _ALLOWED):
+        content = rest + block
+        # A carriage return at the end may be half of a line end.
+        end = max(content.rfind(b"\n"), content.rfind(b"\r", 0, len(content) - 1)) + 1
+        if not end and len(content) > _LONGEST_LINE:
+            raise InputError(f"a line is longer than {_LONGEST_LINE} bytes; allowed are a header line and rows")
+        content, rest = content[:end], content[end:]
+        if progress is not None:
+            progress(fraction)
+        if content:
+            yield _split(content, path)
+    if rest:
+        yield _split(rest, path)
+
+
+def _split(content: bytes, path: Path) -> list[str]:
+    text = decoded(content, path, _WHAT, _ALLOWED)
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.removesuffix("\n").split("\n")
+
+
+def _from_csv(path: Path, progress: Callable[[float], None] | None) -> Iterator[Table]:
+    header: _Header | None = None
+    line, row, last_time = 0, 0, -math.inf
+    for lines in _lines_of(path, progress):
+        start = 0
+        if header is None:
+            start = next((k for k, text in enumerate(lines) if text), len(lines))
+            if start == len(lines):
+                line += start
+                continue
+            header = _header_of(lines[start], line + start + 1)
+            start += 1
+        raw = _numeric(lines[start:], header)
+        if raw is None:
+            raw = _textual(lines[start:], header, line + start)
+        line += len(lines)
+        if len(raw[0]):
+            columns = header.columns(raw, row)
+            row += len(raw[0])
+            if "t" in columns:
+                _check_times(columns["t"], last_time, row)
+                last_time = columns["t"][-1]
+            yield Table(columns=columns)
+    if header is None:
+        raise InputError("it is empty; allowed is a header line and at least one row")
+    if not row:
+        raise InputError("it has no rows; allowed is at least one")
+
+
+def _check_times(times: FloatArray, before: float, rows: int) -> None:
+    """Raise InputError unless times increase; `rows` counts all rows up to the last one of these."""
+    step = np.diff(times, prepend=before)
+    if (step <= 0).any():
+        k = int(np.argmax(step <= 0))
+        row, time = rows - len(times) + k + 1, float(times[k])
+        raise InputError(f"row {row}: t = {time!r} does not increase; allowed are increasing times")
+
+
+class _Header:
+    """The names of a table's columns, checked; turns raw columns into those of a :class:`Table`."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.names = names
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"column {name!r} appears twice; allowed is once")
+        for degrees, name in DEGREES.items():
+            if degrees in names and name in names:
+                raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
+        known = [DEGREES.get(name, name) for name in names]
+        lifted = "color" in known and "alpha3" not in known and "alpha4" not in known
+        for name in ANGLES[:2] if lifted else ANGLES:
+            if name not in known:
+                hint = did_you_mean(name, [other for other in names if other not in ORDER])
+                wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
+                raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
+        self.dtype = [(f"f{k}", self._dtype(name)) for k, name in enumerate(names)]
+
+    @staticmethod
+    def _dtype(name: str) -> str:
+        if name in TEXTS:
+            return "U8"
+        return "f8" if name in ORDER or name in DEGREES else "U1"
+
+    def columns(self, raw: list[Any], row: int, *, angle_texts: bool = False) -> dict[str, Any]:
+        """Return checked columns in order; `row` is the number of rows before these."""
+        found: dict[str, Any] = {}
+        for name, values in zip(self.names, raw, strict=True):
+            if name in TEXTS:
+                found[name] = _texts(name, values, row)
+            elif name in DEGREES:
+                found[DEGREES[name]] = np.radians(_numbers(name, values, row))
+            elif name in ORDER:
+                found[name] = _numbers(name, values, row, angle_texts=angle_texts and name in ANGLES)
+        for name in ANGLES[:2]:
+            beyond = np.abs(found[name]) > HALF_PI
+            if beyond.any():
+                k = int(np.argmax(beyond))
+                value = float(found[name][k])
+                raise InputError(f"row {row + k + 1}: {name} is {value!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
+        return {name: found[name] for name in ORDER if name in found}
+
+
+def _header_of(text: str, line: int) -> _Header:
+    names = [name.strip() for name in _fields([text], line - 1)[0]]
+    if len(names) == 1:
+        for mark, what in ((";", "semicolons"), ("\t", "tabs")):
+            if mark in names[0] or mark in text:
+                raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
+    return _Header(names)
+
+
+def _fields(lines: list[str], offset: int) -> list[list[str]]:
+    """Return the fields of lines that are not empty; `offset` is the number of lines before these."""
+    rows = csv.reader(lines, strict=True)
+    try:
+        return [row for row in rows if row]
+    except csv.Error as error:
+        line = offset + rows.line_num
+        raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
+
+
+def _numeric(lines: list[str], header: _Header) -> list[Any] | None:
+    """Return the columns of lines, read fast, or None if anything about them is unusual."""
+    if not any(lines):
+        return [[] for _ in header.names]
+    try:
+        rows = np.loadtxt(lines, dtype=header.dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
+    except (ValueError, IndexError, OverflowError):
+        return None
+    columns = [rows[name] for name in rows.dtype.names or ()]
+    finite = all(np.isfinite(column).all() for column in columns if column.dtype.kind == "f")
+    return columns if finite else None
+
+
+def _textual(lines: list[str], header: _Header, offset: int) -> list[Any]:
+    """Return the columns of lines as texts, or say which line is wrong."""
+    wanted = len(header.names)
+    rows = csv.reader(lines, strict=True)
+    columns: list[list[str]] = [[] for _ in header.names]
+    try:
+        for row in rows:
+            if row and len(row) != wanted:
+                line = offset + rows.line_num
+                raise InputError(f"line {line} has {len(row)} fields; allowed are {wanted}, as in the header")
+            for column, value in zip(columns, row, strict=False):
+                column.append(value)
+    except csv.Error as error:
+        raise InputError(f"line {offset + rows.line_num}: {error}; allowed is comma-separated text") from error
+    return columns
+
+
+def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
+    if isinstance(values, np.ndarray):
+        return np.array(values)  # of its own, and known to be finite
+    numbers = np.empty(len(values))
+    for k, value in enumerate(values):
+        try:
+            if angle_texts and isinstance(value, str):
+                numbers[k] = angle_from_text(value)
+            else:
+                numbers[k] = math.nan if isinstance(value, (bool, list, dict)) else float(value)
+        except (TypeError, ValueError, OverflowError):
+            numbers[k] = math.nan
+        if not math.isfinite(numbers[k]):
+            raise InputError(f"row {row + k + 1}: {name} is {shown(value)}; allowed is a finite number")
+    return numbers
+
+
+def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
+    texts = values.tolist() if isinstance(values, np.ndarray) else list(values)
+    texts = [text.strip() if isinstance(text, str) else text for text in texts]
+    try:
+        unknown = set(texts) - set(COLORS if name == "color" else ())
+    except TypeError:  # a list or an object
+        unknown = set()
+    else:
+        if not unknown:
+            return tuple(texts)
+    seen: set[str] = set()
+    for k, text in enumerate(texts):
+        if name == "color" and text not in COLORS:
+            raise InputError(f"row {row + k + 1}: color is {shown(text)}; allowed are 'red' and 'blue'")
+        if name == "types" and not (isinstance(text, str) and text in seen):
+            try:
+                types_from_text(text)
+            except InputError as error:
+                raise InputError(f"row {row + k + 1}: {error}") from error
+            seen.add(text)
+    return tuple(texts)
+
+
+def _from_json(text: str) -> Table:
+    try:
+        content = json.loads(text, parse_constant=_no_constant)
+    except RecursionError as error:
+        raise InputError("it is nested too deeply; allowed is a gait table") from error
+    except ValueError as error:
+        raise InputError(f"it is not JSON ({str(error).splitlines()[0]}); {_JSON}") from error
+    if isinstance(content, list):
+        if not all(isinstance(row, dict) for row in content):
+            raise InputError(f"a list whose entries are not all objects; {_JSON}")
+        names = list(content[0]) if content else []
+        for number, row in enumerate(content, start=1):
+            if row.keys() != content[0].keys():
+                raise InputError(f"row {number} has other fields than row 1; {_JSON}")
+        return _table([(name, [row[name] for row in content]) for name in names], {})
+    if not isinstance(content, dict):
+        raise InputError(f"it holds a {type(content).__name__}; {_JSON}")
+    if "path" in content:
+        return _from_plan(content)
+    about = content.get("about", {})
+    columns = content.get("columns", content)
+    if not isinstance(about, dict) or not isinstance(columns, dict):
+        raise InputError(f"'about' or 'columns' is no object; {_JSON}")
+    try:
+        json.dumps(about, allow_nan=False)
+    except ValueError as error:
+        raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
+    lists = {name: values for name, values in columns.items() if isinstance(values, list)}
+    if isinstance(columns.get("color"), str) and lists:
+        lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
+    return _table(list(lists.items()), about)
+
+
+_JSON = "allowed is an object of columns, a list of rows, or a plan"
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _from_plan(content: dict[str, Any]) -> Table:
+    if content.get("status") == "infeasible":
+        raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
+    path, colors = content["path"], content.get("colors", [])
+    rows = isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)
+    if not rows:
+        raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
+    columns = [(name, [row[k] for row in path]) for k, name in enumerate(ANGLES)]
+    if not isinstance(colors, list):
+        raise InputError(f"colors: {shown(colors)}; allowed is a list of 'red' and 'blue'")
+    if colors:
+        columns.append(("color", colors))
+    request = content.get("request")
+    keys = ("vehicle", "coefficients", "period", "law")
+    about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
+    if "crossing_tolerance" in content:
+        about["crossing_tolerance"] = content["crossing_tolerance"]
+    return _table(columns, about)
+
+
+def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any]) -> Table:
+    """Check the columns of a JSON file and bring them into order."""
+    header = _Header([name for name, _ in columns])
+    lengths = {len(values) for _, values in columns}
+    if len(lengths) > 1:
+        raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
+    if not lengths or not max(lengths):
+        raise InputError("it has no rows; allowed is at least one")
+    found = header.columns([values for _, values in columns], 0, angle_texts=True)
+    if "t" in found:
+        _check_times(found["t"], -math.inf, len(found["t"]))
+    return Table(columns=found, about=about)
