@@ -12,6 +12,7 @@ import json
 import os
 import re
 import sys
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -20,7 +21,7 @@ from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
 __all__ = ["main"]
 
@@ -83,6 +84,13 @@ def _setting(command: Callable[..., int]) -> Callable[..., int]:
 
 
 _json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+
+
+_crossing_option = click.option(
+    "--crossing-tolerance",
+    metavar="ANGLE",
+    help="Distance from a crossing line within which a type is '?'.  [default: pi/32]",
+)
 
 
 def _sampling(command: Callable[..., int]) -> Callable[..., int]:
@@ -171,6 +179,133 @@ def plan(
     return 0 if result else 1
 
 
+@cli.command(name="validate", short_help="Judge a gait file: every rule, with value, limit and place.")
+@click.argument("gait_file", metavar="GAIT_FILE")
+@click.option(
+    "--require",
+    type=click.Choice(["valid", "flyable"]),
+    default="valid",
+    help="What decides the exit code.  [default: valid]",
+)
+@click.option("--tolerance", type=float, metavar="X", help="Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]")
+@click.option("--floor", type=float, metavar="X", help="Least singular value to keep.  [default: 0.05]")
+@click.option("--angle-rounding", metavar="ANGLE", help="What each angle may be off by.  [default: what is seen]")
+@_crossing_option
+@_setting
+@_json_option
+def validate_command(
+    gait_file: str, require: str, vehicle: str | None, coefficients: Any, as_json: bool, **limits: Any
+) -> int:
+    """Judge a gait table (.csv, .json) or a saved plan, along its whole length.
+
+    Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the way back to the first row is implied. The exit code
+    is 1 if the gait is not valid (or not flyable, with --require flyable). A CSV file of any length is read piece by
+    piece.
+    """
+    from gaitgraph.validation import validate
+    from gaitgraph.vehicle import vehicle_named
+
+    for name in ("angle_rounding", "crossing_tolerance"):
+        if limits[name] is not None:
+            limits[name] = _angle_not_negative(limits[name], name)
+    given = {name: value for name, value in limits.items() if value is not None}
+    with _bar(gait_file) as progress:
+        report = validate(
+            gait_file,
+            vehicle=None if vehicle is None else vehicle_named(vehicle),
+            coefficients=coefficients,
+            progress=progress,
+            **given,
+        )
+    if as_json:
+        _print_json(report.as_mapping())
+    else:
+        click.echo(str(report))
+    return 0 if (report.flyable if require == "flyable" else report.valid) else 1
+
+
+@cli.command(name="colorings", short_help="Every Two-Color-consistent colouring of a loop.")
+@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST")
+@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@click.option("--limit", type=click.IntRange(min=0), metavar="N", help="List so many at most; all are counted.")
+@_crossing_option
+@_setting
+@_json_option
+def colorings_command(
+    loop_file: str,
+    sign: str | None,
+    limit: int | None,
+    crossing_tolerance: str | None,
+    vehicle: str | None,
+    coefficients: Any,
+    as_json: bool,
+) -> int:
+    """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
+
+    The loop is that of a gait table, of a table of alpha1 and alpha2 alone, or of a request's waypoints. The exit
+    code is 1, with the first pair of neighbours that forbids it, if there is none.
+    """
+    from itertools import islice
+
+    from gaitgraph.exchange import colorings_of_file
+    from gaitgraph.vehicle import vehicle_named
+
+    reach = None if crossing_tolerance is None else _angle_not_negative(crossing_tolerance, "crossing_tolerance")
+    found = colorings_of_file(
+        loop_file,
+        sign=sign,
+        vehicle=None if vehicle is None else vehicle_named(vehicle),
+        coefficients=coefficients,
+        crossing_tolerance=reach,
+    )
+    shown = islice(found, limit)
+    if as_json:
+        # Written one by one: there may be more than fit in memory.
+        head = json.dumps({"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False)
+        click.echo(f'{head[:-1]}, "colorings": [', nl=False)
+        for number, coloring in enumerate(shown):
+            click.echo((", " if number else "") + json.dumps(list(coloring.colors)), nl=False)
+        click.echo("]}")
+    else:
+        click.echo(str(found))
+        for coloring in shown:
+            click.echo(f"  {coloring}")
+    return 0 if found else 1
+
+
+def _angle_not_negative(text: str, name: str) -> float:
+    """Return an option's angle [rad]; InputError if it is none, or negative."""
+    from gaitgraph.angles import angle_from_text
+
+    flag = "--" + name.replace("_", "-")
+    angle = angle_from_text(text, flag)
+    if angle < 0:
+        raise InputError(f"{flag}: {text!r}; allowed is an angle ≥ 0")
+    return angle
+
+
+@contextmanager
+def _bar(label: str) -> Iterator[Callable[[float], None] | None]:
+    """Show a progress bar on a terminal once work takes longer than a second; nothing for a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+
+    from time import monotonic
+
+    start, steps = monotonic(), 1000
+    with ExitStack() as stack:
+        bars: list[Any] = []
+
+        def show(fraction: float) -> None:
+            if not bars and monotonic() - start > 1.0:
+                bars.append(stack.enter_context(click.progressbar(length=steps, label=label, file=sys.stderr)))
+            for bar in bars:
+                bar.update(max(int(fraction * steps) - bar.pos, 0))
+
+        yield show
+
+
 def _waypoint(text: str, number: int) -> list[str]:
 
     parts = text.split(",")
@@ -198,11 +333,7 @@ def _progress() -> Callable[[str], None] | None:
 @cli.command(name="roots", short_help="Every (α3, α4) on the gait surfaces for one (α1, α2).")
 @click.argument("a1", metavar="A1")
 @click.argument("a2", metavar="A2")
-@click.option(
-    "--crossing-tolerance",
-    metavar="ANGLE",
-    help="Distance from a crossing line within which a type is '?'.  [default: pi/32]",
-)
+@_crossing_option
 @_setting
 @_json_option
 def roots_command(
@@ -224,9 +355,7 @@ def roots_command(
     numbers = coefficients_of(PAPER if vehicle is None else vehicle_named(vehicle), coefficients)
     tolerance = DEFAULT_CROSSING_TOLERANCE
     if crossing_tolerance is not None:
-        tolerance = angle_from_text(crossing_tolerance, "--crossing-tolerance")
-        if tolerance < 0:
-            raise InputError(f"--crossing-tolerance: {crossing_tolerance!r}; allowed is an angle ≥ 0")
+        tolerance = _angle_not_negative(crossing_tolerance, "crossing_tolerance")
     alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
     found = roots(alpha1, alpha2, numbers, crossing_tolerance=tolerance)
     if as_json:

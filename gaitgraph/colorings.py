@@ -9,8 +9,8 @@ closed walks through a chain of 2×2 matrices of zeros and ones, their number is
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from itertools import chain, islice
+from dataclasses import asdict, dataclass, field
+from itertools import chain, groupby, islice
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -30,7 +30,7 @@ from gaitgraph.surface import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
 __all__ = [
     "SIGNS",
@@ -62,10 +62,15 @@ class Coloring:
     colors: tuple[str, ...]
     sign: Sign
 
-    @property
-    def plain(self) -> bool:
-        """Whether it has one color."""
-        return len(set(self.colors)) == 1
+    def __str__(self) -> str:
+        runs = [(color, len(list(run))) for color, run in groupby(self.colors)]
+        if len(runs) == 1:
+            return f"{_RELATION[self.sign]}  all {runs[0][0]}"
+        parts, start = [], 1
+        for color, size in runs:
+            parts.append(f"{color} {start}" + (f" to {start + size - 1}" if size > 1 else ""))
+            start += size
+        return f"{_RELATION[self.sign]}  {', '.join(parts)} (jumps between the sheets)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,6 +197,7 @@ class ChainCount:
         self.sign = sign
         self.points = 0
         self.obstacle: ColoringObstacle | None = None
+        self.always = np.ones(2, dtype=bool)  # whether every point can be red, and blue
         self._first: Palette | None = None
         self._last: Palette | None = None
         self._parts: list[tuple[int, Matrix]] = []
@@ -200,12 +206,18 @@ class ChainCount:
     def see(self, points: Palette) -> None:
         """Append points to the chain."""
         if len(points) and self.obstacle is None:
+            self.always &= points.available.all(axis=0)
             if self._last is None:
                 self._first, offset = points[:1], 0
             else:
                 points, offset = self._last.followed_by(points), self.points - 1
             self._extend(points, offset)
             self._last, self.points = points[-1:], offset + len(points)
+
+    @property
+    def plain(self) -> tuple[str, ...]:
+        """The colors in which the whole loop can be painted."""
+        return _named(self.always.tolist())
 
     def closed(self) -> int:
         """Close the loop and return the exact number of its colourings."""
@@ -260,6 +272,10 @@ class ChainCount:
         return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
+def _named(everywhere: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
+
+
 def labels_of(colors: Sequence[str], crossing: BoolArray) -> list[str]:
     """Return the plane types, as texts, of points of these colors; `crossing` is that of :class:`Palette`."""
     signs = np.array([1 if color == "red" else -1 for color in colors])[:, None]
@@ -312,9 +328,27 @@ class Colorings:
                 for path in _paths(codes, first):
                     yield Coloring(colors=tuple(COLORS[c] for c in path), sign=sign)
 
+    def as_mapping(self) -> dict[str, Any]:
+        """Return how many there are, and why there are none, as plain values, ready for JSON."""
+        return {
+            **_count_as_mapping(self.count),
+            "counts": {sign: _count_as_mapping(count)["colorings_count"] for sign, count in self.counts.items()},
+            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
+        }
+
+    def __str__(self) -> str:
+        n = len(self.points)
+        lines = [
+            f"{_count_as_text(self.count)} colouring{'s' * (self.count != 1)} of a loop of {n} point{'s' * (n > 1)}"
+        ]
+        lines += [f"  {_RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
+        return "\n".join(lines)
+
     def listing(self) -> ColoringListing:
         """Return the first colourings and their number."""
-        return ColoringListing(counts=self.counts, first=tuple(islice(self, MOST_LISTED)), obstacles=self.obstacles)
+        plain = {sign: _named(palette.available.all(axis=0).tolist()) for sign, palette in self.palettes.items()}
+        first = tuple(islice(self, MOST_LISTED))
+        return ColoringListing(counts=self.counts, plain=plain, first=first, obstacles=self.obstacles)
 
     def types_of(self, coloring: Coloring) -> list[str]:
         """Return the plane types of every point in a colouring."""
@@ -335,6 +369,8 @@ class ColoringListing:
     ----------
     counts
         The exact number of colourings for each sign of R.
+    plain
+        The colors in which the whole loop can be painted, for each sign.
     first
         The first of them, at most 16; none for a loop that is too long to be listed.
     obstacles
@@ -342,6 +378,7 @@ class ColoringListing:
     """
 
     counts: dict[Sign, int]
+    plain: dict[Sign, tuple[str, ...]]
     first: tuple[Coloring, ...]
     obstacles: dict[Sign, ColoringObstacle]
 
@@ -352,15 +389,12 @@ class ColoringListing:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON; a count of more than 4000 digits is given by its logarithm alone."""
-        out: dict[str, Any] = {
+        return {
             "colorings": [list(coloring.colors) for coloring in self.first],
             "coloring_signs": [coloring.sign for coloring in self.first],
-            "colorings_count": self.count if _digits(self.count) <= _MOST_DIGITS else None,
-            "coloring_obstacles": {sign: obstacle.message for sign, obstacle in self.obstacles.items()},
+            **_count_as_mapping(self.count),
+            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
         }
-        if out["colorings_count"] is None:
-            out["colorings_count_log10"] = _digits(self.count)
-        return out
 
     def __str__(self) -> str:
         if not self.count:
@@ -368,17 +402,26 @@ class ColoringListing:
         parts = []
         for sign, count in self.counts.items():
             if count:
-                plain = [coloring.colors[0] for coloring in self.first if coloring.sign == sign and coloring.plain]
-                number = str(count) if _digits(count) <= _MOST_DIGITS else f"about 10^{_digits(count):.0f}"
+                plain = self.plain[sign]
                 mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
                 all_of = f", all {' or all '.join(plain)}" if plain else ""
-                parts.append(f"{number} with {_RELATION[sign]}{all_of}{mixed}")
+                parts.append(f"{_count_as_text(count)} with {_RELATION[sign]}{all_of}{mixed}")
         return "; ".join(parts)
 
 
 def _digits(count: int) -> float:
     """Return about how many decimal digits a count has."""
     return count.bit_length() * math.log10(2)
+
+
+def _count_as_text(count: int) -> str:
+    return str(count) if _digits(count) <= _MOST_DIGITS else f"about 10^{_digits(count):.0f}"
+
+
+def _count_as_mapping(count: int) -> dict[str, Any]:
+    if _digits(count) <= _MOST_DIGITS:
+        return {"colorings_count": count}
+    return {"colorings_count": None, "colorings_count_log10": _digits(count)}
 
 
 def _paths(codes: Sequence[int], first: int) -> Iterator[list[int]]:

@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.coloring import types_from_text
+from gaitgraph.colorings import Colorings, colorings
 from gaitgraph.errors import GaitgraphError
 from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import Coefficients, Kind, level_determinant, level_determinant_resolution
-from gaitgraph.reading import read_table
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
+from gaitgraph.reading import merged, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
-from gaitgraph.surface import COLORS, sheets_along, text_from_types, types_of
+from gaitgraph.requests import holds_request, read_request
+from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheets_along, text_from_types, types_of
 from gaitgraph.tables import (
     ACCELERATIONS,
     ANGLES,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["export", "gait_of"]
+__all__ = ["colorings_of_file", "export", "gait_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -64,6 +66,56 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
+
+
+def colorings_of_file(
+    path: str | Path,
+    *,
+    sign: str | None = None,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    crossing_tolerance: float | None = None,
+) -> Colorings:
+    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, or a request's waypoints.
+
+    A last row that equals the first is the closing row.
+
+    Parameters
+    ----------
+    path
+        A .csv or .json table, a saved plan, or a .toml or .json request.
+    sign
+        "negative", "positive" or "auto"; by default what a request says, else "auto".
+    vehicle, coefficients, crossing_tolerance
+        By default what the file says, else the paper's vehicle, its published coefficients, and π/32.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If the file holds neither, or a value is not allowed.
+    """
+    if holds_request(path):
+        given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
+        request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
+        points: Any = request.waypoints
+        vehicle, numbers, told = request.vehicle, coefficients_of(request.vehicle, request.coefficients), None
+        sign = request.sign
+    else:
+        table = merged(read_pieces(path, plane_only=True))
+        vehicle, numbers, told = setting_of(table, vehicle, coefficients)
+        names = [name for name in ANGLES if name in table]
+        rows = np.column_stack([table[name] for name in names])
+        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP:
+            rows = rows[:-1]
+        points = rows[:, :2]
+    reach = crossing_tolerance if crossing_tolerance is not None else told
+    return colorings(
+        points,
+        sign=sign or "auto",
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=DEFAULT_CROSSING_TOLERANCE if reach is None else reach,
+    )
 
 
 def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:

@@ -19,9 +19,9 @@ from gaitgraph.surface import COLORS
 from gaitgraph.tables import ANGLES, DEGREES, ORDER, TEXTS, Table, known_suffix
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
-__all__ = ["read_pieces", "read_table"]
+__all__ = ["merged", "read_pieces", "read_table"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,7 +44,12 @@ def read_table(path: str | Path) -> Table:
     InputError
         If it holds no gait table; the message names file, place and what is allowed.
     """
-    pieces = list(read_pieces(path))
+    return merged(read_pieces(path))
+
+
+def merged(pieces: Iterable[Table]) -> Table:
+    """Return consecutive pieces of a table as one."""
+    pieces = list(pieces)
     if len(pieces) == 1:
         return pieces[0]
     columns: dict[str, Any] = {}
@@ -55,7 +60,9 @@ def read_table(path: str | Path) -> Table:
     return Table(columns=columns, about=pieces[0].about)
 
 
-def read_pieces(path: str | Path, *, progress: Callable[[float], None] | None = None) -> Iterator[Table]:
+def read_pieces(
+    path: str | Path, *, progress: Callable[[float], None] | None = None, plane_only: bool = False
+) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; JSON comes as one.
 
     Parameters
@@ -64,6 +71,8 @@ def read_pieces(path: str | Path, *, progress: Callable[[float], None] | None = 
         A .csv or .json file.
     progress
         Called with the fraction of the file that is read.
+    plane_only
+        Whether alpha1 and alpha2 are enough.
 
     Raises
     ------
@@ -74,9 +83,9 @@ def read_pieces(path: str | Path, *, progress: Callable[[float], None] | None = 
     suffix = known_suffix(path, _WHAT)
     try:
         if suffix == ".json":
-            yield _from_json(text_of(path, _WHAT, _ALLOWED))
+            yield _from_json(text_of(path, _WHAT, _ALLOWED), plane_only)
         else:
-            yield from _from_csv(path, progress)
+            yield from _from_csv(path, progress, plane_only)
     except InputError as error:
         told = str(error)
         raise error if told.startswith(_WHAT) else InputError(f"{_WHAT} {str(path)!r}: {told}") from error
@@ -107,7 +116,7 @@ def _split(content: bytes, path: Path) -> list[str]:
     return text.removesuffix("\n").split("\n")
 
 
-def _from_csv(path: Path, progress: Callable[[float], None] | None) -> Iterator[Table]:
+def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: bool) -> Iterator[Table]:
     header: _Header | None = None
     line, row, last_time = 0, 0, -math.inf
     for lines in _lines_of(path, progress):
@@ -117,7 +126,7 @@ def _from_csv(path: Path, progress: Callable[[float], None] | None) -> Iterator[
             if start == len(lines):
                 line += start
                 continue
-            header = _header_of(lines[start], line + start + 1)
+            header = _header_of(lines[start], line + start + 1, plane_only)
             start += 1
         raw = _numeric(lines[start:], header)
         if raw is None:
@@ -148,7 +157,7 @@ def _check_times(times: FloatArray, before: float, rows: int) -> None:
 class _Header:
     """The names of a table's columns, checked; turns raw columns into those of a :class:`Table`."""
 
-    def __init__(self, names: list[str]) -> None:
+    def __init__(self, names: list[str], plane_only: bool) -> None:
         self.names = names
         for name in names:
             if names.count(name) > 1:
@@ -157,7 +166,7 @@ class _Header:
             if degrees in names and name in names:
                 raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
         known = [DEGREES.get(name, name) for name in names]
-        lifted = "color" in known and "alpha3" not in known and "alpha4" not in known
+        lifted = plane_only or ("color" in known and "alpha3" not in known and "alpha4" not in known)
         for name in ANGLES[:2] if lifted else ANGLES:
             if name not in known:
                 hint = did_you_mean(name, [other for other in names if other not in ORDER])
@@ -190,13 +199,13 @@ class _Header:
         return {name: found[name] for name in ORDER if name in found}
 
 
-def _header_of(text: str, line: int) -> _Header:
+def _header_of(text: str, line: int, plane_only: bool) -> _Header:
     names = [name.strip() for name in _fields([text], line - 1)[0]]
     if len(names) == 1:
         for mark, what in ((";", "semicolons"), ("\t", "tabs")):
             if mark in names[0] or mark in text:
                 raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
-    return _Header(names)
+    return _Header(names, plane_only)
 
 
 def _fields(lines: list[str], offset: int) -> list[list[str]]:
@@ -279,7 +288,7 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def _from_json(text: str) -> Table:
+def _from_json(text: str, plane_only: bool) -> Table:
     try:
         content = json.loads(text, parse_constant=_no_constant)
     except RecursionError as error:
@@ -293,7 +302,7 @@ def _from_json(text: str) -> Table:
         for number, row in enumerate(content, start=1):
             if row.keys() != content[0].keys():
                 raise InputError(f"row {number} has other fields than row 1; {_JSON}")
-        return _table([(name, [row[name] for row in content]) for name in names], {})
+        return _table([(name, [row[name] for row in content]) for name in names], {}, plane_only)
     if not isinstance(content, dict):
         raise InputError(f"it holds a {type(content).__name__}; {_JSON}")
     if "path" in content:
@@ -309,7 +318,7 @@ def _from_json(text: str) -> Table:
     lists = {name: values for name, values in columns.items() if isinstance(values, list)}
     if isinstance(columns.get("color"), str) and lists:
         lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
-    return _table(list(lists.items()), about)
+    return _table(list(lists.items()), about, plane_only)
 
 
 _JSON = "allowed is an object of columns, a list of rows, or a plan"
@@ -336,12 +345,12 @@ def _from_plan(content: dict[str, Any]) -> Table:
     about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
     if "crossing_tolerance" in content:
         about["crossing_tolerance"] = content["crossing_tolerance"]
-    return _table(columns, about)
+    return _table(columns, about, plane_only=False)
 
 
-def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any]) -> Table:
+def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any], plane_only: bool) -> Table:
     """Check the columns of a JSON file and bring them into order."""
-    header = _Header([name for name, _ in columns])
+    header = _Header([name for name, _ in columns], plane_only)
     lengths = {len(values) for _, values in columns}
     if len(lengths) > 1:
         raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")

@@ -30,7 +30,15 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_name
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["PlanRequest", "Point", "read_request", "request_fields", "request_from_mapping", "request_of"]
+__all__ = [
+    "PlanRequest",
+    "Point",
+    "holds_request",
+    "read_request",
+    "request_fields",
+    "request_from_mapping",
+    "request_of",
+]
 
 Point = tuple[float, float]
 
@@ -253,6 +261,28 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
         return request_from_mapping({**content, **overrides})
     except InputError as error:
         raise type(error)(f"request file {str(path)!r}: {error}") from error
+
+
+def holds_request(path: str | Path) -> bool:
+    """Return whether a file is a request, or a saved plan without a gait, rather than a gait file.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If a .json file cannot be read or is no JSON.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix != ".json":
+        return suffix == ".toml"
+    text = text_of(path, "file", "a gait table or a request")
+    if '"waypoints"' not in text:
+        return False
+    try:
+        content = _parsed(text, suffix)
+    except InputError:
+        return False  # reading it as a gait file says what is wrong
+    return "waypoints" in content and not content.get("path") and "columns" not in content
 
 
 def _parsed(text: str, suffix: str) -> dict[str, Any]:

@@ -85,7 +85,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A place on a gait: after which point, counted from 0, what fraction of the way to the next, and when."""
+    """A place on a gait: from which point, counted from 0, what fraction of the way to the next, and when."""
 
     point: int
     fraction: float
@@ -153,13 +153,13 @@ class Stretch:
 
     def place(self, segment: int, fraction: float = 0.0) -> Place:
         """Return the place a fraction of the way along a segment, counted from 0 within the stretch."""
-        at = self.alpha[segment] + fraction * (self.alpha[segment + 1] - self.alpha[segment])
-        t = None
-        if self.t is not None:
-            t = float(self.t[segment] + fraction * (self.t[segment + 1] - self.t[segment]))
-        return Place(
-            point=self.first + segment, fraction=float(fraction), alpha=tuple(float(angle) for angle in at), t=t
-        )
+        index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
+        at = self.alpha[index]
+        t = None if self.t is None else float(self.t[index])
+        if fraction:
+            at = at + fraction * (self.alpha[index + 1] - at)
+            t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))
+        return Place(point=self.number(index) - 1, fraction=fraction, alpha=tuple(float(angle) for angle in at), t=t)
 
     def number(self, index: int) -> int:
         """Return the number of a point as people count, from 1."""
@@ -225,7 +225,9 @@ class OnSurface(Rule):
         message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
         ok = value <= limit
         if not ok:
-            message += f", worst at {self.tell(self.worst.place)}: take (α3, α4) from the roots of (α1, α2)"
+            message += (
+                f", worst at {self.tell(self.worst.place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
+            )
         where = self.at(self.worst.place)
         return [Check(name="on_surface", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
 
@@ -254,7 +256,7 @@ class TwoColor(Rule):
                 f"{setting.noun} {stretch.number(point)} lies off the surfaces, on neither sheet, so it has no color "
                 "to compare: take (α3, α4) from the roots of (α1, α2)"
             )
-            self.broken = self._refused(stretch, min(point, len(alpha) - 2), message)
+            self.broken = self._refused(stretch, point, message)
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
@@ -264,8 +266,8 @@ class TwoColor(Rule):
             )
             self.broken = self._refused(stretch, point, message)
 
-    def _refused(self, stretch: Stretch, segment: int, message: str) -> Check:
-        where = self.at(stretch.place(segment))
+    def _refused(self, stretch: Stretch, point: int, message: str) -> Check:
+        where = self.at(stretch.place(point))
         return Check(name="two_color", kind="valid", ok=False, value=1.0, limit=0.0, where=where, message=message)
 
     def checks(self) -> list[Check]:
@@ -317,15 +319,14 @@ class Continuous(Rule):
         bare = sheet == 0
         if bare.any():
             point = int(np.argmax(bare))
-            self.uncolored = self.uncolored or stretch.place(min(point, len(bare) - 2))
+            self.uncolored = self.uncolored or stretch.place(point)
             if bare.all():
                 return
         on_red, on_blue = sheet_distances(stretch.alpha, setting.coefficients)
         off = np.where(bare, 0.0, np.where(sheet > 0, on_red, on_blue))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, _EXACT):
-            segment = min(farthest, len(off) - 2)
-            self.distance, self.farthest = float(off[farthest]), stretch.place(segment, float(farthest - segment))
+            self.distance, self.farthest = float(off[farthest]), stretch.place(farthest)
             other = on_blue if sheet[farthest] > 0 else on_red
             names = COLORS if sheet[farthest] > 0 else COLORS[::-1]
             self.painted = f"{setting.noun} {stretch.number(farthest)} is painted {names[0]} but lies off that sheet"
@@ -348,7 +349,7 @@ class Continuous(Rule):
         place, ok, message = self.place, False, "every segment stays on its sheet"
         if self.uncolored is not None:
             place, limit, value = self.uncolored, self.setting.tolerance, None
-            message = f"after {noun} {place.point + 1} it is off the surfaces and follows no sheet"
+            message = f"at {noun} {place.point + 1} it is off the surfaces and follows no sheet"
         elif self.distance > self.setting.tolerance and self.jump <= self.limit:
             place, limit, value = self.farthest, self.setting.tolerance, self.distance
             message = f"{self.painted}, by {value:.4f} rad: paint it as it lies, or take (α3, α4) from its sheet"
@@ -388,8 +389,7 @@ class LevelSign(Rule):
         for sign, (least, _) in self.extreme.items():
             point = int(np.argmin(sign * value))
             if sign * value[point] < least:
-                segment = min(point, len(value) - 2)
-                self.extreme[sign] = (float(sign * value[point]), stretch.place(segment, float(point - segment)))
+                self.extreme[sign] = (float(sign * value[point]), stretch.place(point))
         self.digits = max(self.digits, float(np.max(level_determinant_resolution(alpha, coefficients))))
         self.slope = max(self.slope, float(level_determinant_slopes(alpha, coefficients).sum(axis=1).max()))
         toward = self.side * value
@@ -519,7 +519,7 @@ class HoverThrust(Rule):
         super().__init__(setting)
         self.least, self.largest = _Worst(), _Worst()
         self.blue = False
-        self.broken: tuple[float, Place] | None = None
+        self.broken: tuple[float, int, Place] | None = None
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
@@ -535,7 +535,7 @@ class HoverThrust(Rule):
         segment = int(np.argmin(upward))
         shares = hover_thrust_shares(stretch.alpha[segment : segment + 2], vehicle)
         worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
-        self.broken = (float(shares[worst].min()), stretch.place(segment, float(worst)))
+        self.broken = (float(shares[worst].min()), stretch.number(segment), stretch.place(segment + worst))
 
     def checks(self) -> list[Check]:
         """Return the check `hover_thrust`, and `thrust_limit` if the vehicle states one."""
@@ -544,10 +544,10 @@ class HoverThrust(Rule):
             message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
             return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
         if self.broken is not None:
-            value, place = self.broken
+            value, number, place = self.broken
             message = (
                 "a rotor pair would have to idle or push down to hover on the segment after "
-                f"{self.setting.noun} {place.point + 1}: "
+                f"{self.setting.noun} {number}: "
                 "stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
             )
             where = self.at(place)
@@ -587,7 +587,7 @@ class TiltRange(Rule):
 
     def __init__(self, setting: Setting) -> None:
         super().__init__(setting)
-        self.value, self.joint, self.number = -1.0, 0, 0
+        self.value, self.joint = -1.0, 0
         self.place: Place | None = None
 
     def see(self, stretch: Stretch) -> None:
@@ -595,9 +595,7 @@ class TiltRange(Rule):
         size = np.abs(stretch.alpha)
         point, joint = divmod(int(np.argmax(size)), 4)
         if size[point, joint] > self.value:
-            segment = min(point, len(size) - 2)
-            self.value, self.joint, self.number = float(size[point, joint]), joint + 1, stretch.number(point)
-            self.place = stretch.place(segment, float(point - segment))
+            self.value, self.joint, self.place = float(size[point, joint]), joint + 1, stretch.place(point)
 
     def checks(self) -> list[Check]:
         """Return the check `tilt_range`, if the vehicle states a limit."""
@@ -607,9 +605,7 @@ class TiltRange(Rule):
         ok, where = self.value <= limit + _EXACT, self.at(self.place)
         message = f"largest tilt {math.degrees(self.value):.1f}°, limit {math.degrees(limit):.1f}°"
         if not ok:
-            message += (
-                f", exceeded by α{self.joint} at {self.setting.noun} {self.number}: move the waypoints nearer to 0"
-            )
+            message += f", exceeded by α{self.joint} at {self.tell(self.place)}: move the waypoints nearer to 0"
         return [
             Check(name="tilt_range", kind="flyable", ok=ok, value=self.value, limit=limit, where=where, message=message)
         ]

@@ -264,7 +264,8 @@ class _TableJudge:
             setting, plane = self.setting, np.concatenate(self.plane)
             loop = colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
             first = loop.listing().first
-        return ColoringListing(counts=counts, first=first, obstacles=obstacles)
+        plain = {sign: chain.plain for sign, chain in self.chains.items()}
+        return ColoringListing(counts=counts, plain=plain, first=first, obstacles=obstacles)
 
 
 def _joined(before: Stretch, after: Stretch) -> Stretch:
