@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from gaitgraph.requests import PlanRequest
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.timing import TimedGait, parametrize
+    from gaitgraph.transitions import Transition, transition
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
@@ -99,6 +100,7 @@ _HOMES = {
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "reading": ("read_table",),
     "timing": ("TimedGait", "parametrize"),
+    "transitions": ("Transition", "transition"),
     "validation": ("validate",),
     "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
 }
@@ -123,6 +125,7 @@ __all__ = [
     "PlanRequest",
     "Report",
     "TimedGait",
+    "Transition",
     "Vehicle",
     "__version__",
     "angle_from_text",
@@ -147,6 +150,7 @@ __all__ = [
     "roots",
     "sheet_grid",
     "surface_graph",
+    "transition",
     "types_may_be_adjacent",
     "validate",
     "validate_graph",

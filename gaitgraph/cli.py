@@ -86,6 +86,16 @@ def _setting(command: Callable[..., int]) -> Callable[..., int]:
 _json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
 
 
+_force_option = click.option("--force", is_flag=True, help="Overwrite outputs that exist.")
+
+_outputs_option = click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="FILE",
+    help="Write the gait table (.csv, .json); repeatable.",
+)
+
 _crossing_option = click.option(
     "--crossing-tolerance",
     metavar="ANGLE",
@@ -99,7 +109,7 @@ def _sampling(command: Callable[..., int]) -> Callable[..., int]:
         click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]"),
         click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples."),
         click.option("--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]"),
-        click.option("--force", is_flag=True, help="Overwrite outputs that exist."),
+        _force_option,
     )
     for option in reversed(options):
         command = option(command)
@@ -129,13 +139,7 @@ def cli() -> None:
 @click.option("--method", metavar="NAME", help="grid: the paper's grid graph.  [default: grid]")
 @click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")
 @click.option("--reverse", is_flag=True, help="Run the loop the other way.")
-@click.option(
-    "--output",
-    "outputs",
-    multiple=True,
-    metavar="FILE",
-    help="Write the gait table (.csv, .json); repeatable.",
-)
+@_outputs_option
 @_sampling
 @_setting
 @_json_option
@@ -271,6 +275,57 @@ def colorings_command(
         for coloring in shown:
             click.echo(f"  {coloring}")
     return 0 if found else 1
+
+
+@cli.command(name="transition", short_help="A way from hover to a gait, back, or from gait to gait.")
+@click.argument("start", metavar="FROM")
+@click.argument("end", metavar="TO")
+@click.option("--duration", type=float, metavar="SECONDS", help="One way.  [default: 1, or what the limits need]")
+@click.option("--samples", type=int, metavar="N", help="Even intervals.  [default: 100]")
+@click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples.")
+@click.option("--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]")
+@click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@_outputs_option
+@_force_option
+@_setting
+@_json_option
+def transition_command(
+    start: str,
+    end: str,
+    outputs: Sequence[str],
+    force: bool,
+    vehicle: str | None,
+    coefficients: Any,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """Find a way on the surface from FROM to TO, each a gait file or the word hover.
+
+    A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no way: between R > 0, where
+    hover is, and R < 0 every flight passes a singular matrix.
+    """
+    from gaitgraph.exchange import gait_of
+    from gaitgraph.reading import read_table
+    from gaitgraph.tables import check_outputs
+    from gaitgraph.transitions import HOVER, transition
+    from gaitgraph.vehicle import vehicle_named
+
+    check_outputs(outputs, force=force)
+    setting = {"vehicle": None if vehicle is None else vehicle_named(vehicle), "coefficients": coefficients}
+    ends: list[Any] = [one if one == HOVER else gait_of(read_table(one), **setting) for one in (start, end)]
+    given = {name: value for name, value in options.items() if value is not None}
+    if start == end == HOVER:
+        given |= setting
+    result = transition(ends[0], ends[1], **given)
+    if result and outputs:
+        result.write(*outputs, force=force)
+    if as_json:
+        _print_json(result.as_mapping())
+    else:
+        click.echo(str(result))
+        for name in outputs if result else ():
+            click.echo(f"wrote {name}")
+    return 0 if result else 1
 
 
 def _angle_not_negative(text: str, name: str) -> float:

@@ -30,7 +30,7 @@ from gaitgraph.surface import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
 __all__ = [
     "SIGNS",
@@ -217,7 +217,7 @@ class ChainCount:
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors in which the whole loop can be painted."""
-        return _named(self.always.tolist())
+        return _named(self.always)
 
     def closed(self) -> int:
         """Close the loop and return the exact number of its colourings."""
@@ -272,7 +272,7 @@ class ChainCount:
         return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
-def _named(everywhere: Iterable[Any]) -> tuple[str, ...]:
+def _named(everywhere: BoolArray) -> tuple[str, ...]:
     return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
 
 
@@ -346,7 +346,7 @@ class Colorings:
 
     def listing(self) -> ColoringListing:
         """Return the first colourings and their number."""
-        plain = {sign: _named(palette.available.all(axis=0).tolist()) for sign, palette in self.palettes.items()}
+        plain = {sign: _named(np.asarray(palette.available.all(axis=0))) for sign, palette in self.palettes.items()}
         first = tuple(islice(self, MOST_LISTED))
         return ColoringListing(counts=self.counts, plain=plain, first=first, obstacles=self.obstacles)
 

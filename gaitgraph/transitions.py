@@ -1,0 +1,413 @@
+"""Ways between gaits, and between hover and a gait, on the surface: entry, exit, and change, as timed tables.
+
+A way is searched on the surface graph of one sign of R and then straightened: on a sheet a straight line in
+(α1, α2) is a straight line in all four angles, so any two of its points may be joined if the segment between them
+holds what is asked. Run there and back a way is a gait, which is how it is checked and timed.
+
+Between different signs of R there is none. Formula (1) is continuous in the tilt angles and the attitude; on a gait
+of the surfaces it is R·cos φ·cos θ, which has the sign of R for |φ|, |θ| < π/2. A flight from one sign to the other
+passes its zero, where the decoupling matrix is singular.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.gait import Gait
+from gaitgraph.graph import DEFAULT_DIVISIONS, WAYPOINT_SNAP, edge_quantities, surface_graph
+from gaitgraph.invertibility import Kind, coefficients_of
+from gaitgraph.regions import separating_factor
+from gaitgraph.reports import DEFAULT_FLOOR, Report
+from gaitgraph.search import allowed_edges
+from gaitgraph.tables import Table, table_of, write_tables
+from gaitgraph.timing import LAWS, TimedGait, checked_clock, parametrize
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import networkx as nx
+
+    from gaitgraph.graph import Sign
+    from gaitgraph.search import Use
+
+__all__ = ["HOVER", "Transition", "transition"]
+
+FloatArray = npt.NDArray[np.float64]
+
+HOVER = "hover"
+"""α = 0: ordinary hover, rotors upright."""
+
+_MOST_CORNERS = 16
+_USES: tuple[Literal["flyable"], Literal["valid"]] = ("flyable", "valid")
+_DURATION = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transition:
+    """A way from one end to the other, or the reason why there is none. Truthy when there is one.
+
+    Parameters
+    ----------
+    there_and_back
+        The way, from its start to its end and back, as a gait; None if there is none.
+    reason
+        Why there is no way, or why it is not flyable; None if it is.
+    proof
+        If the signs of R differ: R at both ends, and why every flight from one to the other is singular somewhere.
+    corners
+        Which corner of the gait at either end it leaves and joins, counted from 0; None for hover.
+    duration
+        How long it takes, one way [s].
+    law, samples
+        As for :func:`gaitgraph.timing.parametrize`, for one way.
+    report
+        All checks of the way, there and back, with those of the clock; None if there is none.
+    """
+
+    there_and_back: Gait | None
+    reason: str | None
+    proof: dict[str, Any] | None = None
+    corners: tuple[int | None, int | None] = (None, None)
+    duration: float = _DURATION
+    law: str = LAWS[0]
+    samples: int = 100
+    report: Report | None = None
+
+    def __bool__(self) -> bool:
+        return self.there_and_back is not None
+
+    @property
+    def status(self) -> str:
+        """Whether the transition is "planned" or "infeasible"."""
+        return "planned" if self else "infeasible"
+
+    @property
+    def gait(self) -> Gait:
+        """The way there and back, as a gait; raises Infeasible, with the reason, if there is none."""
+        if self.there_and_back is None:
+            raise Infeasible(self.reason)
+        return self.there_and_back
+
+    @property
+    def path(self) -> FloatArray:
+        """The corners of the way, both ends included, shape (n, 4) [rad]; raises Infeasible if there is none."""
+        alpha = self.gait.alpha
+        return alpha[: len(alpha) // 2 + 1]
+
+    @property
+    def length(self) -> float:
+        """Length of the way in the (α1, α2) plane [rad]; raises Infeasible if there is none."""
+        return self.gait.length / 2
+
+    @property
+    def timed(self) -> TimedGait:
+        """The way there and back with its clock; the first half is the transition."""
+        return parametrize(self.gait, 2 * self.duration, law=self.law, samples=2 * self.samples)
+
+    def table(self) -> Table:
+        """Return the table of the way, from t = 0 to its duration; raises Infeasible if there is none."""
+        whole = table_of(self.timed)
+        rows = self.samples + 1
+        about = {**whole.about, "period": self.duration, "transition": list(self.corners)}
+        return Table(columns={name: values[:rows] for name, values in whole.columns.items()}, about=about)
+
+    def write(self, *paths: str | Path, force: bool = False) -> None:
+        """Write the table of the way; see :func:`gaitgraph.tables.write_tables`."""
+        write_tables(self.table(), paths, force=force)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the transition as plain values, ready for JSON."""
+        found = self.report.as_mapping() if self.report is not None else {}
+        keys = ("valid", "two_color", "flyable", "reachable_from_hover", "checks", "warnings")
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "path": self.path.tolist() if self else [],
+            "colors": list(self.gait.colors[: len(self.path)]) if self else [],
+            "length": self.length if self else None,
+            "duration": self.duration if self else None,
+            "law": self.law,
+            "leaves_corner": _number(self.corners[0]),
+            "joins_corner": _number(self.corners[1]),
+            "proof": self.proof,
+            **{key: found.get(key, [] if key in ("checks", "warnings") else False) for key in keys},
+        }
+
+    def __str__(self) -> str:
+        if self.report is None:
+            return f"No way: {self.reason}"
+        ends = [
+            HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
+            for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
+        ]
+        head = (
+            f"From {ends[0]} to {ends[1]}: {len(self.path)} corners, {self.length:.4f} rad, "
+            f"{self.duration:g} s, {self.law}; checked there and back"
+        )
+        return f"{head}\n{self.report}"
+
+
+def _number(corner: int | None) -> int | None:
+    return None if corner is None else corner + 1
+
+
+def transition(
+    start: Gait | Literal["hover"],
+    end: Gait | Literal["hover"],
+    *,
+    duration: float | None = None,
+    law: str = LAWS[0],
+    samples: int | None = None,
+    rate: float | None = None,
+    divisions: int = DEFAULT_DIVISIONS,
+    floor: float = DEFAULT_FLOOR,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+) -> Transition:
+    """Return a way on the surface from hover to a gait, from a gait to hover, or from one gait to another.
+
+    Parameters
+    ----------
+    start, end
+        A gait, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law `smooth` rests.
+    duration
+        How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
+        is more.
+    law, samples, rate
+        As for :func:`gaitgraph.timing.parametrize`, over the duration.
+    divisions
+        Of the grid on which ways around obstacles are searched.
+    floor
+        Least singular value that a flyable way keeps, dimensionless.
+    vehicle, coefficients
+        What the way is for, if both ends are hover; otherwise the gait says.
+
+    Returns
+    -------
+    Transition
+        No way is an answer, not an error: look at `reason` and `proof`.
+
+    Raises
+    ------
+    InputError
+        If the gaits are for different vehicles or coefficients, or a value is not allowed.
+
+    Notes
+    -----
+    The way is flyable if there is a flyable one on the grid, else valid, with the reason. Not guaranteed: that it is
+    the shortest of all, or that a way that exists in a narrow region is found on a coarse grid. Of a gait with many
+    corners the 16 nearest to the other end are tried.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait import lift
+    >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    >>> entry = transition("hover", gait)
+    >>> entry.path.round(3).tolist(), entry.report.flyable
+    ([[0.0, 0.0, 0.0, 0.0], [-0.4, 0.4, -0.4, 0.4]], True)
+    >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
+    False
+    """
+    ends = [_end(start, "start", vehicle, coefficients), _end(end, "end", vehicle, coefficients)]
+    gaits = [one for one, given in zip(ends, (start, end), strict=True) if isinstance(given, Gait)]
+    if gaits:
+        ends = [
+            one if isinstance(given, Gait) else _hover(gaits[0]) for one, given in zip(ends, (start, end), strict=True)
+        ]
+    first, last = ends
+    if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
+        raise InputError(
+            f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
+            f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start"
+        )
+    count = checked_clock(_DURATION if duration is None else duration, law, samples=samples, rate=None)
+    if not 0 <= number_of(floor) < math.inf:
+        raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
+    refusal = _refusal(first, last)
+    if refusal is not None:
+        return refusal
+    found = _way(first, last, divisions, floor)
+    if isinstance(found, str):
+        return Transition(there_and_back=None, reason=found)
+    path, corners = found
+    back = path[-2:0:-1]
+    color = first.colors[0]
+    gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)))
+    if duration is None:
+        duration = _needed(gait, law)
+    count = checked_clock(duration, law, samples=samples, rate=rate)
+    report = parametrize(gait, 2 * duration, law=law).check(floor=floor)
+    kept = (
+        None if isinstance(start, str) else corners[0],
+        None if isinstance(end, str) else corners[1],
+    )
+    return Transition(
+        there_and_back=gait,
+        reason=None if report.flyable else report.reason,
+        corners=kept,
+        duration=float(duration),
+        law=law,
+        samples=count,
+        report=report,
+    )
+
+
+def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | None) -> Gait:
+    if isinstance(given, Gait):
+        if vehicle is not None or coefficients is not None:
+            raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
+        return given
+    if given != HOVER:
+        raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
+    one = PAPER if vehicle is None else vehicle
+    return Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=one, coefficients=coefficients_of(one, coefficients))
+
+
+def _hover(like: Gait) -> Gait:
+    """Return hover, for what a gait is for."""
+    return replace(like, alpha=np.zeros((1, 4)), colors=("red",))
+
+
+def _refusal(first: Gait, last: Gait) -> Transition | None:
+    """Return why there is certainly no way between two gaits, or None."""
+
+    def refused(reason: str, proof: dict[str, Any] | None = None) -> Transition:
+        return Transition(there_and_back=None, reason=reason, proof=proof)
+
+    reports = [gait.check() for gait in (first, last)]
+    for name, report in zip(("start", "end"), reports, strict=True):
+        if not report.valid:
+            return refused(f"the {name} is not valid: {report.reason}")
+    values = [float(gait.R[np.argmax(np.abs(gait.R))]) for gait in (first, last)]
+    proof = None
+    if values[0] * values[1] < 0:
+        proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
+    decided = all(report["R_sign"].decided for report in reports)
+    if proof is not None and decided:
+        where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
+        advice = "use the same sign of R, or start the flight in the gait"
+        return refused(f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof)
+    if first.color != last.color:
+        meeting = "the sheets meet in four points only, all with R = 0"
+        blue = "in exact physics all of blue is singular: use red"
+        return refused(f"from {first.color} to {last.color}: {meeting}; {blue}", proof)
+    if proof is not None:
+        return refused("the signs of R differ, as far as rounded coefficients have signs: use red", proof)
+    return None
+
+
+_STATEMENT = (
+    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R for "
+    "|φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
+)
+
+
+def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
+    """Return a straightened way and the corners that it joins, or the reason why there is none."""
+    sign: Sign = "positive" if first.R[np.argmax(np.abs(first.R))] > 0 else "negative"
+    chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
+    points = np.vstack([first.alpha[chosen[0], :2], last.alpha[chosen[1], :2]])
+    graph = surface_graph(
+        sign,
+        divisions,
+        vehicle=first.vehicle,
+        coefficients=first.coefficients,
+        waypoints=points,
+        floor=floor,
+    )
+    color = first.colors[0]
+    ends = [
+        {node: int(corner) for corner in corners for node in _above(graph, gait.alpha[corner], color)}
+        for gait, corners in ((first, chosen[0]), (last, chosen[1]))
+    ]
+    for use in _USES:
+        nodes = _shortest(graph, ends[0], ends[1], use)
+        if nodes is not None:
+            return _straightened(graph, nodes, first, sign, floor, use), (ends[0][nodes[0]], ends[1][nodes[-1]])
+    wall = None
+    if color == "red":
+        wall = separating_factor(
+            first.alpha[chosen[0][0], :2].tolist(), last.alpha[chosen[1][0], :2].tolist(), first.vehicle
+        )
+    if wall is None:
+        return f"no way on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
+    return f"both ends are on the {color} sheet, separated by {wall}, where R = 0: use gaits in one component"
+
+
+def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the indices of the corners nearest to any other, at most 16, in order."""
+    if len(corners) <= _MOST_CORNERS:
+        return np.arange(len(corners))
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(others[:, :2]).query(corners[:, :2])
+    return np.sort(np.argsort(distance, kind="stable")[:_MOST_CORNERS])
+
+
+def _above(graph: nx.Graph[Any], alpha: FloatArray, color: str) -> list[Any]:
+    """Return the node at a point of a sheet."""
+    return [
+        name
+        for name, data in graph.nodes(data=True)
+        if data["color"] == color
+        and max(abs(data[f"alpha{k + 1}"] - alpha[k]) for k in range(4)) <= max(WAYPOINT_SNAP, 2e-3)
+        and max(abs(data[f"alpha{k + 1}"] - alpha[k]) for k in range(2)) <= WAYPOINT_SNAP
+    ]
+
+
+def _shortest(graph: nx.Graph[Any], sources: dict[Any, int], targets: dict[Any, int], use: Use) -> list[Any] | None:
+    """Return the shortest usable path from any source to any target."""
+    import networkx as nx
+
+    if not sources or not targets:
+        return None
+    allowed = allowed_edges(use)
+    found: Any = nx.multi_source_dijkstra(
+        graph, list(sources), weight=lambda a, b, edge: edge["length"] if allowed(edge) else None
+    )
+    lengths, paths = found
+    reached = [node for node in targets if node in lengths]
+    return list(paths[min(reached, key=lambda node: lengths[node])]) if reached else None
+
+
+def _straightened(
+    graph: nx.Graph[Any], nodes: Sequence[Any], gait: Gait, sign: Sign, floor: float, use: str
+) -> FloatArray:
+    """Return the shortest polyline over some of a path's nodes whose segments hold what its edges hold."""
+    import networkx as nx
+
+    alpha = np.array([[graph.nodes[node][f"alpha{k}"] for k in range(1, 5)] for node in nodes])
+    if len(alpha) < 3:
+        return alpha if len(alpha) > 1 else np.vstack([alpha, alpha])
+    pairs = np.array([(a, b) for a in range(len(alpha)) for b in range(a + 1, len(alpha))])
+    red = np.array([graph.nodes[node]["color"] == "red" for node in nodes])
+    wanted = 1.0 if sign == "positive" else -1.0
+    held = edge_quantities(alpha, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
+    holds = held["flyable"] if use == "flyable" else (held["jump"] == 0) & held["keeps_sign"]
+    joined = pairs[holds]
+    ways: nx.DiGraph[int] = nx.DiGraph()
+    ways.add_weighted_edges_from(
+        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2]))) for a, b in joined.tolist()
+    )
+    return np.asarray(alpha[nx.dijkstra_path(ways, 0, len(alpha) - 1)])
+
+
+def _needed(gait: Gait, law: str) -> float:
+    """Return one second, or how long one way takes within the vehicle's limits if that is more."""
+    timed = parametrize(gait, 2.0, law=law)
+    vehicle = gait.vehicle
+    needed = [1.0]
+    if vehicle.max_tilt_rate is not None:
+        needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
+    if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):
+        needed.append(math.sqrt(peak / vehicle.max_tilt_acceleration))
+    return math.ceil(max(needed) * 1000) / 1000
