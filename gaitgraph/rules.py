@@ -371,10 +371,9 @@ class LevelSign(Rule):
     def __init__(self, setting: Setting, continuous: Continuous) -> None:
         super().__init__(setting)
         self.continuous = continuous
-        self.worst = _Worst()
-        self.side = 0.0  # the sign whose least is bracketed: that of the largest |R| of the first stretch
+        # Which sign R has is known at the end: that of the largest |R| at a point.
+        self.worst = {1.0: _Worst(), -1.0: _Worst()}
         self.largest = 0.0
-        self.extreme: dict[float, tuple[float, Place | None]] = {1.0: (math.inf, None), -1.0: (math.inf, None)}
         self.digits, self.slope = 0.0, 0.0
         self.blue = False
 
@@ -385,26 +384,21 @@ class LevelSign(Rule):
         value = np.asarray(level_determinant(alpha, coefficients))
         peak = float(value[np.argmax(np.abs(value))])
         self.largest = peak if abs(peak) > abs(self.largest) else self.largest
-        self.side = self.side or (1.0 if peak >= 0 else -1.0)
-        for sign, (least, _) in self.extreme.items():
-            point = int(np.argmin(sign * value))
-            if sign * value[point] < least:
-                self.extreme[sign] = (float(sign * value[point]), stretch.place(point))
         self.digits = max(self.digits, float(np.max(level_determinant_resolution(alpha, coefficients))))
         self.slope = max(self.slope, float(level_determinant_slopes(alpha, coefficients).sum(axis=1).max()))
-        toward = self.side * value
-        found = least_level_determinant(
-            stretch.starts,
-            stretch.ends,
-            coefficients,
-            sign=self.side,
-            known=self.worst.upper,
-            at_ends=(toward[:-1], toward[1:]),
-        )
         resolution = self.resolution()
-        if found.lower.min() <= resolution < min(found.upper.min(), self.worst.upper):
-            found = _settled(found, stretch, coefficients, self.side, resolution)
-        self.worst.take(found, stretch)
+        for sign, worst in self.worst.items():
+            found = least_level_determinant(
+                stretch.starts,
+                stretch.ends,
+                coefficients,
+                sign=sign,
+                known=worst.upper,
+                at_ends=(sign * value[:-1], sign * value[1:]),
+            )
+            if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
+                found = _settled(found, stretch, coefficients, sign, resolution)
+            worst.take(found, stretch)
 
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
@@ -419,10 +413,8 @@ class LevelSign(Rule):
     def checks(self) -> list[Check]:
         """Return the check `R_sign`."""
         sign = 1.0 if self.largest >= 0 else -1.0
-        lower, upper, place = self.worst.lower, self.worst.upper, self.worst.place
-        if sign != self.side:
-            lower, (upper, place) = -math.inf, self.extreme[sign]
-        resolution = self.resolution()
+        worst, resolution = self.worst[sign], self.resolution()
+        lower, upper, place = worst.lower, worst.upper, worst.place
         kind = self.setting.coefficients.kind
         ok, decided = True, True
         if self.blue and kind == "exact":

@@ -1,0 +1,534 @@
+"""Judging tables: the same as judging gaits, whatever the pieces, with the row and the time of what is wrong."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import tracemalloc
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph import files, reading
+from gaitgraph.gait import Gait, lift
+from gaitgraph.invertibility import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
+from gaitgraph.reading import read_pieces, read_table
+from gaitgraph.tables import Table
+from gaitgraph.validation import MOST_LISTED_ROWS, validate
+from tests.published import GAITS, PublishedGait
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.reports import Report
+
+G1, G2, G3, G4 = GAITS
+NAMES = ("alpha1", "alpha2", "alpha3", "alpha4")
+
+
+def value_of(report: Report, name: str) -> float:
+    value = report[name].value
+    assert value is not None
+    return value
+
+
+def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
+    alpha = np.asarray(alpha, dtype=float)
+    found: dict[str, Any] = {} if t is None else {"t": np.asarray(t, dtype=float)}
+    return Table(columns=found | {name: alpha[:, k] for k, name in enumerate(NAMES)} | columns)
+
+
+def part_of(table: Table, start: int, end: int) -> Table:
+    return Table(columns={name: values[start:end] for name, values in table.columns.items()}, about=table.about)
+
+
+def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
+    ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
+    pieces = [part_of(table, a, b) for a, b in itertools.pairwise(ends)]
+    monkeypatch.setattr("gaitgraph.validation.read_pieces", lambda path, progress=None: iter(pieces))
+    return validate("in pieces.csv", **limits)
+
+
+def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
+    timed = lift(gait.angles, gait.color).parametrize(samples=samples, **options)
+    return Table(columns=timed.columns())
+
+
+@pytest.mark.parametrize("samples", [4, 37, 100])
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+def test_the_four_gaits_as_tables(gait: PublishedGait, samples: int) -> None:
+    report = validate(sampled(gait, samples))
+    assert report.valid
+    assert report.flyable is gait.flyable
+    assert report.reachable_from_hover is gait.reachable
+    assert report["R_sign"].decided is (gait.color == "red")
+    assert report.listing is not None
+    assert report.listing.count == {1: 1, 2: 2, 3: 2, 4: 1}[gait.number]
+    assert report.rows == samples + 1
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+@pytest.mark.parametrize("painted", [True, False])
+def test_printed_digits_are_still_judged_rightly(gait: PublishedGait, painted: bool) -> None:
+    """Three decimals, with the colors told, and found from where the rows lie."""
+    rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
+    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if painted else {})))
+    assert report.valid
+    assert report.flyable is gait.flyable
+    assert report["R_sign"].decided is (gait.color == "red")
+    assert gait.color in report["two_color"].message
+
+
+angle = st.floats(-1.5, 1.5)
+near_sheet = st.sampled_from([0.0, 1e-4, 3e-3, 0.2])
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> Table:
+    """Rows on red, on blue, beside them, or anywhere; in turns; with or without times and colors."""
+    coefficients = coefficients_of(kind="exact")
+    n = draw(st.integers(1, 9))
+    rows, colors = [], []
+    color = draw(st.sampled_from(["red", "blue"]))
+    for _ in range(n):
+        if draw(st.integers(0, 5)) == 0:
+            color = draw(st.sampled_from(["red", "blue"]))
+        row = lift([(draw(angle), draw(angle))], color, coefficients=coefficients).alpha[0].copy()
+        row[2] += draw(near_sheet)
+        rows.append(row)
+        colors.append(color)
+    if draw(st.booleans()):
+        rows.append(rows[0])
+        colors.append(colors[0])
+    t = np.cumsum(draw(st.lists(st.floats(1e-3, 2), min_size=len(rows), max_size=len(rows))))
+    extra: dict[str, Any] = {"color": tuple(colors)} if draw(st.booleans()) else {}
+    return table_from(rows, t=t if draw(st.booleans()) else None, **extra)
+
+
+def verdicts(report: Report) -> list[Any]:
+    return [(check.name, check.ok, check.decided) for check in report.checks]
+
+
+@settings(deadline=None, max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
+def test_where_a_table_is_cut_makes_no_difference(
+    monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
+) -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3)
+    whole = validate(table, vehicle=vehicle)
+    pieces = judged_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
+    assert verdicts(whole) == verdicts(pieces)
+    for one, other in zip(whole.checks, pieces.checks, strict=True):
+        assert (one.value is None) == (other.value is None)
+        if one.value is not None:
+            assert one.value == pytest.approx(other.value, rel=1e-3, abs=2e-4)
+    assert whole.listing == pieces.listing
+    assert whole.reachable_from_hover == pieces.reachable_from_hover
+
+
+@settings(deadline=None, max_examples=100)
+@given(table=tables())
+def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
+    if "color" not in table:
+        return
+    for kind in ("exact", "published"):
+        gait = Gait(alpha=table.alpha, colors=table["color"], coefficients=coefficients_of(kind=kind))
+        mine = validate(table, coefficients=kind)
+        theirs = gait.check()
+        for check in theirs.checks:
+            assert (mine[check.name].ok, mine[check.name].decided) == (check.ok, check.decided), check.name
+        assert mine.reachable_from_hover == theirs.reachable_from_hover
+
+
+@settings(deadline=None, max_examples=60)
+@given(table=tables())
+def test_what_is_reported_holds_between_the_rows(table: Table) -> None:
+    """Against dense sampling of the closed polyline, with formulas of their own."""
+    exact = coefficients_of(kind="exact")
+    report = validate(table, coefficients="exact")
+    rows = table.alpha
+    s = np.linspace(0, 1, 257)[:, None, None]
+    along = (rows + s * (np.roll(rows, -1, axis=0) - rows)).reshape(-1, 4)
+    sigma = np.asarray(least_singular_value(along)).min()
+    assert value_of(report, "least_singular_value") <= sigma + 1e-3
+    assert report["least_singular_value"].ok is bool(sigma >= 0.05) or abs(sigma - 0.05) < 2e-3
+    residual = np.maximum(np.abs(roll_sensitivity(along, exact)), np.abs(pitch_sensitivity(along, exact))).max()
+    assert value_of(report, "on_surface") >= residual - 1e-9
+    assert value_of(report, "on_surface") <= residual + 0.02 * max(1.0, residual)
+    R = np.asarray(level_determinant(along, exact))
+    if R.min() < -1e-2 and R.max() > 1e-2:
+        assert not report["R_sign"].ok or (report["R_sign"].limit or 0.0) > 1e-2
+    if report["R_sign"].ok and report["R_sign"].decided:
+        assert R.min() * R.max() > 0
+    if report["hover_thrust"].ok:
+        assert hover_thrust_shares(along).min() > 0
+
+
+def test_the_row_and_the_time_of_what_is_wrong() -> None:
+    table = sampled(G3, 100, law="constant-speed")
+    alpha = table.alpha
+    colors = list(table["color"])
+    colors[30] = "blue"
+    report = validate(table_from(alpha, t=table["t"], color=tuple(colors)))
+    assert not report.two_color
+    assert "rows 30 (+,+) and 31 (-,-) may not be neighbours (Figure 15)" in report["two_color"].message
+    assert report["two_color"].where == {
+        "row": 30,
+        "t": pytest.approx(0.29),
+        "fraction": 0.0,
+        "alpha": alpha[29].tolist(),
+    }
+    all_blue = validate(table_from(alpha, color=("blue",) * len(alpha)))
+    assert all_blue.two_color
+    assert not all_blue["continuous"].ok
+    bent = alpha.copy()
+    bent[57, 2] += 0.1
+    report = validate(table_from(bent, t=table["t"]))
+    assert not report
+    for name in ("on_surface", "two_color", "continuous"):
+        assert not report[name].ok
+        where = report[name].where
+        assert where is not None
+        assert where["row"] == 58
+        assert where["t"] == pytest.approx(0.57)
+    assert "row 58 lies off the surfaces" in report["two_color"].message
+    assert "row 58 (t = 0.57 s)" in report["on_surface"].message
+
+
+def test_rows_painted_as_the_other_sheet_are_told() -> None:
+    """A single row has no segment that could leave its sheet: the point itself must lie on it."""
+    red = lift([(0.9, -0.9)], "red").alpha
+    report = validate(table_from(red, color=("blue",)))
+    assert not report["continuous"].ok
+    assert "row 1 is painted blue but lies off that sheet, on the red one" in report["continuous"].message
+    assert validate(table_from(red, color=("red",))).valid
+
+
+def test_a_change_of_the_sign_of_R_between_rows_is_found() -> None:
+    """Both rows have R > 0, the straight way between them crosses the saddle of R."""
+    rows = lift([(-1.2, 1.2), (1.35, 1.2), (-1.5, -1.0)], "red").alpha
+    exact = coefficients_of(kind="exact")
+    s = np.linspace(0, 1, 4001)[:, None, None]
+    R = level_determinant(rows + s * (np.roll(rows, -1, axis=0) - rows), exact)
+    report = validate(table_from(rows, t=[0, 1, 2]), coefficients="exact")
+    check = report["R_sign"]
+    assert not check.ok
+    at_rows = level_determinant(rows, exact)
+    largest = at_rows[np.argmax(np.abs(at_rows))]
+    assert check.value == pytest.approx(R.min() if largest > 0 else R.max(), abs=1e-3)
+    assert (check.value or 0.0) * largest < 0
+    assert check.where is not None
+    assert 0 < check.where["fraction"] < 1
+    at = check.where["row"] - 1 + check.where["fraction"]
+    assert check.where["t"] == pytest.approx(at)
+
+
+@pytest.mark.parametrize("open_", [True, False])
+def test_closing(open_: bool) -> None:
+    table = sampled(G3, 40, law="constant-speed")
+    report = validate(part_of(table, 0, 40) if open_ else table)
+    assert report.valid
+    assert report.flyable
+    step = np.abs(np.diff(table.alpha, axis=0)).max()
+    assert report["closed"].value == pytest.approx(step if open_ else 0.0)
+    assert ("closed by a straight segment" in report["closed"].message) is open_
+    assert report.notes == ()
+
+
+def test_a_table_whose_end_is_missing_is_told() -> None:
+    """Half a loop of Gait 3 is closed by a long straight segment: it is checked, and looks suspicious."""
+    report = validate(part_of(sampled(G3, 40, law="constant-speed"), 0, 20))
+    assert report.valid
+    assert "is the end of the table missing?" in report.warnings[0]
+    assert report["closed"].value == pytest.approx(np.pi / 4, abs=0.1)
+
+
+def test_the_closing_segment_is_checked_like_any_other() -> None:
+    """R > 0 on every row and between them, R < 0 on the way back."""
+    away = [(-1.2 + 2.55 * s, 1.2) for s in np.linspace(0, 1, 60)] + [
+        (1.35, 1.2 - 0.0 * s) for s in np.linspace(0, 1, 2)
+    ]
+    rows = lift([*away, (-1.5, -1.0)], "red").alpha
+    report = validate(table_from(rows))
+    check = report["R_sign"]
+    assert check.where is not None
+    crossing = check.where["row"] if not check.ok else None
+    exact = coefficients_of(kind="exact")
+    s = np.linspace(0, 1, 2001)[:, None]
+    back = level_determinant(rows[-1] + s * (rows[0] - rows[-1]), exact)
+    ahead = level_determinant(rows[:-1] + s[:, None] * (rows[1:] - rows[:-1]), exact)
+    if ahead.min() > 0 > back.min():
+        assert crossing == len(rows)
+    assert check.ok is bool(min(ahead.min(), back.min()) > 0)
+
+
+def test_a_single_row_is_a_gait() -> None:
+    report = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
+    assert report.flyable is lift([(0.4, -0.4)], "red").check().flyable
+    assert report["closed"].message == "a single row is a gait that is a point"
+    assert report["tilt_rate"].value == 0
+
+
+class TestClock:
+    """Rates and accelerations of rows with times."""
+
+    def table(self, n: int = 400, **columns: Any) -> Table:
+        t = np.linspace(0, 2, n + 1)
+        swing = 0.2 * np.cos(np.pi * t)
+        alpha = np.column_stack([0.9 + swing, -0.9 - swing, 0.9 + swing, -0.9 - swing])
+        return table_from(alpha, t=t, **columns)
+
+    def test_against_the_motion_itself(self) -> None:
+        """A cosine of amplitude 0.2 and period 2 s: peaks 0.2π rad/s and 0.2π² rad/s², from below."""
+        vehicle = gg.PAPER.replace(max_tilt_rate=1.0, max_tilt_acceleration=3.0)
+        report = validate(self.table(), vehicle=vehicle)
+        for name, peak in (("tilt_rate", 0.2 * np.pi), ("tilt_acceleration", 0.2 * np.pi**2)):
+            assert report[name].ok
+            assert 0.999 * peak <= value_of(report, name) <= peak * (1 + 1e-9)
+
+    @pytest.mark.parametrize("cut", [1, 2, 3, 150, 400])
+    def test_the_seam_is_seen(self, cut: int) -> None:
+        """A kick of one row has the same peaks wherever the table begins."""
+        table = self.table(120)
+        alpha = table.alpha[:-1].copy()
+        alpha[7] += 0.01
+        values = []
+        for shift in (0, cut):
+            turned = np.roll(alpha, shift, axis=0)
+            closed = table_from(np.vstack([turned, turned[:1]]), t=table["t"])
+            open_ = table_from(turned, t=table["t"][:-1])
+            for one in (closed, open_):
+                report = validate(one, vehicle=gg.PAPER.replace(max_tilt_acceleration=1.0))
+                assert not report["tilt_acceleration"].ok
+                values.append((value_of(report, "tilt_rate"), value_of(report, "tilt_acceleration")))
+        np.testing.assert_allclose(values, np.broadcast_to(values[0], (4, 2)), rtol=1e-6)
+
+    def test_limits_that_are_broken_say_what_would_do(self) -> None:
+        vehicle = gg.PAPER.replace(max_tilt_rate=0.1 * np.pi, max_tilt_acceleration=0.05 * np.pi**2)
+        report = validate(self.table(), vehicle=vehicle)
+        assert report.valid
+        assert not report.flyable
+        assert "at least 4 s instead of 2 s" in report["tilt_rate"].message
+        assert "at least 4 s instead of 2 s" in report["tilt_acceleration"].message
+        slower = self.table()
+        slower.columns["t"] = slower["t"] * 2.0001
+        again = validate(slower, vehicle=vehicle)
+        assert again["tilt_rate"].ok
+        assert again["tilt_acceleration"].ok
+
+    def test_stated_rates_count_if_they_are_larger(self) -> None:
+        stated: dict[str, Any] = {f"{name}_rate": np.full(401, 0.0) for name in NAMES}
+        stated["alpha2_rate"] = np.where(np.arange(401) == 200, 5.0, 0.0)
+        report = validate(self.table(**stated))
+        assert report["tilt_rate"].value == 5.0
+        assert report["tilt_rate"].where is not None
+        assert report["tilt_rate"].where["row"] == 201
+        assert any("the stated rates do not fit the rows" in warning for warning in report.warnings)
+
+    def test_our_own_rates_fit(self) -> None:
+        report = validate(sampled(G3, 200))
+        assert report.warnings == ()
+        peak = lift(G3.angles, "red").parametrize().peak_rates().max()
+        assert report["tilt_rate"].value == pytest.approx(peak, rel=2e-3)
+
+
+def test_stated_types_and_R_that_disagree_are_told() -> None:
+    table = sampled(G4, 50)
+    types = list(table["types"])
+    types[9] = "(-,?)"
+    R = table["R"].copy()
+    R[20] = 1.0
+    report = validate(Table(columns={**table.columns, "types": tuple(types), "R": R}))
+    assert report.valid
+    assert "row 10 states the types (-,?), but it is red" in report.warnings[0]
+    assert "row 21 states R = 1, computed is" in report.warnings[1]
+
+
+def test_two_angles_and_a_color_are_lifted(tmp_path: Path) -> None:
+    path = tmp_path / "lifted.csv"
+    rows = "\n".join(f"{a},{b},blue" for a, b in G1.angles)
+    path.write_text(f"alpha1,alpha2,color\n{rows}\n")
+    report = gg.validate(path)
+    assert report.valid
+    assert not report.flyable
+    assert gg.validate(str(path), coefficients="exact").valid is False
+
+
+def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None:
+    """At (δ, −δ) red and blue agree; a loop on either sheet through it has one color."""
+    exact = coefficients_of(kind="exact")
+    meeting = (exact.delta, -exact.delta)
+    for color in ("red", "blue"):
+        for turn in range(3):
+            points = np.roll([meeting, (0.5, -0.6), (0.6, -0.3)], turn, axis=0)
+            report = validate(table_from(lift(points, color, coefficients=exact).alpha), coefficients="exact")
+            assert f"({color})" in report["two_color"].message
+
+
+class TestFiles:
+    """Files are read in pieces; what is said does not depend on where they end."""
+
+    @pytest.fixture(params=[60, 200, 1 << 22], autouse=True)
+    def blocks(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(files, "_BLOCK", request.param)
+
+    @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+    def test_the_same_table_comes_back(self, tmp_path: Path, end: str) -> None:
+        path = tmp_path / "gait.csv"
+        lift(G3.angles, "red").parametrize(samples=30).write(path)
+        whole = read_table(path)
+        changed = tmp_path / "changed.csv"
+        changed.write_bytes(b"\xef\xbb\xbf" + path.read_text().replace("\n", end).encode())
+        again = read_table(changed)
+        for name, values in whole.columns.items():
+            assert np.array_equal(values, again[name]), name
+        assert sum(len(piece) for piece in read_pieces(changed)) == 31
+
+    def test_rows_and_lines_are_counted_through(self, tmp_path: Path) -> None:
+        path = tmp_path / "gait.csv"
+        lines = ["", "alpha1,alpha2,alpha3,alpha4", ""] + ["0.4,-0.4,0.4,-0.4"] * 40
+        for text, message in (
+            ("0.4,-0.4,x,-0.4", r"row 21: alpha3 is 'x'; allowed is a finite number"),
+            ("0.4,-0.4,0.4", r"line 24 has 3 fields; allowed are 4, as in the header"),
+            ("0.4,1.6,0.4,0.1", r"row 21: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
+            ('0.4,"0.4,0.4,0.1', r"line .*allowed is comma-separated text"),
+        ):
+            path.write_text("\n".join([*lines[:23], text, *lines[24:]]))
+            with pytest.raises(gg.InputError, match=message):
+                gg.validate(path)
+
+    def test_times_that_do_not_increase_across_pieces(self, tmp_path: Path) -> None:
+        path = tmp_path / "gait.csv"
+        times = [*range(20), 19, *range(21, 30)]
+        path.write_text("t,alpha1,alpha2,alpha3,alpha4\n" + "".join(f"{t},0.4,-0.4,0.4,-0.4\n" for t in times))
+        with pytest.raises(gg.InputError, match=r"row 21: t = 19.0 does not increase"):
+            gg.validate(path)
+
+
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    rows=st.lists(
+        st.lists(
+            st.one_of(
+                st.floats(-2, 2).map(repr),
+                st.sampled_from(["", " 0.1 ", '"0.1"', "1_0", "nan", "1e-400", "-inf", "0x1p-3", "１", "#", "1e5"]),
+            ),
+            min_size=3,
+            max_size=5,
+        ),
+        max_size=4,
+    )
+)
+def test_the_fast_and_the_careful_reader_agree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: list[list[str]]
+) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text("alpha1,alpha2,alpha3,alpha4\n" + "\n".join(map(",".join, rows)) + "\n")
+
+    def read() -> Any:
+        try:
+            return read_table(path).alpha.tolist()
+        except gg.InputError as error:
+            return str(error)
+
+    fast = read()
+    with monkeypatch.context() as careful:
+        careful.setattr(reading, "_numeric", lambda lines, header: None)
+        assert read() == fast
+
+
+def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
+    """Judging four times as many rows takes no more memory."""
+    timed = lift(G2.angles, "blue").parametrize(law="constant-speed", samples=50_000)
+    lines = "".join(",".join(map(repr, row)) + "\n" for row in np.column_stack([timed.t, timed.alpha])[:-1].tolist())
+    peaks = []
+    for times in (2, 8):
+        path = tmp_path / f"long{times}.csv"
+        with path.open("w") as stream:
+            stream.write("time,alpha1,alpha2,alpha3,alpha4\n")
+            for _ in range(times):
+                stream.write(lines)
+        seen: list[float] = []
+        tracemalloc.start()
+        report = validate(path, progress=seen.append)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert report.rows == times * 50_000
+        assert report.valid
+        assert seen == sorted(seen)
+        assert seen[-1] == 1.0
+    assert peaks[1] < 1.2 * peaks[0]
+    assert peaks[1] < 150e6
+
+
+def test_long_tables_are_counted_and_not_listed() -> None:
+    rows = np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))
+    report = validate(table_from(rows))
+    assert report.listing is not None
+    assert report.listing.count == 2
+    assert report.listing.first == ()
+    assert "2 with R < 0, all red or all blue" in str(report)
+
+
+def test_reports_of_tables_serialise() -> None:
+    plain = json.loads(json.dumps(validate(sampled(G1)).as_mapping(), allow_nan=False))
+    assert {"valid", "two_color", "flyable", "reachable_from_hover", "checks", "colorings", "colorings_count"} <= set(
+        plain
+    )
+    assert plain["colorings"] == [["blue"] * 64]
+    assert plain["colorings_count"] == 1
+    assert plain["coloring_signs"] == ["negative"]
+    assert plain["coloring_obstacles"]["positive"]["kind"] == "point"
+    assert plain["rows"] == 65
+    for check in plain["checks"]:
+        assert {"name", "ok", "value", "limit", "where", "message"} <= set(check)
+        if check["where"] is not None:
+            assert {"row", "t", "alpha"} <= set(check["where"])
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"tolerance": -1}, "tolerance: -1; allowed is a finite number ≥ 0"),
+        ({"floor": math.nan}, "floor: nan; allowed"),
+        ({"crossing_tolerance": -0.1}, "crossing_tolerance: -0.1; allowed"),
+        ({"coefficients": "rough"}, "coefficients: 'rough'; allowed"),
+    ],
+)
+def test_limits_are_checked(limits: dict[str, Any], message: str) -> None:
+    with pytest.raises(gg.InputError, match=message):
+        validate(sampled(G3, 4), **limits)
+
+
+def test_what_is_no_gait_is_refused() -> None:
+    with pytest.raises(gg.InputError, match="gait: 3; allowed is a gait, a timed gait, a table or a file's path"):
+        validate(3)  # type: ignore[arg-type]
+    with pytest.raises(gg.InputError, match="vehicle: .* allowed is none beside a gait"):
+        validate(lift(G3.angles, "red"), vehicle=gg.PAPER)
+
+
+def test_a_gait_outside_the_square_has_no_colourings() -> None:
+    assert validate(Gait(alpha=[[math.pi] * 4], colors=("red",))).listing is None  # type: ignore[arg-type]
+
+
+def test_tolerance_decides_what_a_noisy_table_is() -> None:
+    rng = np.random.default_rng(5)
+    table = sampled(G3, 60)
+    noisy = table_from(table.alpha[:-1] + rng.normal(0, 2e-3, (60, 4)))
+    assert not validate(noisy).valid
+    report = validate(noisy, tolerance=0.05)
+    assert report.valid
+    assert report.flyable
+    assert 2e-3 < value_of(report, "on_surface") < 0.05
