@@ -8,9 +8,10 @@ The names below are loaded when they are first used, so that importing the packa
     gait = plan.gait
     gait.parametrize(period=1.0).write("gait3.csv")
 
-The modules, each of which imports only from those before it, tell the method in order: errors, angles, files, vehicle,
-invertibility, surface, coloring, regions, segments, gait, checks, timing, graph, contract, search, requests, summary,
-plans, planning, validation, tables, exchange, cli.
+The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
+vehicle, invertibility, surface, coloring, colorings, regions, segments, gait, reports, rules, checks, timing, graph,
+contract, search, requests, summary, plans, planning, ways, enumeration, cycles, simplecycles, catalog, tables,
+reading, validation, exchange, transitions, cli.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from gaitgraph.coloring import types_may_be_adjacent
     from gaitgraph.colorings import Coloring, ColoringObstacle, Colorings, colorings
     from gaitgraph.contract import validate_graph
+    from gaitgraph.cycles import Cycle, Cycles, cycles
     from gaitgraph.errors import (
         ContractError,
         FileProblem,
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from gaitgraph.reading import read_table
     from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
+    from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.timing import TimedGait, parametrize
     from gaitgraph.transitions import Transition, transition
@@ -67,6 +70,7 @@ _HOMES = {
     "coloring": ("types_may_be_adjacent",),
     "colorings": ("Coloring", "ColoringObstacle", "Colorings", "colorings"),
     "contract": ("validate_graph",),
+    "cycles": ("Cycle", "Cycles", "cycles"),
     "exchange": ("gait_of",),
     "errors": (
         "ContractError",
@@ -97,6 +101,7 @@ _HOMES = {
     "plans": ("Plan",),
     "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
+    "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "reading": ("read_table",),
     "timing": ("TimedGait", "parametrize"),
@@ -114,16 +119,20 @@ __all__ = [
     "ColoringObstacle",
     "Colorings",
     "ContractError",
+    "Cycle",
+    "Cycles",
     "FileProblem",
     "Gait",
     "GaitgraphError",
     "Infeasible",
     "InputError",
     "MissingConstant",
+    "NoCycle",
     "OutputExists",
     "Plan",
     "PlanRequest",
     "Report",
+    "SimpleCycle",
     "TimedGait",
     "Transition",
     "Vehicle",
@@ -133,6 +142,7 @@ __all__ = [
     "colorings",
     "control_force_matrix",
     "control_moment_matrix",
+    "cycles",
     "decoupling_matrix",
     "determinant",
     "gait_of",
@@ -149,6 +159,7 @@ __all__ = [
     "root_arrays",
     "roots",
     "sheet_grid",
+    "simple_cycle",
     "surface_graph",
     "transition",
     "types_may_be_adjacent",

@@ -277,6 +277,94 @@ def colorings_command(
     return 0 if found else 1
 
 
+@cli.command(name="cycles", short_help="Closed cycles of the graph, shortest first.")
+@click.argument("request_file", metavar="[REQUEST.toml]", required=False)
+@click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="Only through these; repeat in order.")
+@click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
+@click.option("--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.')
+@click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")
+@click.option("--max-length", type=float, metavar="RAD", help="No longer ones, in the (α1, α2) plane.")
+@click.option("--limit", type=click.IntRange(min=1), default=20, metavar="N", help="So many.  [default: 20]")
+@click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
+@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@click.option(
+    "--require",
+    type=click.Choice(["flyable", "valid", "two_color"]),
+    default="valid",
+    help="Which edges of the graph count.  [default: valid]",
+)
+@click.option(
+    "--effort", type=click.IntRange(min=1), metavar="STEPS", help="Give up then, telling the bound.  [default: none]"
+)
+@_setting
+@_json_option
+def cycles_command(
+    request_file: str | None,
+    waypoints: Sequence[str],
+    max_length: float | None,
+    limit: int,
+    require: Any,
+    effort: int | None,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
+
+    They are found one by one and printed at once, as text or as one JSON object a line; interrupt as you like. With
+    waypoints, from options or a request file, only cycles that pass them. The exit code is 1 if there is none.
+    """
+    from itertools import islice
+
+    from gaitgraph.catalog import catalog
+    from gaitgraph.requests import PlanRequest, read_request, request_from_mapping
+
+    asked = {name: value for name, value in options.items() if value not in (None, False, ())}
+    for name in ("keep_in", "keep_out"):
+        if name in asked:
+            asked[name] = [_polygon(text, name) for text in asked[name]]
+    if waypoints:
+        asked["waypoints"] = [_waypoint(text, number) for number, text in enumerate(waypoints, start=1)]
+    through = bool(waypoints) or request_file is not None
+    if request_file is not None:
+        request: PlanRequest = read_request(request_file, asked)[0]
+    else:
+        # Without waypoints the whole region counts; a request has at least one, which then plays no part.
+        request = request_from_mapping({"waypoints": [(0.0, 0.0)], **asked})[0]
+    found = catalog(request, through=through, max_length=max_length, use=require, effort=effort, progress=_progress())
+    for cycle in islice(found, limit):
+        if as_json:
+            _print_json(cycle.as_mapping())
+        else:
+            click.echo(str(cycle))
+    if found.found:
+        click.echo(found.told(), err=True)
+        return 0
+    best, bound, reason = found.best(effort=effort or 1_000_000)
+    if best is not None:
+        exact = best.length <= bound
+        if as_json:
+            _print_json({**best.as_mapping(), "exact": exact, "bound": bound})
+        else:
+            click.echo(str(best))
+        proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
+        click.echo(f"the best one found, {proof}", err=True)
+        return 0
+    if as_json:
+        _print_json({"status": "none", "reason": reason})
+    else:
+        click.echo(f"No cycle: {reason}")
+    return 1
+
+
+def _polygon(text: str, name: str) -> list[list[str]]:
+    corners = [corner.split(",") for corner in text.split()]
+    if any(len(corner) != 2 for corner in corners):
+        flag = "--" + name.replace("_", "-")
+        raise InputError(f"{flag}: {text!r}; allowed is 'A1,A2 A1,A2 A1,A2 …'")
+    return corners
+
+
 @cli.command(name="transition", short_help="A way from hover to a gait, back, or from gait to gait.")
 @click.argument("start", metavar="FROM")
 @click.argument("end", metavar="TO")

@@ -58,7 +58,7 @@ from gaitgraph.surface import COLORS, checked_plane_angles, root_arrays, sheet_g
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from gaitgraph.regions import Zones
 
@@ -66,6 +66,7 @@ __all__ = [
     "CONTRACT",
     "SurfaceArrays",
     "grid_axis",
+    "nodes_above",
     "surface_arrays",
     "surface_graph",
     "vehicle_and_coefficients",
@@ -392,6 +393,17 @@ def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays) -> None:
         )
         for (a, b), length, jump, keeps, singular, flies in zip(*columns, strict=True)
     )
+
+
+def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> list[list[Any]]:
+    """Return the nodes above each waypoint (α1, α2), to within 1e-9 rad."""
+    nodes = list(graph.nodes)
+    plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
+    out = []
+    for point in waypoints:
+        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= WAYPOINT_SNAP)[0]
+        out.append([nodes[k] for k in near])
+    return out
 
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:

@@ -15,17 +15,17 @@ import numpy as np
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
-from gaitgraph.graph import WAYPOINT_SNAP, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph import WAYPOINT_SNAP, nodes_above, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import Coefficients, coefficients_of, noise_of
 from gaitgraph.plans import Loop, Obstacle, Plan
 from gaitgraph.regions import separating_factor
-from gaitgraph.requests import PlanRequest, Point, request_of
+from gaitgraph.requests import PlanRequest, request_of
 from gaitgraph.search import Blocked, Use, best_order, closed_walk
 from gaitgraph.surface import COLORS, root_arrays, roots
 from gaitgraph.timing import CLOCK_CHECKS, parametrize
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     import networkx as nx
 
@@ -113,7 +113,7 @@ def plan(
         if progress is not None:
             progress(f"building the graph with R {'>' if sign == 'positive' else '<'} 0")
         on = graph if graph is not None else _graph(request, coefficients, sign)
-        served = _served(on, request.waypoints)
+        served = nodes_above(on, request.waypoints)
         if graph is not None and not all(served):
             missing = request.waypoints[[bool(nodes) for nodes in served].index(False)]
             raise InputError(f"waypoints: {missing!r} is no node of the graph; pass waypoints= to surface_graph")
@@ -182,17 +182,6 @@ def _graph(request: PlanRequest, coefficients: Coefficients, sign: Any) -> nx.Gr
         zones=request.zones,
         floor=request.floor,
     )
-
-
-def _served(graph: nx.Graph[Any], waypoints: Iterable[Point]) -> list[list[Any]]:
-    """Return the nodes above each waypoint."""
-    nodes = list(graph.nodes)
-    plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
-    out = []
-    for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= WAYPOINT_SNAP)[0]
-        out.append([nodes[k] for k in near])
-    return out
 
 
 def _loops_of(

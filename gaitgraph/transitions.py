@@ -49,6 +49,7 @@ HOVER = "hover"
 _MOST_CORNERS = 16
 _USES: tuple[Literal["flyable"], Literal["valid"]] = ("flyable", "valid")
 _DURATION = 1.0
+_LONGEST = 5e8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,7 +230,11 @@ def transition(
             f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
             f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start"
         )
-    count = checked_clock(_DURATION if duration is None else duration, law, samples=samples, rate=None)
+    if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
+        raise InputError(
+            f"duration: {shown(duration)}; allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
+        )
+    checked_clock(_DURATION, law, samples=samples)
     if not 0 <= number_of(floor) < math.inf:
         raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
     refusal = _refusal(first, last)
@@ -306,8 +311,8 @@ def _refusal(first: Gait, last: Gait) -> Transition | None:
 
 
 _STATEMENT = (
-    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R for "
-    "|φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
+    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
+    "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
 )
 
 
@@ -405,7 +410,7 @@ def _needed(gait: Gait, law: str) -> float:
     """Return one second, or how long one way takes within the vehicle's limits if that is more."""
     timed = parametrize(gait, 2.0, law=law)
     vehicle = gait.vehicle
-    needed = [1.0]
+    needed = [_DURATION]
     if vehicle.max_tilt_rate is not None:
         needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
     if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):

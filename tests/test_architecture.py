@@ -12,9 +12,10 @@ import gaitgraph as gg
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "regions", "segments", "gait",
-    "checks", "timing", "graph", "contract", "search", "requests", "summary", "plans", "planning", "validation",
-    "tables", "exchange", "cli", "__main__",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "colorings", "regions", "segments",
+    "gait", "reports", "rules", "checks", "timing", "graph", "contract", "search", "requests", "summary", "plans",
+    "planning", "ways", "enumeration", "cycles", "simplecycles", "catalog", "tables", "reading", "validation",
+    "exchange", "transitions", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
@@ -60,6 +61,11 @@ def test_the_docstring_tells_the_same_order() -> None:
     assert gg.__doc__ is not None
     told = gg.__doc__.split("in order:")[1].replace("\n", " ").strip(" .")
     assert tuple(name.strip() for name in told.split(",")) == ORDER[:-1]
+
+
+def test_no_public_name_is_a_room_too() -> None:
+    """Importing a room binds its name in the package, over whatever had it."""
+    assert not set(gg.__all__) & set(ORDER)
 
 
 def loaded_by(code: str) -> set[str]:

@@ -350,3 +350,269 @@ def test_unforeseen_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("gaitgraph.surface.roots", broken)
     with pytest.raises(ZeroDivisionError):
         main(["roots", "0", "0"])
+
+
+def written(name: str, gait: PublishedGait, **options: Any) -> str:
+    gg.lift(gait.angles, gait.color).parametrize(**options).write(name)
+    return name
+
+
+class TestValidate:
+    """gaitgraph validate."""
+
+    @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+    @pytest.mark.parametrize("suffix", ["csv", "json"])
+    def test_the_four_gaits(self, run: Any, gait: PublishedGait, suffix: str) -> None:
+        name = written(f"gait.{suffix}", gait)
+        result = run("validate", name, "--json")
+        assert (result.code, result.err) == (0, "")
+        report = result.json
+        assert (report["valid"], report["two_color"]) == (True, True)
+        assert report["flyable"] is gait.flyable
+        assert report["reachable_from_hover"] is gait.reachable
+        assert report["colorings_count"] == len(report["colorings"]) == {1: 1, 2: 2, 3: 2, 4: 1}[gait.number]
+        assert [gait.color] * 100 in report["colorings"]
+        strict = run("validate", name, "--require", "flyable")
+        assert strict.code == (0 if gait.flyable else 1)
+        assert strict.out.startswith(f"valid yes · flyable {'yes' if gait.flyable else 'no'}")
+
+    def test_a_saved_plan_and_options(self, run: Any) -> None:
+        Path("plan.json").write_text(run("plan", *waypoints(G3), "--json").out)
+        assert run("validate", "plan.json", "--require", "flyable").code == 0
+        assert run("validate", "plan.json", "--require", "flyable", "--floor", "0.6").code == 1
+        name = written("gait.csv", G1)
+        assert run("validate", name, "--coefficients", "exact").code == 1
+        Path("slow.toml").write_text('preset = "paper"\nmax_tilt_rate = 1.0\n')
+        slow = run("validate", written("fast.csv", G3), "--vehicle", "slow.toml", "--require", "flyable", "--json")
+        assert slow.code == 1
+        rate = next(check for check in slow.json["checks"] if check["name"] == "tilt_rate")
+        assert not rate["ok"]
+        assert rate["value"] > rate["limit"] == 1.0
+        assert rate["where"]["row"] > 0
+        noisy = "alpha1,alpha2,alpha3,alpha4\n0.8,-0.8,0.81,-0.8\n"
+        Path("noisy.csv").write_text(noisy)
+        assert run("validate", "noisy.csv").code == 1
+        assert run("validate", "noisy.csv", "--tolerance", "0.05", "--angle-rounding", "0.5deg").code == 0
+        undecided = run("validate", "noisy.csv", "--tolerance", "0.05", "--angle-rounding", "60deg", "--json").json
+        assert "undecided" in undecided["warnings"][0]
+        wide = run("validate", written("g2.csv", GAITS[1]), "--crossing-tolerance", "pi/2", "--json").json
+        assert wide["colorings_count"] is None or wide["colorings_count"] > 2
+
+    @pytest.mark.parametrize(
+        ("name", "content", "message"),
+        [
+            ("empty.csv", "", "it is empty"),
+            ("header.csv", "alpha1,alpha2,alpha3,alpha4\n", "it has no rows"),
+            ("missing.csv", "alpha1,alpha2\n0,0\n", "column 'alpha3' is missing"),
+            ("doubled.csv", "alpha1,alpha2,alpha2,alpha4\n0,0,0,0\n", "column 'alpha2' appears twice"),
+            ("ragged.csv", "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n0,0\n", "line 3 has 2 fields; allowed are 4"),
+            ("text.csv", "alpha1,alpha2,alpha3,alpha4\n0,zero,0,0\n", "row 1: alpha2 is 'zero'; allowed is a finite"),
+            ("nan.csv", "alpha1,alpha2,alpha3,alpha4\n0,nan,0,0\n", "row 1: alpha2 is 'nan'"),
+            ("inf.csv", "alpha1,alpha2,alpha3,alpha4\n0,0,-inf,0\n", "row 1: alpha3 is '-inf'"),
+            ("time.csv", "t,alpha1,alpha2,color\n1,0,0,red\n1,0,0,red\n", "row 2: t = 1.0 does not increase"),
+            ("semi.csv", "alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
+            ("tabs.csv", "alpha1\talpha2\talpha3\talpha4\n0\t0\t0\t0\n", "separated by tabs; allowed are commas"),
+            ("suffix.xlsx", "", "allowed are the suffixes .csv, .json"),
+            ("deep.json", "[" * 100_000, "nested too deeply"),
+            ("deep_object.json", '{"columns": ' * 100_000, "nested too deeply"),
+            ("utf16.csv", "alpha1".encode("utf-16"), "not UTF-8 text"),
+            ("long.csv", b"x" * 9_000_000, "a line is longer than"),
+            ("beyond.csv", "alpha1,alpha2,color\n2,0,red\n", "row 1: alpha1 is 2.0 rad; allowed is"),
+        ],
+    )
+    def test_wrong_files_end_in_one_line(self, run: Any, name: str, content: str | bytes, message: str) -> None:
+        Path(name).write_bytes(content.encode() if isinstance(content, str) else content)
+        for command in ("validate", "colorings", "export"):
+            extra = ["out.csv"] if command == "export" else []
+            result = run(command, name, *extra, "--json")
+            if command == "colorings" and name in ("missing.csv", "suffix.xlsx"):
+                continue
+            assert result.code == 2
+            assert result.out == ""
+            assert result.err.count("\n") == 1
+            assert message in result.err
+            assert name in result.err
+            assert not Path("out.csv").exists()
+
+    def test_files_that_are_none(self, run: Any) -> None:
+        Path("folder.csv").mkdir()
+        for name, message in (("none.csv", "No such file"), ("folder.csv", "Is a directory")):
+            result = run("validate", name)
+            assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+            assert message in result.err
+
+    def test_wrong_options_end_in_one_line(self, run: Any) -> None:
+        name = written("gait.csv", G3)
+        for options, message in (
+            (["--tolerance", "-1"], "tolerance: -1.0; allowed is a finite number ≥ 0"),
+            (["--floor", "nan"], "floor: nan; allowed"),
+            (["--angle-rounding", "much"], "--angle-rounding: 'much' is no angle"),
+            (["--crossing-tolerance", "-0.1"], "--crossing-tolerance: '-0.1'; allowed is an angle ≥ 0"),
+            (["--require", "pretty"], "'pretty' is not one of 'valid', 'flyable'"),
+            (["--vehicle", "car"], "vehicle: 'car' is neither a preset"),
+        ):
+            result = run("validate", name, *options)
+            assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+            assert message in result.err
+
+
+class TestColorings:
+    """gaitgraph colorings."""
+
+    def test_the_papers_loops(self, run: Any) -> None:
+        for gait, expected in zip(GAITS, (["blue"], ["red", "blue"], ["red", "blue"], ["red"]), strict=True):
+            Path("request.json").write_text(json.dumps({"waypoints": gait.waypoints}))
+            result = run("colorings", "request.json", "--json")
+            assert result.code == 0
+            assert result.json["colorings"] == [[color] * 4 for color in expected]
+            assert result.json["colorings_count"] == len(expected)
+            table = run("colorings", written(f"gait{gait.number}.csv", gait), "--json").json
+            assert table["colorings"] == [[color] * 100 for color in expected]
+        text = run("colorings", "gait2.csv")
+        assert text.out.splitlines()[0] == "2 colourings of a loop of 100 points"
+        assert "R < 0  all red" in text.out
+
+    def test_none_and_why(self, run: Any) -> None:
+        Path("loop.csv").write_text("alpha1,alpha2\n0.9,-0.9\n-0.9,0.9\n")
+        result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
+        assert result.code == 1
+        assert result.json["colorings"] == []
+        assert result.json["coloring_obstacles"]["negative"]["points"] == [2]
+        assert run("colorings", "loop.csv", "--coefficients", "exact").out.startswith("0 colourings of a loop")
+        assert run("colorings", "loop.csv", "--sign", "negative").out.splitlines()[-1].endswith("all blue")
+
+    def test_limit_and_sign(self, run: Any) -> None:
+        Path("loop.csv").write_text("alpha1_deg,alpha2_deg\n" + "11.25,-11.25\n22.5,-11.25\n" * 20)
+        every = run("colorings", "loop.csv", "--sign", "negative", "--limit", "3", "--json").json
+        assert every["colorings_count"] > 1000
+        assert len(every["colorings"]) == 3
+        assert run("colorings", "loop.csv", "--limit", "0", "--json").json["colorings"] == []
+        wrong = run("colorings", "loop.csv", "--sign", "up")
+        assert (wrong.code, wrong.err.count("\n")) == (2, 1)
+        assert "sign: 'up'; allowed are auto, negative and positive" in wrong.err
+
+
+class TestCycles:
+    """gaitgraph cycles."""
+
+    def test_a_stream_of_objects(self, run: Any) -> None:
+        result = run("cycles", "--divisions", "8", "--limit", "30", "--json")
+        assert result.code == 0
+        rows = [json.loads(line) for line in result.out.splitlines()]
+        assert len(rows) == 30
+        lengths = [row["length"] for row in rows]
+        assert lengths == sorted(lengths)
+        for row in rows:
+            assert {"color", "sign", "path", "types", "colors", "valid", "two_color", "flyable"} <= set(row)
+            assert row["valid"]
+            assert row["two_color"]
+        assert "every cycle shorter than" in result.err
+
+    def test_through_waypoints_the_papers_loop_is_the_shortest(self, run: Any) -> None:
+        rows = [json.loads(line) for line in run("cycles", *waypoints(G3), "--limit", "2", "--json").out.splitlines()]
+        assert [row["color"] for row in rows] == ["red", "blue"]
+        assert rows[0]["length"] == pytest.approx(np.pi)
+        Path("request.toml").write_text(
+            'waypoints = [["3pi/8", "-3pi/8"], ["pi/8", "-pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\n'
+        )
+        options = ["--limit", "1", "--require", "flyable", "--json"]
+        crossed = run("cycles", "request.toml", *options).json
+        free = run("cycles", "request.toml", "--any-order", *options).json
+        assert crossed["length"] > free["length"] == pytest.approx(np.pi)
+
+    def test_inside_a_region(self, run: Any) -> None:
+        square = "0.3,-1.3 1.3,-1.3 1.3,-0.3 0.3,-0.3"
+        hole = "0.7,-0.9 0.9,-0.9 0.9,-0.7 0.7,-0.7"
+        for options, allowed in (([], True), (["--keep-out", hole], False)):
+            out = run("cycles", "--keep-in", square, *options, "--color", "red", "--limit", "60", "--json").out
+            paths = [json.loads(line)["path"] for line in out.splitlines()]
+            points = np.array([row for path in paths for row in path])
+            assert points[:, 0].min() >= 0.3
+            assert points[:, 1].max() <= -0.3
+            inside = (np.abs(points[:, 0] - np.pi / 4) < 0.01) & (np.abs(points[:, 1] + np.pi / 4) < 0.01)
+            assert inside.any() == allowed
+
+    def test_none_and_why(self, run: Any) -> None:
+        short = run("cycles", "--max-length", "0.1", "--json")
+        assert (short.code, short.json["status"]) == (1, "none")
+        assert "within 0.1 rad" in short.json["reason"]
+        apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
+        assert apart.code == 1
+        assert "waypoint" in apart.out or "stop" in apart.out
+        for options, message in (
+            (["--max-length", "nan"], "max_length: nan; allowed"),
+            (["--keep-in", "0,0 1"], "--keep-in: '0,0 1'; allowed is"),
+            (["--divisions", "1"], "divisions: 1; allowed"),
+            (["--color", "green"], "color: 'green'; allowed"),
+            (["--effort", "0"], "--effort"),
+        ):
+            wrong = run("cycles", *options)
+            assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
+            assert message in wrong.err
+
+    def test_an_effort_that_is_spent_tells_the_bound(self, run: Any) -> None:
+        stops = ["--waypoint", "pi/8,pi/8", "--waypoint", "-pi/4,pi/4", "--color", "blue", "--sign", "negative"]
+        spent = run("cycles", *stops, "--effort", "5", "--json", "--limit", "1")
+        exact = run("cycles", *stops, "--json", "--limit", "1").json
+        assert spent.code == 0
+        assert spent.json["bound"] <= exact["length"] + 1e-9 <= spent.json["length"] + 2e-9
+        assert "the best one found" in spent.err
+
+    def test_interrupting_keeps_what_is_printed(self, tmp_path: Path) -> None:
+        command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
+        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+            assert job.stdout is not None
+            assert job.stderr is not None
+            first = job.stdout.readline()
+            job.send_signal(signal.SIGINT)
+            rest = job.stdout.read()
+            assert job.stderr.read().strip() == "gaitgraph: interrupted"
+        assert job.returncode == 130
+        for line in [first, *rest.splitlines()]:
+            assert json.loads(line)["valid"]
+
+
+class TestTransition:
+    """gaitgraph transition."""
+
+    def test_entry_and_exit(self, run: Any) -> None:
+        name = written("gait4.csv", G4)
+        entry = run("transition", "hover", name, "--output", "entry.csv", "--samples", "20", "--json")
+        assert entry.code == 0
+        plan = entry.json
+        assert (plan["status"], plan["flyable"], plan["leaves_corner"]) == ("planned", True, None)
+        table = read_table("entry.csv")
+        assert len(table) == 21
+        assert table.alpha[0].tolist() == [0, 0, 0, 0]
+        np.testing.assert_allclose(table.alpha[-1], plan["path"][-1])
+        exit_ = run("transition", name, "hover", "--duration", "2", "--json").json
+        assert exit_["path"] == plan["path"][::-1]
+        assert exit_["duration"] == 2.0
+        text = run("transition", "hover", name, "--output", "entry.csv")
+        assert (text.code, text.out) == (2, "")
+        assert "exists" in text.err
+        text = run("transition", "hover", name, "--output", "entry.csv", "--force")
+        assert "wrote entry.csv" in text.out
+
+    def test_no_way_to_negative_R(self, run: Any) -> None:
+        result = run("transition", "hover", written("gait3.csv", G3), "--output", "none.csv", "--json")
+        assert result.code == 1
+        assert result.json["proof"]["R_start"] == 4.0
+        assert result.json["proof"]["R_end"] < 0
+        assert not Path("none.csv").exists()
+        text = run("transition", "hover", "gait3.csv")
+        assert text.code == 1
+        assert "every flight between them passes a singular matrix" in text.out
+
+    def test_hover_to_hover_and_wrong_input(self, run: Any) -> None:
+        assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
+        for arguments, message in (
+            (["hover", "none.csv"], "No such file"),
+            (["hover", "hovr"], "allowed are the suffixes"),
+            (["hover", "hover", "--law", "fast"], "law: 'fast'; allowed"),
+            (["hover", "hover", "--duration", "-1"], "duration: -1.0; allowed"),
+            (["hover"], "Missing argument 'TO'"),
+        ):
+            wrong = run("transition", *arguments)
+            assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
+            assert message in wrong.err

@@ -322,7 +322,7 @@ def test_progress_is_told() -> None:
         ({"coefficients": "x"}, "coefficients: 'x'"),
         ({"vehicle": "beetle_omni", "coefficients": "published"}, "'published' belong to the paper's vehicle"),
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
-        ({"any_order": True, "waypoints": [(0.1 * k, -0.5) for k in range(1, 11)]}, "any_order: 10 waypoints"),
+        ({"any_order": 1}, "any_order: 1"),
         ({"zones": 3}, "zones: no field of a request"),
         ({"samples": 3}, "samples: no field of a request"),
         ({"colour": "red"}, "colour: no field of a request; did you mean 'color'"),
@@ -428,3 +428,17 @@ def test_any_order_tells_the_order_it_found() -> None:
     np.testing.assert_allclose(np.array(plan.waypoints), rows)
     assert plan.loop is not None
     assert sorted(plan.loop.order) == [0, 1, 2, 3]
+
+
+def test_any_order_beyond_nine_waypoints_says_that_it_is_a_heuristic() -> None:
+    points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
+    plan = gg.plan_loop(points, any_order=True, color="red")
+    ordered = gg.plan_loop(points, color="red")
+    assert plan.loop is not None
+    assert ordered.loop is not None
+    assert plan.loop.length < ordered.loop.length
+    assert sorted(plan.loop.order) == list(range(10))
+    (warning,) = [text for text in plan.warnings if "Christofides" in text]
+    assert "order of 10 waypoints" in warning
+    assert "not proven shortest" in warning
+    assert not any("Christofides" in text for text in gg.plan_loop(points[:9], any_order=True).warnings)

@@ -149,10 +149,11 @@ def test_any_order_against_all_permutations(seed: int) -> None:
     rng = np.random.default_rng(seed)
     red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
     stops = [red[k] for k in rng.choice(len(red), 6, replace=False)]
-    order = best_order(graph, stops)
-    assert order is not None
-    assert order[0] == 0
-    found = closed_walk(graph, [[stops[k]] for k in order])
+    best = best_order(graph, stops)
+    assert best is not None
+    assert (best.exact, best.method) == (True, "exact")
+    assert best.order[0] == 0
+    found = closed_walk(graph, [[stops[k]] for k in best.order])
     lengths = []
     for rest in itertools.permutations(range(1, 6)):
         walk = closed_walk(graph, [[stops[k]] for k in (0, *rest)])
@@ -162,12 +163,52 @@ def test_any_order_against_all_permutations(seed: int) -> None:
     assert found.length == pytest.approx(min(lengths), abs=1e-10)
 
 
-def test_any_order_without_a_way_and_with_too_many() -> None:
+def length_of(graph: nx.Graph[Any], stops: list[Any], order: tuple[int, ...]) -> float:
+    walk = closed_walk(graph, [[stops[k]] for k in order])
+    assert isinstance(walk, ClosedWalk)
+    return walk.length
+
+
+@pytest.mark.parametrize(("number", "seed"), [(10, 0), (11, 1), (12, 2), (30, 3), (30, 4)])
+def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int, monkeypatch: Any) -> None:
+    graph = surface_graph("negative")
+    rng = np.random.default_rng(seed)
+    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
+    stops = [red[k] for k in rng.choice(len(red), number, replace=False)]
+    best = best_order(graph, stops)
+    assert best is not None
+    assert (best.exact, best.method) == (False, "christofides")
+    assert sorted(best.order) == list(range(number))
+    assert best.order[0] == 0
+    assert best.order[1] < best.order[-1]
+    assert best == best_order(graph.copy(), stops)
+    found = length_of(graph, stops, best.order)
+    assert found <= length_of(graph, stops, tuple(range(number))) + 1e-9
+    if number <= 12:
+        monkeypatch.setattr("gaitgraph.search.MOST_ANY_ORDER", number)
+        exact = best_order(graph, stops)
+        assert exact is not None
+        assert exact.exact
+        shortest = length_of(graph, stops, exact.order)
+        assert shortest - 1e-9 <= found <= 1.5 * shortest + 1e-9
+
+
+def test_any_order_without_a_way() -> None:
     graph = surface_graph()
     graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
     assert best_order(graph, [(14, 2, "red"), (12, 4, "red")]) is None
-    with pytest.raises(gg.InputError, match="any_order: 10 waypoints; allowed are 9 at most"):
-        best_order(graph, [(14, 2, "red")] * 10)
+    assert best_order(graph, [(12, 4, "red"), *[(14, k, "red") for k in range(1, 11)]]) is None
+
+
+def test_stops_that_repeat_have_an_order_too() -> None:
+    best = best_order(surface_graph(), [(14, 2, "red")] * 6 + [(13, 2, "red")] * 5)
+    assert best is not None
+    assert sorted(best.order) == list(range(11))
+
+
+def test_a_use_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(gg.InputError, match="use: 'fly'; allowed are flyable, valid, two_color"):
+        closed_walk(surface_graph(), [[(14, 2, "red")]], use="fly")  # type: ignore[arg-type]
 
 
 def octile(a: tuple[float, float], b: tuple[float, float]) -> float:

@@ -1,0 +1,530 @@
+"""Cycles in their total order against networkx, and the shortest through stops against brute force."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import pickle
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.cycles import Cycle, cycles
+from gaitgraph.enumeration import Enumeration
+from gaitgraph.graph import surface_graph
+from gaitgraph.regions import Zones
+from gaitgraph.simplecycles import NoCycle, SimpleCycle, routed, simple_cycle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from gaitgraph.ways import Rows
+
+USES: dict[str, Callable[[Any], bool]] = {
+    "flyable": lambda edge: edge["flyable"],
+    "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
+    "two_color": lambda edge: True,
+}
+Item = tuple[int, tuple[int, ...]]
+SHORT = 2.9
+
+
+def canonical(path: Sequence[int]) -> tuple[int, ...]:
+    """The least of all rotations of both directions: the definition, by trying."""
+    ways = [path, path[::-1]]
+    return min(tuple(way[k:]) + tuple(way[:k]) for way in ways for k in range(len(path)))
+
+
+def passes(path: Sequence[int], stops: Sequence[Iterable[int]], any_order: bool) -> bool:
+    """Whether some choice of nodes winds around the cycle at most once, in one of the two directions."""
+    places = [[k for k, node in enumerate(path) if node in stop] for stop in stops]
+    if any_order:
+        return all(places)
+    for choice in itertools.product(*places):
+        winds = sum((b - a) % len(path) for a, b in zip(choice, (*choice[1:], choice[0]), strict=True))
+        back = sum((a - b) % len(path) for a, b in zip(choice, (*choice[1:], choice[0]), strict=True))
+        if min(winds, back) <= len(path):
+            return True
+    return False
+
+
+def rows_of(number: int, edges: dict[tuple[int, int], int]) -> Rows:
+    rows: Rows = [[] for _ in range(number)]
+    for (a, b), length in edges.items():
+        rows[a].append((b, length))
+        rows[b].append((a, length))
+    return [sorted(row) for row in rows]
+
+
+def brute_items(edges: dict[tuple[int, int], int], most: float = math.inf) -> list[Item]:
+    """Every simple cycle, sorted; networkx finds them."""
+    lengths = edges | {(b, a): length for (a, b), length in edges.items()}
+    bound = int(most // min(edges.values())) if math.isfinite(most) else None
+    found = []
+    for path in nx.simple_cycles(nx.Graph(list(edges)), length_bound=bound):
+        whole = sum(lengths[pair] for pair in zip(path, (*path[1:], path[0]), strict=True))
+        if whole <= most:
+            found.append((whole, canonical(path)))
+    return sorted(found)
+
+
+def walked_items(edges: dict[tuple[int, int], int], most: float) -> list[Item]:
+    """Every simple cycle up to a length, by trying all paths of at most that length."""
+    rows = rows_of(1 + max(map(max, edges)), edges)
+    found = []
+
+    def go(path: list[int], whole: int) -> None:
+        for node, length in rows[path[-1]]:
+            if node == path[0] and len(path) > 2 and path[1] < path[-1] and whole + length <= most:
+                found.append((whole + length, tuple(path)))
+            elif node > path[0] and node not in path and whole + length <= most:
+                go([*path, node], whole + length)
+
+    for root in range(len(rows)):
+        go([root], 0)
+    return sorted(found)
+
+
+def edges_of(graph: nx.Graph[Any], use: str) -> dict[tuple[int, int], int]:
+    index = {name: k for k, name in enumerate(graph)}
+    return {
+        (index[a], index[b]): round(edge["length"] * 1e12) for a, b, edge in graph.edges(data=True) if USES[use](edge)
+    }
+
+
+def items_of(graph: nx.Graph[Any], found: Iterable[Cycle]) -> list[Item]:
+    index = {name: k for k, name in enumerate(graph)}
+    return [(round(cycle.length * 1e12), tuple(index[name] for name in cycle.nodes)) for cycle in found]
+
+
+# The search on graphs of whole numbers
+
+
+@st.composite
+def weighted(draw: st.DrawFn) -> tuple[int, dict[tuple[int, int], int]]:
+    number = draw(st.integers(3, 6))
+    pairs = list(itertools.combinations(range(number), 2))
+    chosen = draw(st.lists(st.sampled_from(pairs), unique=True, min_size=3))
+    return number, {pair: draw(st.integers(0, 5)) for pair in chosen}
+
+
+@settings(deadline=None, max_examples=100)
+@given(weighted(), st.integers(1, 4), st.one_of(st.none(), st.integers(0, 25)))
+def test_every_cycle_once_in_the_total_order(
+    graph: tuple[int, dict[tuple[int, int], int]], held: int, most: int | None
+) -> None:
+    number, edges = graph
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gaitgraph.enumeration.MOST_HELD", held)
+        search = Enumeration(rows_of(number, edges), most=most)
+        expected = [item for item in brute_items(edges) if most is None or item[0] <= most]
+        found = []
+        for item in search:
+            assert item[0] >= search.floor
+            assert len(search.held) <= 2 * held + 1
+            found.append(item)
+    assert found == expected
+    assert search.complete
+    assert most is not None or search.bound == math.inf
+
+
+@settings(deadline=None, max_examples=150)
+@given(weighted(), st.data(), st.booleans(), st.integers(1, 4), st.integers(1, 60))
+def test_cycles_through_stops_are_those_that_pass_them(
+    graph: tuple[int, dict[tuple[int, int], int]], data: st.DataObject, any_order: bool, held: int, effort: int
+) -> None:
+    number, edges = graph
+    stop = st.lists(st.integers(0, number - 1), unique=True, min_size=1, max_size=3)
+    stops = data.draw(st.lists(stop, min_size=1, max_size=4))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gaitgraph.enumeration.MOST_HELD", held)
+        patch.setattr("gaitgraph.ways._MOST_STATES", 3)
+        search = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order)
+        expected = [item for item in brute_items(edges) if passes(item[1], stops, any_order)]
+        before = search.bound
+        assert list(search) == expected
+    assert not expected or before * 1e12 <= expected[0][0]
+    assert search.complete
+    shortest = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order).shortest()
+    assert shortest in [item for item in expected if item[0] == expected[0][0]] or (shortest is None and not expected)
+    hasty = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order, effort=effort)
+    found = list(hasty)
+    assert found == expected[: len(found)]
+    assert len(found) == len(expected) or expected[len(found)][0] >= hasty.floor
+    guess = routed(rows_of(number, edges), stops)
+    assert guess is None or (guess in brute_items(edges) and passes(guess[1], stops, any_order))
+
+
+def test_long_rings_and_many_stops_need_no_recursion() -> None:
+    number = 1200
+    ring = {(k, k + 1): 1 for k in range(number - 1)} | {(0, number - 1): 1}
+    expected = [(number, tuple(range(number)))]
+    assert list(Enumeration(rows_of(number, ring))) == expected
+    stops = [[k] for k in range(5, number, 2)]
+    assert list(Enumeration(rows_of(number, ring), stops=stops)) == expected
+    stops[3], stops[100] = stops[100], stops[3]
+    assert list(Enumeration(rows_of(number, ring), stops=stops)) == []
+
+
+# Cycles of surface graphs
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("divisions", [6, 7, 8])
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_against_networkx(sign: Any, divisions: int, use: Any) -> None:
+    graph = surface_graph(sign, divisions, floor=0.02)
+    longest = SHORT * 8 / divisions
+    found = items_of(graph, cycles(graph, use=use, max_length=longest))
+    edges = edges_of(graph, use)
+    brute = brute_items if all(edges.values()) else walked_items
+    assert found == brute(edges, longest * 1e12 + 1000)
+    assert len(found) > 5 or use == "flyable"
+
+
+def test_all_of_a_small_graph() -> None:
+    graph = surface_graph("positive", 6)
+    search = cycles(graph, use="two_color")
+    found = items_of(graph, search)
+    assert found == brute_items(edges_of(graph, "two_color"))
+    assert len(found) == 16154
+    assert (search.complete, search.bound) == (True, math.inf)
+    assert next(search, None) is None
+
+
+@pytest.mark.parametrize("use", ["valid", "two_color"])
+def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
+    """Lengths of every kind lie close together; where a crossing line passes a node both colors are one."""
+    graph = surface_graph("negative", 8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)])
+    found = items_of(graph, cycles(graph, use=use, max_length=1.8))
+    assert found == walked_items(edges_of(graph, use), 1.8e12 + 1000)
+    assert len({length for length, _ in found}) > 30
+    fine = surface_graph("negative", 16)
+    above = [(a, b) for a, b, edge in fine.edges(data=True) if edge["length"] == 0]
+    assert above
+    through = [[above[0][0]], [above[0][1]]]
+    first = next(cycles(fine, use="two_color", through=through))
+    assert set(above[0]) < set(first.nodes)
+    assert first.length == pytest.approx(2 * math.pi / 16)
+
+
+def test_the_order_is_total_and_nothing_comes_twice() -> None:
+    graph = surface_graph("negative")
+    found = items_of(graph, islice(cycles(graph, use="two_color"), 20_000))
+    assert all(a < b for a, b in itertools.pairwise(found))
+    assert all(path == canonical(path) for _, path in found[::37])
+
+
+def test_the_first_cycles_come_at_once() -> None:
+    search = cycles(surface_graph("negative", 64))
+    first = next(search)
+    assert len(first.nodes) == 3
+    assert search.steps < 40_000  # about a look at each pair of a node and its neighbour, twice
+    assert not search.complete
+    few = cycles(surface_graph("negative"))
+    assert len(list(islice(few, 1000))) == 1000
+    assert few.steps < 10_000
+    assert few.bound <= next(few).length
+
+
+def test_the_same_graph_gives_the_same_cycles() -> None:
+    graph = surface_graph("negative", 12, waypoints=[(0.5, -0.6)])
+    first, second = (list(islice(cycles(one), 3000)) for one in (graph, graph.copy()))
+    assert first == second
+
+
+def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
+    graph = surface_graph("negative", 8)
+    expected = list(islice(cycles(graph), 500))
+    search = cycles(graph)
+    graph.clear()
+    found = list(islice(search, 500))
+    assert found == expected
+    assert found[-1].path.length == pytest.approx(found[-1].length)
+
+
+def test_max_length_counts_what_is_as_long() -> None:
+    """Twelve diagonals: rounding each to 1e-12 rad makes the sum longer than the number itself."""
+    graph = surface_graph("negative")
+    most = 12 * math.sqrt(2) * math.pi / 16
+    ring = [[(9, 6, "red")], [(12, 3, "red")], [(15, 6, "red")], [(12, 9, "red")]]
+    assert next(cycles(graph, through=ring, max_length=most)).length == pytest.approx(most)
+    assert next(cycles(graph, through=ring, max_length=most - 1e-6), None) is None
+    assert list(cycles(graph, max_length=0)) == []
+
+
+def test_zones_bound_the_cycles() -> None:
+    zones = Zones(keep_out=[[(0.5, -0.7), (0.9, -0.7), (0.9, -0.3), (0.5, -0.3)]])
+    whole, fenced = surface_graph("negative", 12), surface_graph("negative", 12, zones=zones)
+    expected = {
+        cycle.nodes
+        for cycle in cycles(whole, max_length=1.6)
+        if all(fenced.has_edge(*pair) for pair in zip(cycle.nodes, (*cycle.nodes[1:], cycle.nodes[0]), strict=True))
+    }
+    found = list(cycles(fenced, max_length=1.6))
+    assert {cycle.nodes for cycle in found} == expected
+    around = simple_cycle(fenced, [[(7, 4, "red")], [(11, 4, "red")]])
+    assert isinstance(around, SimpleCycle)
+    corners = around.cycle.path.alpha[:, :2]
+    assert zones.allow_segments(corners, around.cycle.path.ends[:, :2]).all()
+
+
+# The verdict of the edges against the check of the gait
+
+
+@pytest.mark.parametrize(
+    ("sign", "use", "divisions", "waypoints"),
+    [
+        ("negative", "flyable", 8, ()),
+        ("negative", "valid", 8, ()),
+        ("negative", "two_color", 6, ()),
+        ("negative", "two_color", 16, ()),
+        ("positive", "valid", 16, ()),
+        ("positive", "two_color", 13, ()),
+        ("negative", "two_color", 16, [(math.pi / 2, -0.5), (0.52, -0.61)]),
+        ("positive", "two_color", 12, [(math.pi / 2, -0.5), (0.1, 0.2)]),
+    ],
+)
+def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
+    graph = surface_graph(sign, divisions, waypoints=waypoints)
+    found = list(islice(cycles(graph, use=use), 8000))
+    names = [stop for stop in graph if stop[0] == "w"]
+    if names:
+        found += islice(cycles(graph, use=use, through=[names], any_order=True), 4000)
+    for cycle in found[:: max(1, len(found) // 25)]:
+        report, told = cycle.report, cycle.as_mapping()
+        for name in ("valid", "two_color", "flyable", "reachable_from_hover"):
+            assert told[name] is getattr(report, name), (name, cycle)
+        assert cycle.path.color == cycle.color
+        assert cycle.path.types == tuple(told["types"])
+        assert cycle.path.length == pytest.approx(cycle.length, abs=1e-10)
+        if cycle.flyable:
+            assert report["least_singular_value"].value == pytest.approx(cycle.least_singular_value, abs=2e-5)
+    if use == "two_color":
+        assert {cycle.color for cycle in found} >= {"red", "mixed"}
+
+
+def test_the_floor_is_the_graphs() -> None:
+    graph = surface_graph("negative", 12, floor=0.4)
+    found = list(islice(cycles(graph), 4000))
+    assert 0 < sum(cycle.flyable for cycle in found) < len(found)
+    for cycle in found[::100]:
+        assert cycle.report.flyable is cycle.flyable
+
+
+def test_other_vehicles() -> None:
+    graph = surface_graph("positive", 10, vehicle=gg.Vehicle(drag_ratio=1.5, max_tilt=0.9))
+    found = list(islice(cycles(graph), 2000))
+    assert {cycle.flyable for cycle in found} == {True, False}
+    assert {cycle.reachable_from_hover for cycle in found} == {True, False}
+    for cycle in found[::50]:
+        told = cycle.report
+        assert (told.valid, told.flyable, told.reachable_from_hover) == (
+            cycle.valid,
+            cycle.flyable,
+            cycle.reachable_from_hover,
+        )
+
+
+def test_a_cycle_is_plain_values_and_pickles() -> None:
+    cycle = next(cycles(surface_graph("negative"), use="flyable"))
+    told = json.loads(json.dumps(cycle.as_mapping(), allow_nan=False))
+    assert set(told) == set(
+        "color sign path types colors length valid two_color flyable reachable_from_hover least_singular_value".split()
+    )
+    assert told["path"] == cycle.path.alpha.tolist()
+    assert pickle.loads(pickle.dumps(cycle)) == cycle
+    assert hash(cycle) == hash(pickle.loads(pickle.dumps(cycle)))
+
+
+# Through stops
+
+
+def small_cases() -> list[tuple[str, Any, int]]:
+    return [("positive", "valid", 0), ("positive", "valid", 1), *[("negative", "flyable", seed) for seed in range(6)]]
+
+
+@pytest.mark.parametrize(("sign", "use", "seed"), small_cases())
+def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: int) -> None:
+    import random
+
+    draw = random.Random(seed)
+    graph = surface_graph(sign, 5 if sign == "positive" else 8)
+    names = list(graph)
+    index = {name: k for k, name in enumerate(names)}
+    every = brute_items(edges_of(graph, use))
+    for number, any_order in itertools.product((1, 2, 3, 4), (False, True)):
+        stops = [draw.sample(names, draw.choice((1, 1, 2))) for _ in range(number)]
+        numbers = [[index[name] for name in stop] for stop in stops]
+        expected = [item for item in every if passes(item[1], numbers, any_order)]
+        answer = simple_cycle(graph, stops, use=use, any_order=any_order, effort=None)
+        assert items_of(graph, cycles(graph, use=use, through=stops, any_order=any_order)) == expected
+        if not expected:
+            assert isinstance(answer, NoCycle)
+            assert (answer.proven, answer.bound, bool(answer)) == (True, math.inf, False)
+            continue
+        assert isinstance(answer, SimpleCycle)
+        shortest = [item for item in expected if item[0] == expected[0][0]]
+        assert items_of(graph, [answer.cycle])[0] in shortest
+        assert simple_cycle(graph, stops, use=use, any_order=any_order) == answer
+        assert (answer.exact, answer.gap, answer.bound) == (True, 0.0, answer.cycle.length)
+        assert answer.nodes[0] in stops[0]
+        assert set(answer.nodes) == set(answer.cycle.nodes)
+        for effort in (1, 10, 100):
+            hasty = simple_cycle(graph, stops, use=use, any_order=any_order, effort=effort)
+            assert hasty.bound <= answer.cycle.length
+            if isinstance(hasty, SimpleCycle):
+                assert passes([index[name] for name in hasty.nodes], numbers, any_order)
+                assert hasty.cycle.length >= answer.cycle.length
+                assert hasty.exact is (hasty.gap == 0)
+                assert not hasty.exact or hasty.cycle.length == answer.cycle.length
+                assert hasty.cycle.length <= hasty.bound * (1 + hasty.gap) * (1 + 1e-12)
+            else:
+                assert not hasty.proven
+                assert "none found in" in hasty.reason
+
+
+def test_the_stops_are_passed_in_their_order() -> None:
+    graph = surface_graph("negative")
+    corners = [(*cell, "red") for cell in ((14, 2), (14, 6), (10, 6), (10, 2))]
+    answer = simple_cycle(graph, [[corner] for corner in corners])
+    assert isinstance(answer, SimpleCycle)
+    assert answer.cycle.length == pytest.approx(math.pi)
+    places = [answer.nodes.index(corner) for corner in corners]
+    assert places == sorted(places)
+    assert places[0] == 0
+    crossed = [corners[k] for k in (0, 2, 1, 3)]
+    longer = simple_cycle(graph, [[corner] for corner in crossed], effort=20_000)
+    assert isinstance(longer, SimpleCycle)
+    assert longer.cycle.length > answer.cycle.length
+    places = [longer.nodes.index(corner) for corner in crossed]
+    assert places == sorted(places)
+    free = simple_cycle(graph, [[corner] for corner in crossed], any_order=True)
+    assert isinstance(free, SimpleCycle)
+    assert free.cycle == answer.cycle
+
+
+def test_the_heuristic_answers_where_the_search_does_not() -> None:
+    graph = surface_graph("negative", 32)
+    stops = [[(i, j, "red")] for i, j in ((20, 6), (28, 6), (28, 14), (22, 12), (24, 9), (19, 10))]
+    answer = simple_cycle(graph, stops, effort=50)
+    assert isinstance(answer, SimpleCycle)
+    assert 0 < answer.bound <= answer.cycle.length
+    assert answer.gap == pytest.approx(answer.cycle.length / answer.bound - 1)
+    assert all(stop[0] in answer.nodes for stop in stops)
+
+
+def test_why_there_is_no_simple_cycle() -> None:
+    graph = surface_graph("negative", 8)
+    red = [name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0]
+    lonely = red[0]
+    graph.remove_edges_from(list(graph.edges(lonely))[1:])
+    answer = simple_cycle(graph, [[red[3]], [lonely]])
+    assert answer == NoCycle(reason="stop 2 lies on no cycle", proven=True, bound=math.inf)
+    blue = next(name for name, data in graph.nodes(data=True) if data["color"] == "blue")
+    answer = simple_cycle(graph, [[red[3]], [red[4]], [blue]])
+    assert isinstance(answer, NoCycle)
+    assert answer.reason.startswith("stops 1 and 3 are not joined")
+    assert list(cycles(graph, through=[[red[3]], [blue]])) == []
+    twice = simple_cycle(graph, [[red[3]], [red[5]], [red[3]], [red[7]]])
+    assert isinstance(twice, NoCycle)
+    assert "passes some node twice" in twice.reason
+
+
+# Effort, interruption, progress, input
+
+
+def test_spent_effort_leaves_a_true_bound() -> None:
+    graph = surface_graph("negative")
+    whole = list(islice(cycles(graph), 12_000))
+    for effort in (1, 100, 1400, 1500, 5000, 60_000):
+        search = cycles(graph, effort=effort)
+        found = list(search)
+        assert found == whole[: len(found)]
+        assert search.steps == effort
+        assert not search.complete
+        assert whole[len(found)].length >= search.bound
+        assert next(search, None) is None
+
+
+def test_an_interruption_leaves_the_attributes_true() -> None:
+    graph = surface_graph("negative")
+
+    def interrupt(line: str) -> None:
+        if "200" in line or len(found) > 3000:
+            raise KeyboardInterrupt
+
+    found: list[Cycle] = []
+    search = cycles(graph, progress=interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        found.extend(search)
+    assert len(found) > 3000
+    assert not search.complete
+    assert 0 < search.steps
+    following = next(islice(cycles(graph), len(found), None))
+    assert found[-1].length <= search.bound <= following.length
+    assert next(search, None) is None
+
+
+def test_progress_is_told_in_lines() -> None:
+    lines: list[str] = []
+    search = cycles(surface_graph("negative"), max_length=1.3, progress=lines.append)
+    number = sum(1 for _ in search)
+    assert lines[-1].endswith(f", {number} found")
+    assert lines[-1].startswith("cycles of length up to ")
+    assert all("\n" not in line for line in lines)
+    assert 3 < len(lines) < 30
+
+
+NODE = (14, 2, "red")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"max_length": "1"}, "max_length: '1'; allowed is a finite number"),
+        ({"max_length": -1}, "max_length: -1"),
+        ({"max_length": math.nan}, "max_length: nan"),
+        ({"max_length": math.inf}, "max_length: inf"),
+        ({"max_length": True}, "max_length: True"),
+        ({"use": "fly"}, "use: 'fly'; allowed are flyable, valid, two_color"),
+        ({"use": ["valid"]}, "use: "),
+        ({"through": NODE}, "through: stop 1 is 14; allowed is a list of one or more nodes"),
+        ({"through": 5}, "through: 5; allowed is a list of stops"),
+        ({"through": [NODE]}, "through: stop 1 has 14; allowed are nodes of the graph"),
+        ({"through": [[NODE], []]}, "through: stop 2 is "),
+        ({"through": [[NODE, [1]]]}, "through: stop 1 has "),
+        ({"through": [[NODE]] * 10, "any_order": True}, "any_order: 10 stops; allowed are 9 at most"),
+        ({"any_order": 1}, "any_order: 1; allowed are True and False"),
+        ({"effort": 0}, "effort: 0; allowed is a whole number ≥ 1"),
+        ({"effort": 1.5}, "effort: 1.5"),
+        ({"effort": True}, "effort: True"),
+        ({"progress": 3}, "progress: 3"),
+        ({"graph": 3}, "graph: 3; allowed is a networkx.Graph"),
+    ],
+)
+def test_wrong_arguments_are_refused_at_once(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(gg.InputError, match=message) as caught:
+        cycles(**{"graph": surface_graph("negative"), **arguments})
+    assert "\n" not in str(caught.value)
+
+
+def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
+    graph = surface_graph("negative", 8)
+    with pytest.raises(gg.InputError, match="stops: none given"):
+        simple_cycle(graph, [])
+    with pytest.raises(gg.InputError, match="stops: stop 1 has 'x'"):
+        simple_cycle(graph, [["x"]])
+    with pytest.raises(gg.InputError, match="effort: -1"):
+        simple_cycle(graph, [[(6, 2, "red")]], effort=-1)
+    with pytest.raises(gg.ContractError, match="'vehicle' is missing"):
+        cycles(nx.Graph())
+    del graph.graph["floor"]
+    with pytest.raises(gg.ContractError, match="'floor' is missing"):
+        cycles(graph)
