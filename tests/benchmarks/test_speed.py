@@ -14,6 +14,7 @@ import pytest
 from scipy.optimize import root
 
 import gaitgraph as gg
+from gaitgraph.invertibility import least_singular_value_bound
 from gaitgraph.search import closed_walk
 from gaitgraph.surface import COLORS
 
@@ -113,3 +114,48 @@ def test_closed_walk_networkx(benchmark: Any, graph: nx.Graph[Any]) -> None:
         )
 
     assert benchmark(legs) == pytest.approx(np.pi)
+
+
+ROWS = 300_000
+
+
+@pytest.fixture(scope="module", params=["on the sheet", "off the sheets"])
+def long_table(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """Return a table of Gait 3 as measured: noise of 0.2 mrad, or α3 and α4 biased too."""
+    corners = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
+    rows = gg.lift(corners, "red").parametrize(law="constant-speed", samples=ROWS).alpha[:-1]
+    rows = rows + np.random.default_rng(0).normal(0, 2e-4, rows.shape)
+    if request.param == "off the sheets":
+        rows *= [1, 1, 0.8, 0.8]
+    path = tmp_path_factory.mktemp("tables") / "long.csv"
+    lines = "\n".join(",".join(map(repr, row)) for row in rows.tolist())
+    path.write_text(f"alpha1,alpha2,alpha3,alpha4\n{lines}\n")
+    return request.param, path
+
+
+def test_judging_ours(benchmark: Any, long_table: tuple[str, Path]) -> None:
+    kind, path = long_table
+    benchmark.group = f"judging a table on disk against reading it, {kind}"
+    report = benchmark.pedantic(lambda: gg.validate(path), rounds=5, warmup_rounds=1)
+    assert report.rows == ROWS
+
+
+def test_reading(benchmark: Any, long_table: tuple[str, Path]) -> None:
+    """The fastest reader that there is without another dependency: numpy's own."""
+    kind, path = long_table
+    benchmark.group = f"judging a table on disk against reading it, {kind}"
+    rows = benchmark.pedantic(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=5, warmup_rounds=1)
+    assert rows.shape == (ROWS, 4)
+
+
+MATRICES = np.random.default_rng(1).uniform(-1.5, 1.5, (1 << 14, 4))
+
+
+@pytest.mark.benchmark(group="least singular values against a decomposition of every matrix")
+def test_singular_values_ours(benchmark: Any) -> None:
+    assert (benchmark(least_singular_value_bound, MATRICES) > 0).all()
+
+
+@pytest.mark.benchmark(group="least singular values against a decomposition of every matrix")
+def test_singular_values(benchmark: Any) -> None:
+    assert (benchmark(gg.least_singular_value, MATRICES) > 0).all()
