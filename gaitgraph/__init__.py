@@ -9,8 +9,8 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, coloring, colorings, regions, segments, gait, reports, rules, checks, timing, graph,
-contract, search, requests, summary, plans, planning, ways, enumeration, cycles, simplecycles, catalog, tables,
+vehicle, invertibility, surface, coloring, palettes, regions, segments, gait, reports, rules, checks, timing, graph,
+contract, search, requests, summary, plans, planning, ways, enumeration, circuits, simplecycles, catalog, tables,
 reading, validation, exchange, transitions, cli.
 """
 
@@ -23,10 +23,9 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from gaitgraph.angles import angle_from_text
+    from gaitgraph.circuits import Cycle, Cycles, cycles
     from gaitgraph.coloring import types_may_be_adjacent
-    from gaitgraph.colorings import Coloring, ColoringObstacle, Colorings, colorings
     from gaitgraph.contract import validate_graph
-    from gaitgraph.cycles import Cycle, Cycles, cycles
     from gaitgraph.errors import (
         ContractError,
         FileProblem,
@@ -53,6 +52,7 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
+    from gaitgraph.palettes import Coloring, ColoringObstacle, Colorings, colorings
     from gaitgraph.planning import plan_loop
     from gaitgraph.plans import Plan
     from gaitgraph.reading import read_table
@@ -68,9 +68,9 @@ if TYPE_CHECKING:
 _HOMES = {
     "angles": ("angle_from_text",),
     "coloring": ("types_may_be_adjacent",),
-    "colorings": ("Coloring", "ColoringObstacle", "Colorings", "colorings"),
+    "palettes": ("Coloring", "ColoringObstacle", "Colorings", "colorings"),
     "contract": ("validate_graph",),
-    "cycles": ("Cycle", "Cycles", "cycles"),
+    "circuits": ("Cycle", "Cycles", "cycles"),
     "exchange": ("gait_of",),
     "errors": (
         "ContractError",

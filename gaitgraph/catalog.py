@@ -10,10 +10,10 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.colorings import SIGNS
-from gaitgraph.cycles import Cycle, cycles
+from gaitgraph.circuits import Cycle, cycles
 from gaitgraph.graph import nodes_above, surface_graph
 from gaitgraph.invertibility import coefficients_of
+from gaitgraph.palettes import SIGNS
 from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-    from gaitgraph.colorings import Sign
-    from gaitgraph.cycles import Cycles
+    from gaitgraph.circuits import Cycles
+    from gaitgraph.palettes import Sign
     from gaitgraph.requests import PlanRequest
     from gaitgraph.search import Use
 
@@ -137,7 +137,7 @@ def catalog(
     through
         Whether the cycles pass the request's waypoints, in order or, with its `any_order`, in any order.
     max_length, use, effort, progress
-        As for :func:`gaitgraph.cycles.cycles`; the effort is for each sign of R.
+        As for :func:`gaitgraph.circuits.cycles`; the effort is for each sign of R.
 
     Raises
     ------

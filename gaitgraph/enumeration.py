@@ -1,4 +1,4 @@
-"""All simple cycles of a weighted graph in order of length: the search behind :mod:`gaitgraph.cycles`.
+"""All simple cycles of a weighted graph in order of length: the search behind :mod:`gaitgraph.circuits`.
 
 Nodes are whole numbers, lengths whole numbers of quanta, so that equal lengths tie exactly. Paths are deepened
 depth first up to a limit of length that rises from pass to pass; a path is left as soon as its length, and the

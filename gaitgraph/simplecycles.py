@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cycles import Cycle, Ground, checked_effort
+from gaitgraph.circuits import Cycle, Ground, checked_effort
 from gaitgraph.enumeration import Enumeration, canonical
 from gaitgraph.errors import InputError
 from gaitgraph.search import Use, best_order

@@ -17,10 +17,10 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.checks import Judge, check_gait, checked_limits
 from gaitgraph.coloring import types_from_text
-from gaitgraph.colorings import SIGNS, ChainCount, ColoringListing, colorings, palette_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Kind, level_determinant
+from gaitgraph.palettes import SIGNS, ChainCount, ColoringListing, colorings, palette_of
 from gaitgraph.reading import read_pieces
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import Place, Setting, Stretch, limit_check

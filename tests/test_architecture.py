@@ -12,9 +12,9 @@ import gaitgraph as gg
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "colorings", "regions", "segments",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "palettes", "regions", "segments",
     "gait", "reports", "rules", "checks", "timing", "graph", "contract", "search", "requests", "summary", "plans",
-    "planning", "ways", "enumeration", "cycles", "simplecycles", "catalog", "tables", "reading", "validation",
+    "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables", "reading", "validation",
     "exchange", "transitions", "cli", "__main__",
 )  # fmt: skip
 

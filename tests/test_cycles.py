@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
-from gaitgraph.cycles import Cycle, cycles
+from gaitgraph.circuits import Cycle, cycles
 from gaitgraph.enumeration import Enumeration
 from gaitgraph.graph import surface_graph
 from gaitgraph.regions import Zones
