@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph import grid_axis, surface_arrays, surface_graph
+from gaitgraph.graph import grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.regions import Zones, red_label
+from gaitgraph.surface import roots
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +82,9 @@ def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
     graph = surface_graph(sign, 10, waypoints=waypoints)
     assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
     gg.validate_graph(graph)
+    for divisions in range(2, 9):
+        coarse = surface_graph(sign, divisions)
+        assert {frozenset(edge) for edge in coarse.edges} == brute_edges(coarse)
 
 
 def test_jumps(negative: nx.Graph[Any]) -> None:
@@ -155,6 +159,71 @@ def test_waypoints_become_nodes_of_their_own() -> None:
     assert all(graph.nodes[name]["cell"] is None for name in own)
     assert {graph.nodes[name]["alpha1"] for name in own} == {0.91}
     assert all(graph.degree(name) >= 4 for name in own)
+
+
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_ids_count_waypoints_and_their_roots(sign: Any) -> None:
+    """("w", k, m): root m of this sign at the k-th waypoint that is off the grid."""
+    # At the first of them blue lies at a corner of the square: red and four times blue, twice with either sign.
+    end = pi / 2 - 2 * coefficients_of().delta
+    off_grid = [(-end, end), (0.3, -0.4), (1.1, -0.4), (0.3, -0.9)]
+    if sign == "positive":
+        off_grid = [off_grid[0], *((b, a) for a, b in off_grid[1:])]
+    waypoints = [off_grid[0], (pi / 16, 0.0), *off_grid[1:], off_grid[1]]
+    graph = surface_graph(sign, waypoints=waypoints)
+    wanted = 1 if sign == "positive" else -1
+    expected = {
+        ("w", k, m): (*root.alpha, root.color)
+        for k, point in enumerate(off_grid)
+        for m, root in enumerate(root for root in roots(*point) if wanted * root.R > 0)
+    }
+    assert {name[1] for name in expected} == set(range(4))
+    assert max(name[2] for name in expected) == (2 if sign == "positive" else 1)
+    keys = ("alpha1", "alpha2", "alpha3", "alpha4", "color")
+    found = {name: tuple(data[key] for key in keys) for name, data in graph.nodes(data=True) if name[0] == "w"}
+    assert found == expected
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
+    vehicle = gg.PAPER.replace(first_arm_angle=0.3) if kind == "exact" else gg.PAPER
+    numbers = coefficients_of(vehicle, kind)
+    graph = surface_graph("positive", 7, vehicle=vehicle, coefficients=numbers, floor=0.9)
+    assert graph.graph == {
+        "contract": "gaitgraph surface graph 1",
+        "divisions": 7,
+        "step": pi / 7,
+        "sign": "positive",
+        "coefficients": kind,
+        "vehicle": vehicle.as_mapping(),
+        "crossing_tolerance": pi / 14,
+        "floor": 0.9,
+    }
+    assert vehicle_and_coefficients(graph) == (vehicle, numbers)
+    for key in ("vehicle", "coefficients"):
+        with pytest.raises(gg.ContractError, match=f"^graph metadata: '{key}' is missing$"):
+            vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
+
+
+def test_the_papers_vehicle_with_exact_coefficients_keeps_them() -> None:
+    exact = coefficients_of(kind="exact")
+    assert vehicle_and_coefficients(surface_graph(divisions=2, coefficients=exact)) == (gg.PAPER, exact)
+
+
+def test_the_floor_alone_takes_edges_away() -> None:
+    free = surface_arrays("negative", 8, floor=0.0)
+    counts = []
+    for floor in (0.1, 0.3, 0.6, 0.9, 1.2):
+        arrays = surface_arrays("negative", 8, floor=floor)
+        decided = np.abs(free.least_singular_value - floor) > 1e-4
+        expected = free.flyable & (free.least_singular_value >= floor)
+        np.testing.assert_array_equal(arrays.flyable[decided], expected[decided])
+        np.testing.assert_array_equal(arrays.least_singular_value, free.least_singular_value)
+        graph = surface_graph("negative", 8, floor=floor)
+        assert [data["flyable"] for *_, data in graph.edges(data=True)].count(True) == arrays.flyable.sum()
+        counts.append(int(arrays.flyable.sum()))
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[2] > counts[-1] == 0
 
 
 def test_corner_waypoints_have_every_representation() -> None:
