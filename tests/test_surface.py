@@ -596,6 +596,13 @@ class TestPlaneTypes:
             assert set(np.flatnonzero(third == 0)) == self.nearest(axis, delta)
             assert set(np.flatnonzero(fourth == 0)) == self.nearest(axis, -delta)
 
+    def test_a_line_halfway_between_two_nodes_marks_both(self) -> None:
+        # δ = π/32: whichever way the distances are rounded, half a step is within half a step.
+        numbers = coefficients_of(Vehicle(drag_ratio=math.tan(STEP / 2)))
+        third, fourth = types_of("red", AXIS, AXIS, numbers, STEP / 2)
+        assert np.round(AXIS[third == 0] / STEP).tolist() == [-8, -7, 0, 1, 8]
+        assert np.round(AXIS[fourth == 0] / STEP).tolist() == [-8, -1, 0, 7, 8]
+
     def test_the_default_tolerance_is_half_a_step_of_the_papers_grid(self) -> None:
         assert DEFAULT_CROSSING_TOLERANCE == STEP / 2
         assert roots(0.9, -0.4, crossing_tolerance=2.0)[0].types == "(?,?)"
@@ -757,3 +764,12 @@ def test_angles_of_few_bits_are_computed_with_in_full(color: Any) -> None:
             strict=True,
         ):
             assert (ours, ours.dtype) == (expected, np.dtype(float))
+    delta = coefficients_of().delta
+    for single in np.linspace(-1.5, 1.5, 40, dtype=np.float32):
+        for which, line in enumerate((delta, -delta)):
+            to_line = float(single) - line
+            distance = abs(to_line - HALF_PI * round(to_line / HALF_PI))
+            within, beyond = (
+                types_of(color, single, single, coefficients_of(), distance + more)[which] for more in (1e-9, -1e-9)
+            )
+            assert (within == 0, beyond == 0) == (True, False)
