@@ -78,7 +78,8 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
 
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
-    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7)]
+    # The last is one step away from the first, which is near enough.
+    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7), (0.91 - pi / 10, -0.33)]
     graph = surface_graph(sign, 10, waypoints=waypoints)
     assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
     gg.validate_graph(graph)
@@ -126,6 +127,99 @@ def test_flags_hold_along_whole_edges(sign: Any) -> None:
     shares = gg.hover_thrust_shares(along[:, arrays.flyable])
     assert shares.min() > 0
     assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
+
+
+LIMITED = {
+    "paper": gg.PAPER,
+    "strong drag": gg.Vehicle(drag_ratio=0.4),
+    "mirrored": gg.PAPER.replace(first_rotor_spin="counterclockwise"),
+    "narrow": gg.PAPER.replace(max_tilt=pi / 3),
+    "weak": gg.Vehicle(drag_ratio=0.3, mass=1.3, gravity=9.7, max_thrust=5.0),
+    "weak and narrow": gg.Vehicle(drag_ratio=0.1, mass=2.0, gravity=9.81, max_thrust=8.0, max_tilt=1.2),
+}
+
+
+@pytest.mark.parametrize("vehicle", LIMITED.values(), ids=LIMITED)
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, sign: Any) -> None:
+    floor, numbers = 0.2, coefficients_of(vehicle)
+    arrays = surface_arrays(sign, 12, vehicle=vehicle, floor=floor)
+    pairs = arrays.edge.tolist()
+    assert pairs == sorted(pairs)
+    a, b = arrays.edge.T
+    assert (a < b).all()
+    start, end = arrays.alpha[a], arrays.alpha[b]
+    np.testing.assert_allclose(arrays.length, np.hypot(end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]), atol=1e-15)
+    # On one sheet α3 and α4 move as the planes say, or wrap by π; from sheet to sheet nothing is continuous.
+    slope = np.where(arrays.red[a], 1.0, -1.0)[:, None]
+    off = np.abs((end - start)[:, 2:] - slope * (end - start)[:, :2]).max(axis=1)
+    same = arrays.red[a] == arrays.red[b]
+    np.testing.assert_allclose(arrays.jump[same], off[same], atol=1e-12)
+    assert set(np.round(arrays.jump[same] / pi, 9)) <= {0.0, 1.0}
+    assert (arrays.jump[~same] > 0).all()
+    s = np.linspace(0, 1, 201)[:, None, None]
+    smooth = arrays.red[a] & arrays.red[b] & arrays.keeps_sign & (off < 1e-9)
+    assert smooth.any()
+    assert not arrays.flyable[~smooth].any()
+    assert not arrays.least_singular_value[~smooth].any()
+    along = start[smooth] + s * (end - start)[smooth]
+    R = (1 if sign == "positive" else -1) * level_determinant(along, numbers)
+    assert R.min() > 0
+    least = least_singular_value(along, vehicle).min(axis=0)
+    shares = gg.hover_thrust_shares(along, vehicle)
+    margins = [least - floor, shares.min(axis=(0, 2)), np.full(len(least), 1.0)]
+    if vehicle.max_thrust is not None:
+        assert vehicle.mass is not None
+        margins.append(1 - shares.max(axis=(0, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
+    margin = np.min(margins, axis=0)
+    tilt = np.abs(along).max(axis=(0, 2))
+    expected = (margin > 0) & (tilt <= (vehicle.max_tilt or pi) + 1e-9)
+    decided = np.abs(margin) > 1e-3
+    assert np.count_nonzero(decided) > 0.8 * len(decided)
+    np.testing.assert_array_equal(arrays.flyable[smooth][decided], expected[decided])
+    assert 0 < np.count_nonzero(expected) < len(expected)
+    np.testing.assert_allclose(arrays.least_singular_value[smooth], least, atol=2e-4)
+    if vehicle.max_tilt == pi / 3:
+        assert (tilt[arrays.flyable[smooth]] > pi / 3 - 1e-9).any()  # the limit itself is allowed, and is a node
+
+
+def test_a_floor_between_the_bounds_of_an_edge_is_decided() -> None:
+    """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
+    free = surface_arrays("negative", 12, floor=0.0)
+    ends = least_singular_value(free.alpha[free.edge]).min(axis=1)
+    s = np.linspace(0, 1, 101)[:, None, None]
+    start, end = free.alpha[free.edge[:, 0]], free.alpha[free.edge[:, 1]]
+    inside = least_singular_value(start + s * (end - start))[1:-1].min(axis=0)
+    at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
+    values = np.unique(np.round(ends[at_an_end], 12))
+    assert len(values) >= 6
+    for value in values[::3]:
+        concerned = at_an_end & (np.abs(ends - value) < 1e-11)
+        for shift, flies in ((-3e-6, True), (1e-8, False), (3e-6, False)):
+            assert (surface_arrays("negative", 12, floor=float(value) + shift).flyable[concerned] == flies).all()
+
+
+def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
+    with pytest.raises(
+        gg.MissingConstant, match=r"states no mass \(.*\), which the limit of the largest thrust needs$"
+    ):
+        surface_arrays(vehicle=gg.Vehicle(drag_ratio=0.2, max_thrust=3.0))
+
+
+@pytest.mark.parametrize("divisions", [8, 16, 64])
+def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> None:
+    """With δ one step, cos β1 or cos β2 is zero in exact arithmetic on a row and a column of nodes."""
+    vehicle = gg.Vehicle(drag_ratio=float(np.tan(pi / divisions)))
+    nodes: set[Any] = set()
+    for sign in ("positive", "negative"):
+        nodes |= {name[:2] for name in surface_graph(sign, divisions, vehicle=vehicle)}
+    axis, delta = grid_axis(divisions), pi / divisions
+    for i, j in itertools.product(range(1, divisions), repeat=2):
+        a1, a2 = axis[i], axis[j]
+        saddle = 2 * np.tan(delta) * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
+        factors = (np.cos(a1 - delta), np.cos(a2 + delta), saddle)
+        assert ((i, j) in nodes) == (min(map(abs, factors)) > 1e-12)
+    assert not {cell for cell in nodes if cell[0] == 1 or cell[1] == divisions - 1}
 
 
 def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
