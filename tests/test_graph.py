@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph import grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.regions import Zones, red_label
 from gaitgraph.surface import roots
@@ -255,27 +255,44 @@ def test_waypoints_become_nodes_of_their_own() -> None:
     assert all(graph.degree(name) >= 4 for name in own)
 
 
+@pytest.mark.parametrize("kind", ["published", "exact"])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
-def test_ids_count_waypoints_and_their_roots(sign: Any) -> None:
-    """("w", k, m): root m of this sign at the k-th waypoint that is off the grid."""
-    # At the first of them blue lies at a corner of the square: red and four times blue, twice with either sign.
-    end = pi / 2 - 2 * coefficients_of().delta
-    off_grid = [(-end, end), (0.3, -0.4), (1.1, -0.4), (0.3, -0.9)]
-    if sign == "positive":
-        off_grid = [off_grid[0], *((b, a) for a, b in off_grid[1:])]
+def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
+    """("w", k, m): root m of this sign at the k-th waypoint off the grid; with exact coefficients red ones alone."""
+    numbers, wanted = coefficients_of(kind=kind), 1 if sign == "positive" else -1
+    off_grid = [(-0.4, 0.3), (0.3, 1.1), (-0.4, 0.7), (-0.9, 0.3)]
+    if sign == "negative":
+        off_grid = [(b, a) for a, b in off_grid[1:]]
+    elif kind == "published":
+        # Blue lies at a corner of the square: besides red there is four times blue, twice with either sign.
+        off_grid[0] = (2 * numbers.delta - pi / 2, pi / 2 - 2 * numbers.delta)
     waypoints = [off_grid[0], (pi / 16, 0.0), *off_grid[1:], off_grid[1]]
-    graph = surface_graph(sign, waypoints=waypoints)
-    wanted = 1 if sign == "positive" else -1
-    expected = {
-        ("w", k, m): (*root.alpha, root.color)
+    if kind == "exact":
+        waypoints.append((0.7 * wanted, -0.7 * wanted))  # red has the other sign there, and there is no blue
+    arrays = surface_arrays(sign, coefficients=numbers, waypoints=waypoints)
+    expected = [
+        (("w", k, m), (*root.alpha, root.color == "red", root.R))
         for k, point in enumerate(off_grid)
-        for m, root in enumerate(root for root in roots(*point) if wanted * root.R > 0)
-    }
-    assert {name[1] for name in expected} == set(range(4))
-    assert max(name[2] for name in expected) == (2 if sign == "positive" else 1)
-    keys = ("alpha1", "alpha2", "alpha3", "alpha4", "color")
-    found = {name: tuple(data[key] for key in keys) for name, data in graph.nodes(data=True) if name[0] == "w"}
-    assert found == expected
+        for m, root in enumerate(root for root in roots(*point, numbers) if wanted * root.R > 1e-12)
+    ]
+    own = [position for position, name in enumerate(arrays.ids) if name[0] == "w"]
+    assert [arrays.ids[position] for position in own] == [name for name, _ in expected]
+    for position, (_, values) in zip(own, expected, strict=True):
+        assert (*arrays.alpha[position].tolist(), bool(arrays.red[position])) == values[:-1]
+        assert arrays.R[position] == pytest.approx(values[-1], abs=1e-13)
+    assert {name[1] for name, _ in expected} == set(range(len(off_grid)))
+    most = {("published", "positive"): 3, ("published", "negative"): 2}.get((kind, sign), 1)
+    assert max(name[2] for name, _ in expected) == most - 1
+    assert [(-1, -1) if name[0] == "w" else name[:2] for name in arrays.ids] == list(map(tuple, arrays.cell.tolist()))
+
+
+def test_waypoints_on_the_grid_add_nothing(negative: nx.Graph[Any]) -> None:
+    axis = grid_axis()[1:-1]
+    for off in (0.0, 0.9e-9):
+        graph = surface_graph("negative", waypoints=[(a + off, b - off) for a in axis for b in axis])
+        assert list(graph.nodes(data=True)) == list(negative.nodes(data=True))
+        assert list(graph.edges(data=True)) == list(negative.edges(data=True))
+    assert len(surface_graph("negative", waypoints=[(pi / 8 + 1.1e-9, -pi / 8)])) > len(negative)
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
@@ -447,6 +464,12 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 def test_divisions_are_checked(divisions: Any) -> None:
     with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 1024"):
         surface_graph("negative", divisions)
+
+
+def test_whole_numbers_of_divisions_up_to_1024_are_taken() -> None:
+    for divisions in (2, 16, 1024, np.int64(7)):
+        assert checked_divisions(divisions) == divisions
+        assert type(checked_divisions(divisions)) is int
 
 
 def test_signs_are_checked() -> None:
