@@ -620,3 +620,95 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
     with pytest.raises(gg.InputError) as caught:
         gg.plan_loop([(0.5, -0.6), (0.5, -0.7)], graph=graph)
     assert str(caught.value) == ("waypoints: (0.5, -0.7) is no node of the graph; pass waypoints= to surface_graph")
+
+
+def test_where_nothing_flies_the_objective_decides() -> None:
+    """Blue goes straight where red must go round the saddle; red is far from singular, blue never."""
+    robust = gg.plan_loop([(1.0, 0.7), (-0.7, -1.0)], floor=2.0, sign="negative", objective="robust")
+    assert robust.loop is not None
+    assert not robust.report.flyable
+    assert [loop.color for loop in (robust.loop, *robust.alternatives)] == ["red", "blue"]
+    assert robust.loop.length > robust.alternatives[0].length >= 2 * math.hypot(1.7, 1.7) - 1e-9
+    value = robust.report["least_singular_value"].value
+    assert value is not None
+    assert 0.05 < value < 0.5  # less than one, and yet what decides
+    points = [(1.2, 1.0), (-1.0, -1.2)]
+    shortest = gg.plan_loop(points, floor=2.0, sign="negative")
+    robust = gg.plan_loop(points, floor=2.0, sign="negative", objective="robust")
+    for plan, color in ((shortest, "blue"), (robust, "red")):
+        assert plan.loop is not None
+        assert plan.loop.color == color
+        (other,) = plan.alternatives
+        assert (other.length > plan.loop.length) is (color == "blue")
+
+
+def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
+    point = (-1.5, -0.3)
+    assert on_sheet("red", point) < 0 < on_sheet("blue", point)
+    plan = gg.plan_loop([point], floor=2.0)
+    assert plan.loop is not None
+    loops = [(loop.color, loop.sign, loop.length) for loop in (plan.loop, *plan.alternatives)]
+    assert loops == [("red", "negative", 0.0), ("blue", "positive", 0.0)]
+
+
+def test_exact_coefficients_leave_red_alone() -> None:
+    plan = gg.plan_loop(G3.waypoints, coefficients="exact", sign="negative")
+    assert plan.loop is not None
+    assert plan.loop.color == "red"
+    assert plan.alternatives == ()
+    assert [(o.color, o.kind) for o in plan.obstacles] == [("blue", "color")]
+
+
+def test_mixed_loops_are_told_for_each_sign_and_only_where_the_color_is_free() -> None:
+    points = [(-0.5, -0.2), (-1.5, -0.3)]
+    plan = gg.plan_loop(points, divisions=8)
+    assert plan.status == "infeasible"
+    assert [(loop.color, loop.sign, loop.order) for loop in plan.alternatives] == [
+        ("mixed", "positive", (0, 1)),
+        ("mixed", "negative", (0, 1)),
+    ]
+    for loop in plan.alternatives:
+        assert (set(loop.path.colors), loop.report.valid) == ({"red", "blue"}, False)
+    for color in ("red", "blue"):
+        assert gg.plan_loop(points, divisions=8, color=color).alternatives == ()
+
+
+def test_what_was_merged_is_told_in_a_refusal_too() -> None:
+    plan = gg.plan_loop([(0.5, -0.5), (0.5, -0.5), (-0.5, 0.5)], color="red")
+    assert plan.status == "infeasible"
+    assert plan.warnings == ("merged 1 waypoint that repeated the one before",)
+
+
+def test_beside_a_graph_the_rest_of_the_request_counts() -> None:
+    graph = surface_graph("negative")
+    plan = gg.plan_loop(G3.waypoints, graph=graph, color="blue", period=2.0, reverse=True)
+    assert plan.loop is not None
+    assert (plan.request.color, plan.request.period, plan.request.reverse) == ("blue", 2.0, True)
+    assert plan.loop.color == "blue"
+    assert plan.loop.order == (0, 3, 2, 1)
+
+
+def test_a_waypoint_with_roots_of_both_signs_is_told_with_the_R_that_was_wanted() -> None:
+    """On a side of the square α3 = ±π/2 both solve; the two have R of either sign."""
+    fence = [(1.5, 0.4), (1.6, 0.4), (1.6, 0.6), (1.5, 0.6)]
+    plan = gg.plan_loop([(pi / 2, 0.5)], color="red", keep_out=[fence])
+    value = abs(float(gg.level_determinant([pi / 2, 0.5, pi / 2, 0.5], gg.coefficients_of())))
+    assert [obstacle.R for obstacle in plan.obstacles] == [pytest.approx(value), pytest.approx(-value)]
+    assert ["forbids it" in obstacle.message for obstacle in plan.obstacles] == [True, True]
+
+
+def test_walls_are_those_of_the_vehicle_and_stand_on_red_only() -> None:
+    points = [(1.2, -0.6), (-1.5, 0.5)]
+    strong = gg.plan_loop(points, color="red", sign="negative", vehicle=gg.Vehicle(drag_ratio=0.4))
+    line = f"the line α1 = {math.atan(0.4) - pi / 2:.4f} (β1 = ∓π/2)"
+    curve = "the curve tan α1 − tan α2 = 2κ = 0.8000"
+    assert strong.reason == f"no closed loop: red, R < 0: waypoints 1 and 2 are separated by {line} and {curve}"
+    positive = gg.plan_loop([(0, 0), (-1.5, -1.55)], color="red", sign="positive")
+    assert str(positive.reason).startswith("no closed loop: red, R > 0: waypoints 1 and 2 are separated by the line α1")
+    # Blue has no walls, but a fence across the whole plane; red would have the curve between these two.
+    fence = [(0.0, -1.57), (0.2, -1.57), (0.2, 1.57), (0.0, 1.57)]
+    blue = gg.plan_loop([(0.9, -0.3), (-0.5, 0.5)], color="blue", sign="negative", keep_out=[fence])
+    assert [obstacle.message for obstacle in blue.obstacles] == [
+        "blue, R < 0: waypoints 1 and 2 are separated by the keep_out and keep_in polygons, or the grid, "
+        "of 16 divisions: more divisions may join them"
+    ]
