@@ -456,14 +456,14 @@ HINT = "waypoint {} is {:.1e} rad beside the grid node ({}), which costs extra c
 
 def test_hints_name_the_waypoint_its_distance_and_the_node() -> None:
     step = pi / 16
-    points = [(1.178, -1.178), (6 * step, -2 * step), (2 * step, -2 * step + step / 51), (2 * step, -6 * step)]
+    points = [(1.178, -1.178), (6 * step, -2 * step), (2 * step, -2 * step + step / 50.5), (2 * step, -6 * step)]
     plan = gg.plan_loop(points, color="red")
     assert [warning for warning in plan.warnings if "beside" in warning] == [
         HINT.format(1, 6 * step - 1.178, "3π/8, -3π/8"),
-        HINT.format(3, step / 51, "π/8, -π/8"),
+        HINT.format(3, step / 50.5, "π/8, -π/8"),
     ]
     # A fiftieth of a step is no slip of the pen any more, and 1e-9 rad is the node itself.
-    for off in (step / 49, 0.9e-9):
+    for off in (step / 49.5, 0.9e-9):
         plan = gg.plan_loop([(6 * step, -2 * step), (2 * step + off, -2 * step)], color="red")
         assert not any("beside" in warning for warning in plan.warnings)
     # On an odd number of divisions the nodes lie elsewhere.
@@ -538,6 +538,11 @@ def test_a_forbidden_waypoint_is_told_from_one_with_the_wrong_sign() -> None:
         ("red", "negative", "waypoint", (2,), forbidden),
     ]
     assert plan.obstacles[1].R == pytest.approx(second)
+    # However small R is there: on blue it is only what rounding leaves of zero.
+    blue = gg.plan_loop([(0.8, -0.4)], color="blue", sign="negative", keep_out=[wall])
+    (obstacle,) = blue.obstacles
+    assert obstacle.R == pytest.approx(on_sheet("blue", (0.8, -0.4)), abs=1e-12)
+    assert obstacle.message == "blue, R < 0: waypoint 1 (0.8000, -0.4000) lies where keep_out or keep_in forbids it"
 
 
 def test_a_singular_waypoint_is_told_with_its_place() -> None:
@@ -649,6 +654,16 @@ def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
     assert plan.loop is not None
     loops = [(loop.color, loop.sign, loop.length) for loop in (plan.loop, *plan.alternatives)]
     assert loops == [("red", "negative", 0.0), ("blue", "positive", 0.0)]
+
+
+@pytest.mark.parametrize(("second", "signs"), [(-0.5, ["negative", "positive"]), (0.5, ["positive", "negative"])])
+def test_a_red_loop_of_either_sign_what_flies_first_then_the_positive_one(second: float, signs: list[str]) -> None:
+    """On a side of the square red has both signs: the same directions, opposite rotors reversed against each other."""
+    plan = gg.plan_loop([(pi / 2, second)], color="red")
+    assert plan.loop is not None
+    loops = [plan.loop, *plan.alternatives]
+    assert [(loop.sign, loop.length) for loop in loops] == [(sign, 0.0) for sign in signs]
+    assert [loop.report.flyable for loop in loops] == [second < 0, False]
 
 
 def test_exact_coefficients_leave_red_alone() -> None:
