@@ -39,6 +39,7 @@ def test_the_papers_gaits_plan_themselves(gait: PublishedGait) -> None:
     assert len(plan.loop.path.alpha) == 16
     assert plan.loop.length == pytest.approx(pi)
     assert (plan.reason is None) is gait.flyable
+    assert (plan.report.reachability in plan.warnings) is (not gait.reachable)
 
 
 def test_red_is_preferred_because_it_flies_and_blue_is_the_alternative() -> None:
