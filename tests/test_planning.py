@@ -240,6 +240,8 @@ def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
     assert not loop.report["continuous"].ok
     assert not loop.report.valid
     assert loop.as_mapping()["color"] == "mixed"
+    # Who asks for one color is not told of two.
+    assert gg.plan_loop([("3pi/8", "-3pi/8"), ("-pi/8", "0")], graph=graph, color="red").alternatives == ()
 
 
 def test_a_users_graph_is_planned_on() -> None:
