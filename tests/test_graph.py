@@ -183,20 +183,23 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
         assert (tilt[arrays.flyable[smooth]] > pi / 3 - 1e-9).any()  # the limit itself is allowed, and is a node
 
 
-def test_a_floor_between_the_bounds_of_an_edge_is_decided() -> None:
+@pytest.mark.parametrize("vehicle", [gg.PAPER, gg.Vehicle(drag_ratio=0.4)], ids=lambda vehicle: vehicle.name)
+def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -> None:
     """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
-    free = surface_arrays("negative", 12, floor=0.0)
-    ends = least_singular_value(free.alpha[free.edge]).min(axis=1)
+    free = surface_arrays("negative", 12, vehicle=vehicle, floor=0.0)
+    ends = least_singular_value(free.alpha[free.edge], vehicle).min(axis=1)
     s = np.linspace(0, 1, 101)[:, None, None]
     start, end = free.alpha[free.edge[:, 0]], free.alpha[free.edge[:, 1]]
-    inside = least_singular_value(start + s * (end - start))[1:-1].min(axis=0)
+    inside = least_singular_value(start + s * (end - start), vehicle)[1:-1].min(axis=0)
     at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
     values = np.unique(np.round(ends[at_an_end], 12))
     assert len(values) >= 6
     for value in values[::3]:
         concerned = at_an_end & (np.abs(ends - value) < 1e-11)
         for shift, flies in ((-3e-6, True), (1e-8, False), (3e-6, False)):
-            assert (surface_arrays("negative", 12, floor=float(value) + shift).flyable[concerned] == flies).all()
+            assert (
+                surface_arrays("negative", 12, vehicle=vehicle, floor=float(value) + shift).flyable[concerned] == flies
+            ).all()
 
 
 def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
