@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph import grid_axis, surface_arrays, surface_graph
+from gaitgraph.graph import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.regions import Zones, red_label
+from gaitgraph.surface import roots
 
 
 @pytest.fixture(scope="module")
@@ -77,10 +78,14 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
 
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
-    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7)]
+    # The last is one step away from the first, which is near enough.
+    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7), (0.91 - pi / 10, -0.33)]
     graph = surface_graph(sign, 10, waypoints=waypoints)
     assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
     gg.validate_graph(graph)
+    for divisions in range(2, 9):
+        coarse = surface_graph(sign, divisions)
+        assert {frozenset(edge) for edge in coarse.edges} == brute_edges(coarse)
 
 
 def test_jumps(negative: nx.Graph[Any]) -> None:
@@ -124,6 +129,102 @@ def test_flags_hold_along_whole_edges(sign: Any) -> None:
     assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
 
 
+LIMITED = {
+    "paper": gg.PAPER,
+    "strong drag": gg.Vehicle(drag_ratio=0.4),
+    "mirrored": gg.PAPER.replace(first_rotor_spin="counterclockwise"),
+    "narrow": gg.PAPER.replace(max_tilt=pi / 3),
+    "weak": gg.Vehicle(drag_ratio=0.3, mass=1.3, gravity=9.7, max_thrust=5.0),
+    "weak and narrow": gg.Vehicle(drag_ratio=0.1, mass=2.0, gravity=9.81, max_thrust=8.0, max_tilt=1.2),
+}
+
+
+@pytest.mark.parametrize("vehicle", LIMITED.values(), ids=LIMITED)
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, sign: Any) -> None:
+    floor, numbers = 0.2, coefficients_of(vehicle)
+    arrays = surface_arrays(sign, 12, vehicle=vehicle, floor=floor)
+    pairs = arrays.edge.tolist()
+    assert pairs == sorted(pairs)
+    a, b = arrays.edge.T
+    assert (a < b).all()
+    start, end = arrays.alpha[a], arrays.alpha[b]
+    np.testing.assert_allclose(arrays.length, np.hypot(end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]), atol=1e-15)
+    # On one sheet α3 and α4 move as the planes say, or wrap by π; from sheet to sheet nothing is continuous.
+    slope = np.where(arrays.red[a], 1.0, -1.0)[:, None]
+    off = np.abs((end - start)[:, 2:] - slope * (end - start)[:, :2]).max(axis=1)
+    same = arrays.red[a] == arrays.red[b]
+    np.testing.assert_allclose(arrays.jump[same], off[same], atol=1e-12)
+    assert set(np.round(arrays.jump[same] / pi, 9)) <= {0.0, 1.0}
+    assert (arrays.jump[~same] > 0).all()
+    s = np.linspace(0, 1, 201)[:, None, None]
+    smooth = arrays.red[a] & arrays.red[b] & arrays.keeps_sign & (off < 1e-9)
+    assert smooth.any()
+    assert not arrays.flyable[~smooth].any()
+    assert not arrays.least_singular_value[~smooth].any()
+    along = start[smooth] + s * (end - start)[smooth]
+    R = (1 if sign == "positive" else -1) * level_determinant(along, numbers)
+    assert R.min() > 0
+    least = least_singular_value(along, vehicle).min(axis=0)
+    shares = gg.hover_thrust_shares(along, vehicle)
+    margins = [least - floor, shares.min(axis=(0, 2)), np.full(len(least), 1.0)]
+    if vehicle.max_thrust is not None:
+        assert vehicle.mass is not None
+        margins.append(1 - shares.max(axis=(0, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
+    margin = np.min(margins, axis=0)
+    tilt = np.abs(along).max(axis=(0, 2))
+    expected = (margin > 0) & (tilt <= (vehicle.max_tilt or pi) + 1e-9)
+    decided = np.abs(margin) > 1e-3
+    assert np.count_nonzero(decided) > 0.8 * len(decided)
+    np.testing.assert_array_equal(arrays.flyable[smooth][decided], expected[decided])
+    assert 0 < np.count_nonzero(expected) < len(expected)
+    np.testing.assert_allclose(arrays.least_singular_value[smooth], least, atol=2e-4)
+    if vehicle.max_tilt == pi / 3:
+        assert (tilt[arrays.flyable[smooth]] > pi / 3 - 1e-9).any()  # the limit itself is allowed, and is a node
+
+
+@pytest.mark.parametrize("vehicle", [gg.PAPER, gg.Vehicle(drag_ratio=0.4)], ids=lambda vehicle: vehicle.name)
+def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -> None:
+    """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
+    free = surface_arrays("negative", 12, vehicle=vehicle, floor=0.0)
+    ends = least_singular_value(free.alpha[free.edge], vehicle).min(axis=1)
+    s = np.linspace(0, 1, 101)[:, None, None]
+    start, end = free.alpha[free.edge[:, 0]], free.alpha[free.edge[:, 1]]
+    inside = least_singular_value(start + s * (end - start), vehicle)[1:-1].min(axis=0)
+    at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
+    values = np.unique(np.round(ends[at_an_end], 12))
+    assert len(values) >= 6
+    for value in values[::3]:
+        concerned = at_an_end & (np.abs(ends - value) < 1e-11)
+        for shift, flies in ((-3e-6, True), (1e-8, False), (3e-6, False)):
+            assert (
+                surface_arrays("negative", 12, vehicle=vehicle, floor=float(value) + shift).flyable[concerned] == flies
+            ).all()
+
+
+def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
+    with pytest.raises(
+        gg.MissingConstant, match=r"states no mass \(.*\), which the limit of the largest thrust needs$"
+    ):
+        surface_arrays(vehicle=gg.Vehicle(drag_ratio=0.2, max_thrust=3.0))
+
+
+@pytest.mark.parametrize("divisions", [8, 16, 64])
+def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> None:
+    """With δ one step, cos β1 or cos β2 is zero in exact arithmetic on a row and a column of nodes."""
+    vehicle = gg.Vehicle(drag_ratio=float(np.tan(pi / divisions)))
+    nodes: set[Any] = set()
+    for sign in ("positive", "negative"):
+        nodes |= {name[:2] for name in surface_graph(sign, divisions, vehicle=vehicle)}
+    axis, delta = grid_axis(divisions), pi / divisions
+    for i, j in itertools.product(range(1, divisions), repeat=2):
+        a1, a2 = axis[i], axis[j]
+        saddle = 2 * np.tan(delta) * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
+        factors = (np.cos(a1 - delta), np.cos(a2 + delta), saddle)
+        assert ((i, j) in nodes) == (min(map(abs, factors)) > 1e-12)
+    assert not {cell for cell in nodes if cell[0] == 1 or cell[1] == divisions - 1}
+
+
 def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
     """Near a saddle, nodes of different components with R of one sign can be neighbours."""
     leaks = 0
@@ -155,6 +256,88 @@ def test_waypoints_become_nodes_of_their_own() -> None:
     assert all(graph.nodes[name]["cell"] is None for name in own)
     assert {graph.nodes[name]["alpha1"] for name in own} == {0.91}
     assert all(graph.degree(name) >= 4 for name in own)
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+@pytest.mark.parametrize("sign", ["negative", "positive"])
+def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
+    """("w", k, m): root m of this sign at the k-th waypoint off the grid; with exact coefficients red ones alone."""
+    numbers, wanted = coefficients_of(kind=kind), 1 if sign == "positive" else -1
+    off_grid = [(-0.4, 0.3), (0.3, 1.1), (-0.4, 0.7), (-0.9, 0.3)]
+    if sign == "negative":
+        off_grid = [(b, a) for a, b in off_grid[1:]]
+    elif kind == "published":
+        # Blue lies at a corner of the square: besides red there is four times blue, twice with either sign.
+        off_grid[0] = (2 * numbers.delta - pi / 2, pi / 2 - 2 * numbers.delta)
+    waypoints = [off_grid[0], (pi / 16, 0.0), *off_grid[1:], off_grid[1]]
+    if kind == "exact":
+        waypoints.append((0.7 * wanted, -0.7 * wanted))  # red has the other sign there, and there is no blue
+    arrays = surface_arrays(sign, coefficients=numbers, waypoints=waypoints)
+    expected = [
+        (("w", k, m), (*root.alpha, root.color == "red", root.R))
+        for k, point in enumerate(off_grid)
+        for m, root in enumerate(root for root in roots(*point, numbers) if wanted * root.R > 1e-12)
+    ]
+    own = [position for position, name in enumerate(arrays.ids) if name[0] == "w"]
+    assert [arrays.ids[position] for position in own] == [name for name, _ in expected]
+    for position, (_, values) in zip(own, expected, strict=True):
+        assert (*arrays.alpha[position].tolist(), bool(arrays.red[position])) == values[:-1]
+        assert arrays.R[position] == pytest.approx(values[-1], abs=1e-13)
+    assert {name[1] for name, _ in expected} == set(range(len(off_grid)))
+    most = {("published", "positive"): 3, ("published", "negative"): 2}.get((kind, sign), 1)
+    assert max(name[2] for name, _ in expected) == most - 1
+    assert [(-1, -1) if name[0] == "w" else name[:2] for name in arrays.ids] == list(map(tuple, arrays.cell.tolist()))
+
+
+def test_waypoints_on_the_grid_add_nothing(negative: nx.Graph[Any]) -> None:
+    axis = grid_axis()[1:-1]
+    for off in (0.0, 0.9e-9):
+        graph = surface_graph("negative", waypoints=[(a + off, b - off) for a in axis for b in axis])
+        assert list(graph.nodes(data=True)) == list(negative.nodes(data=True))
+        assert list(graph.edges(data=True)) == list(negative.edges(data=True))
+    assert len(surface_graph("negative", waypoints=[(pi / 8 + 1.1e-9, -pi / 8)])) > len(negative)
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
+    vehicle = gg.PAPER.replace(first_arm_angle=0.3) if kind == "exact" else gg.PAPER
+    numbers = coefficients_of(vehicle, kind)
+    graph = surface_graph("positive", 7, vehicle=vehicle, coefficients=numbers, floor=0.9)
+    assert graph.graph == {
+        "contract": "gaitgraph surface graph 1",
+        "divisions": 7,
+        "step": pi / 7,
+        "sign": "positive",
+        "coefficients": kind,
+        "vehicle": vehicle.as_mapping(),
+        "crossing_tolerance": pi / 14,
+        "floor": 0.9,
+    }
+    assert vehicle_and_coefficients(graph) == (vehicle, numbers)
+    for key in ("vehicle", "coefficients"):
+        with pytest.raises(gg.ContractError, match=f"^graph metadata: '{key}' is missing$"):
+            vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
+
+
+def test_the_papers_vehicle_with_exact_coefficients_keeps_them() -> None:
+    exact = coefficients_of(kind="exact")
+    assert vehicle_and_coefficients(surface_graph(divisions=2, coefficients=exact)) == (gg.PAPER, exact)
+
+
+def test_the_floor_alone_takes_edges_away() -> None:
+    free = surface_arrays("negative", 8, floor=0.0)
+    counts = []
+    for floor in (0.1, 0.3, 0.6, 0.9, 1.2):
+        arrays = surface_arrays("negative", 8, floor=floor)
+        decided = np.abs(free.least_singular_value - floor) > 1e-4
+        expected = free.flyable & (free.least_singular_value >= floor)
+        np.testing.assert_array_equal(arrays.flyable[decided], expected[decided])
+        np.testing.assert_array_equal(arrays.least_singular_value, free.least_singular_value)
+        graph = surface_graph("negative", 8, floor=floor)
+        assert [data["flyable"] for *_, data in graph.edges(data=True)].count(True) == arrays.flyable.sum()
+        counts.append(int(arrays.flyable.sum()))
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[2] > counts[-1] == 0
 
 
 def test_corner_waypoints_have_every_representation() -> None:
@@ -284,6 +467,12 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 def test_divisions_are_checked(divisions: Any) -> None:
     with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 1024"):
         surface_graph("negative", divisions)
+
+
+def test_whole_numbers_of_divisions_up_to_1024_are_taken() -> None:
+    for divisions in (2, 16, 1024, np.int64(7)):
+        assert checked_divisions(divisions) == divisions
+        assert type(checked_divisions(divisions)) is int
 
 
 def test_signs_are_checked() -> None:

@@ -18,11 +18,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sympy
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.invertibility import (
     body_vertical,
     coefficients_of,
@@ -35,6 +35,7 @@ from gaitgraph.invertibility import (
     least_singular_value_on_red,
     level_determinant,
     level_determinant_resolution,
+    pair_features,
     pitch_sensitivity,
     roll_sensitivity,
     scaled_decoupling_matrix,
@@ -453,6 +454,43 @@ class TestCodeAgainstThePaper:
         np.testing.assert_allclose(determinant(alpha, PUBLISHED), evaluated(mended("(6)"), alpha), atol=1e-13)
 
 
+class TestCoefficients:
+    def test_published_ones_are_the_printed_digits_and_the_angle_that_follows_from_the_first(self) -> None:
+        for numbers in (coefficients_of(), coefficients_of(PAPER), coefficients_of(PAPER, "published")):
+            assert numbers.kind == "published"
+            assert (numbers.attitude, numbers.single, numbers.double, numbers.triple) == (2.880, 5.592, 0.9716, 0.1687)
+            assert 1 / math.tan(2 * numbers.delta) == pytest.approx(2.880, rel=1e-15)
+            assert numbers.first_arm_angle == 0.0
+
+    @by_name
+    @pytest.mark.parametrize("kappa", KAPPAS)
+    def test_exact_ones_are_functions_of_kappa(self, vehicle: Vehicle, kappa: float) -> None:
+        numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
+        signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
+        for name, printed in (("attitude", "2.880"), ("single", "5.592"), ("double", "0.9716"), ("triple", "0.1687")):
+            assert getattr(numbers, name) == pytest.approx(IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15)
+        # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
+        assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
+        assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
+        assert numbers.first_arm_angle == vehicle.first_arm_angle
+
+    def test_the_papers_digits_are_refused_for_another_vehicle_with_both_kappas(self) -> None:
+        with pytest.raises(InputError) as caught:
+            coefficients_of(vehicle_named("beetle_omni"), "published")
+        assert str(caught.value) == (
+            "coefficients: 'published' belong to the paper's vehicle (κ = 0.168666), not to 'beetle_omni' "
+            "(κ = 0.0599129); allowed is 'exact'"
+        )
+
+    def test_pair_features_are_those_of_two_angles(self) -> None:
+        first, opposite = np.random.default_rng(32).uniform(-math.pi, math.pi, (2, 50))
+        expected = [np.cos(first) * np.cos(opposite), np.sin(first) * np.sin(opposite), np.sin(first + opposite)]
+        np.testing.assert_allclose(pair_features(first, opposite), np.stack(expected, axis=-1), atol=1e-15)
+        # Numbers of few bits are taken at their value: 1 − 3 is no 254, and cosines keep all digits.
+        for narrow in (np.uint8, np.int8, np.float32):
+            np.testing.assert_array_equal(pair_features(narrow(1), narrow(3)), pair_features(1.0, 3.0))
+
+
 class TestDeterminantAgainstTheMatrix:
     @by_name
     def test_the_decoupling_matrix_in_si_units(self, vehicle: Vehicle) -> None:
@@ -511,7 +549,8 @@ class TestDeterminantAgainstTheMatrix:
         numbers = coefficients_of(Vehicle(drag_ratio=kappa), "exact")
         delta = math.atan(kappa)
         rng = np.random.default_rng(13)
-        samples = [*random_tilts(14, 6)]
+        # Right angles: the pair features all but vanish there, and what is left of them is rounding.
+        samples = [*random_tilts(14, 6), *CORNERS[[0, -1]], np.array([HALF_PI, -HALF_PI, 3.0, 3.0])]
         for first, second in rng.uniform(-1.5, 1.5, (6, 2)):
             samples += [np.array([first, second, 2 * delta - first, -2 * delta - second]) + rng.normal(0, 1e-9, 4)]
             samples += [np.array([first, second, first, second])]
@@ -572,6 +611,23 @@ class TestForcesAndTorques:
         np.testing.assert_allclose(force @ inputs, [0, 0, 4 * 8.048e-6], rtol=1e-15, atol=1e-20)
         np.testing.assert_allclose(moment @ inputs, 0, atol=1e-20)
 
+    @pytest.mark.parametrize(
+        ("function", "what", "constants"),
+        [
+            (control_force_matrix, "the control force matrix", ["thrust_coefficient"]),
+            (control_moment_matrix, "the control moment matrix", ["thrust_coefficient", "arm_length"]),
+            (decoupling_matrix, "the decoupling matrix", ["mass", "inertia", "arm_length", "thrust_coefficient"]),
+        ],
+    )
+    def test_a_constant_that_is_not_stated_is_named_with_what_needs_it(
+        self, function: Callable[..., Any], what: str, constants: list[str]
+    ) -> None:
+        whole = {name: getattr(PAPER, name) for name in ("drag_ratio", "mass", "inertia", *constants)}
+        for missing in constants:
+            vehicle = Vehicle(**{name: value for name, value in whole.items() if name != missing})
+            with pytest.raises(MissingConstant, match=rf" states no {missing} \(.*\), which {what} needs$"):
+                function([0, 0, 0, 0], vehicle)
+
     @given(roll=rolls, pitch=pitches)
     @settings(deadline=None, max_examples=50)
     def test_the_vertical_seen_from_the_body(self, roll: float, pitch: float) -> None:
@@ -581,6 +637,7 @@ class TestForcesAndTorques:
 
 class TestTurningAndMirroring:
     @given(alpha=tilts, turn=st.floats(-7, 7), roll=rolls, pitch=pitches)
+    @example(alpha=(0.3, -0.9, 1.1, 0.4), turn=1.0, roll=0.2, pitch=-0.5)
     @settings(deadline=None, max_examples=100)
     def test_turned_arms_see_a_turned_attitude(
         self, alpha: tuple[float, ...], turn: float, roll: float, pitch: float
@@ -723,6 +780,13 @@ class TestHoverThrusts:
         expected = ((first < delta) & (second > -delta)) | ((first > delta) & (second < -delta))
         assert (upward == expected).all()
         assert 0 < np.count_nonzero(upward) < 300
+
+    @pytest.mark.parametrize("vehicle", [PAPER, vehicle_named("beetle_omni")], ids=lambda vehicle: vehicle.name)
+    def test_with_all_rotors_lying_flat_no_thrust_is_enough(self, vehicle: Vehicle) -> None:
+        # R = 0 there. Up to rounding nothing pushes up: the answer is huge or infinite, and is given without a warning.
+        for alpha in ([HALF_PI] * 4, [-HALF_PI] * 4):
+            assert abs(float(level_determinant(alpha, coefficients_of(vehicle, "exact")))) < 1e-13
+            assert (np.abs(hover_thrust_shares(alpha, vehicle)) > 1e12).all()
 
     def test_on_blue_there_are_none(self) -> None:
         # β is a whole number of right angles, so that the zeros are exact and the answer is not a ratio of noise.
@@ -889,6 +953,33 @@ class TestResolution:
         # And is not far beyond it.
         assert (resolution <= 10 * worst).all()
 
+    def test_to_first_order_it_is_the_sum_of_slopes_times_roundings(self) -> None:
+        # R is linear in its numbers, so that differences give its slopes there; those in the angles are central ones.
+        for alpha in random_tilts(33, 40):
+            value = float(level_determinant(alpha, PUBLISHED))
+            expected = 0.0
+            for name, off in zip(("single", "double", "triple"), PUBLISHED.rounding[1:], strict=True):
+                more = replace(PUBLISHED, **{name: getattr(PUBLISHED, name) + 1})
+                expected += off * abs(float(level_determinant(alpha, more)) - value)
+            for i, off in enumerate(1e-7 + np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_rounding):
+                step = 1e-5 * np.eye(4)[i]
+                difference = level_determinant(alpha + step, PUBLISHED) - level_determinant(alpha - step, PUBLISHED)
+                expected += off * abs(float(difference)) / 2e-5
+            resolution = float(level_determinant_resolution(alpha, PUBLISHED, 1e-7))
+            second_order = 100 * (1e-7 + 2 * PUBLISHED.delta_rounding) ** 2
+            assert expected - 1e-9 <= resolution <= expected + second_order
+
+    def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:
+        # Without `single`, R = 4 at α = 0 is stationary in all angles and does not depend on the other numbers.
+        numbers = replace(PUBLISHED, single=0.0)
+        derived = 2 * numbers.delta_rounding
+        for rounding in (0.0, derived, 1e-3):
+            reach = rounding + np.array([0.0, 0.0, 1.0, 1.0]) * derived
+            moved = np.array(list(itertools.product((-1.0, 1.0), repeat=4))) * reach
+            worst = float(np.abs(level_determinant(moved, numbers) - 4.0).max())
+            assert worst > (rounding + derived) ** 2
+            assert worst <= float(level_determinant_resolution(np.zeros(4), numbers, rounding))
+
     def test_the_rounding_of_the_crossing_angle_is_that_of_its_cotangent(self) -> None:
         ends = [0.5 * math.atan2(1.0, 2.880 + shift) for shift in (-5e-4, 5e-4)]
         assert max(abs(end - PUBLISHED.delta) for end in ends) == pytest.approx(PUBLISHED.delta_rounding, rel=1e-3)
@@ -941,6 +1032,24 @@ class TestShapes:
         before = alpha.copy()
         function(alpha)
         np.testing.assert_array_equal(alpha, before)
+
+    @pytest.mark.parametrize("narrow", [np.int8, np.float32])
+    def test_numbers_of_few_bits_are_computed_with_in_full(self, narrow: Any) -> None:
+        for function in FUNCTIONS.values():
+            few = np.array([1, 0, 1, -1], dtype=narrow)
+            np.testing.assert_array_equal(function(few), function(few.astype(float)))
+        for with_attitude in WITH_ATTITUDE.values():
+            alpha, roll, pitch = np.array([0.4, 0.1, -0.3, 0.2]), narrow(2), narrow(1)
+            np.testing.assert_array_equal(with_attitude(alpha, roll, pitch), with_attitude(alpha, 2.0, 1.0))
+        np.testing.assert_array_equal(
+            least_singular_value_on_red(narrow(1), narrow(-1)), least_singular_value_on_red(1, -1.0)
+        )
+
+    def test_level_flight_is_the_default_attitude(self) -> None:
+        alpha = random_tilts(34, 5)
+        for function in (scaled_decoupling_matrix, decoupling_matrix, least_singular_value):
+            np.testing.assert_array_equal(function(alpha), function(alpha, PAPER, 0.0, 0.0))
+        np.testing.assert_array_equal(determinant(alpha, EXACT), determinant(alpha, EXACT, 0.0, 0.0))
 
     @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
     @pytest.mark.parametrize("shape", [(), (0,), (3,), (5,), (4, 3), (4, 1), (2, 4, 5)])

@@ -17,6 +17,8 @@ from gaitgraph.graph import surface_graph
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
+    import networkx as nx
+
     from gaitgraph.plans import Plan
 
 G1, G2, G3, G4 = GAITS
@@ -37,6 +39,7 @@ def test_the_papers_gaits_plan_themselves(gait: PublishedGait) -> None:
     assert len(plan.loop.path.alpha) == 16
     assert plan.loop.length == pytest.approx(pi)
     assert (plan.reason is None) is gait.flyable
+    assert (plan.report.reachability in plan.warnings) is (not gait.reachable)
 
 
 def test_red_is_preferred_because_it_flies_and_blue_is_the_alternative() -> None:
@@ -237,6 +240,8 @@ def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
     assert not loop.report["continuous"].ok
     assert not loop.report.valid
     assert loop.as_mapping()["color"] == "mixed"
+    # Who asks for one color is not told of two.
+    assert gg.plan_loop([("3pi/8", "-3pi/8"), ("-pi/8", "0")], graph=graph, color="red").alternatives == ()
 
 
 def test_a_users_graph_is_planned_on() -> None:
@@ -442,3 +447,300 @@ def test_any_order_beyond_nine_waypoints_says_that_it_is_a_heuristic() -> None:
     assert "order of 10 waypoints" in warning
     assert "not proven shortest" in warning
     assert not any("Christofides" in text for text in gg.plan_loop(points[:9], any_order=True).warnings)
+
+
+def test_the_loop_is_made_for_the_request() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=20.0)
+    for kind in ("published", "exact"):
+        plan = gg.plan_loop(
+            G3.waypoints, vehicle=vehicle, coefficients=kind, divisions=8, floor=0.01, period=3.0, law="constant-speed"
+        )
+        assert plan.loop is not None
+        for gait in (plan.loop.path, plan.loop.gait, plan.gait):
+            assert gait.vehicle == vehicle
+            assert gait.coefficients == gg.coefficients_of(vehicle, kind)
+            assert gait.crossing_tolerance == pi / 16
+        assert plan.report["least_singular_value"].limit == 0.01
+        rate = plan.report["tilt_rate"].value
+        timed = gg.parametrize(plan.gait, 3.0, law="constant-speed")
+        assert rate == timed.check()["tilt_rate"].value
+        assert plan.loop.path.color == plan.loop.gait.color == "red"
+        assert plan.loop.order == (0, 1, 2, 3)
+
+
+HINT = "waypoint {} is {:.1e} rad beside the grid node ({}), which costs extra corners"
+
+
+def test_hints_name_the_waypoint_its_distance_and_the_node() -> None:
+    step = pi / 16
+    points = [(1.178, -1.178), (6 * step, -2 * step), (2 * step, -2 * step + step / 50.5), (2 * step, -6 * step)]
+    plan = gg.plan_loop(points, color="red")
+    assert [warning for warning in plan.warnings if "beside" in warning] == [
+        HINT.format(1, 6 * step - 1.178, "3π/8, -3π/8"),
+        HINT.format(3, step / 50.5, "π/8, -π/8"),
+    ]
+    # A fiftieth of a step is no slip of the pen any more, and 1e-9 rad is the node itself.
+    for off in (step / 49.5, 0.9e-9):
+        plan = gg.plan_loop([(6 * step, -2 * step), (2 * step + off, -2 * step)], color="red")
+        assert not any("beside" in warning for warning in plan.warnings)
+    # On an odd number of divisions the nodes lie elsewhere.
+    third = pi / 15
+    plan = gg.plan_loop([(5.5 * third + 1e-4, -4.5 * third), (2.5 * third, -4.5 * third)], color="red", divisions=15)
+    assert [warning for warning in plan.warnings if "beside" in warning] == [HINT.format(1, 1e-4, "1.1519, -0.9425")]
+
+
+def refusals(plan: Plan) -> list[tuple[str, str, str, tuple[int, ...], str]]:
+    return [(o.color, o.sign, o.kind, o.waypoints, o.message) for o in plan.obstacles]
+
+
+def on_sheet(color: str, point: tuple[float, float]) -> float:
+    """Return R of equation (6) on a sheet, from the planes themselves."""
+    (a1, a2), delta = point, gg.coefficients_of().delta
+    a3, a4 = (a1, a2) if color == "red" else (2 * delta - a1, -2 * delta - a2)
+    a3, a4 = (angle - pi * round(angle / pi) for angle in (a3, a4))  # a shift by π turns the sign of R
+    return float(gg.level_determinant([a1, a2, a3, a4], gg.coefficients_of()))
+
+
+def test_each_color_and_sign_without_a_loop_is_refused_by_the_first_waypoint_in_its_way() -> None:
+    points = [(-0.5, 0.5), (-1.5, 0.5)]
+    told: list[str] = []
+    plan = gg.plan_loop(points, progress=told.append)
+    expected = []
+    for sign, relation in (("positive", ">"), ("negative", "<")):
+        for color in ("red", "blue"):
+            values = [on_sheet(color, point) for point in points]
+            first = [value > 0 for value in values].index(sign == "negative")
+            place = ("1 (-0.5000, 0.5000)", "2 (-1.5000, 0.5000)")[first]
+            message = f"{color}, R {relation} 0: waypoint {place} has R = {values[first]:.4g}"
+            expected.append((color, sign, "waypoint", (first + 1,), message))
+            obstacle = plan.obstacles[len(expected) - 1]
+            assert obstacle.R == pytest.approx(values[first], abs=1e-12)
+    assert refusals(plan) == expected
+    assert plan.reason == "no closed loop: " + "; ".join(message for *_, message in expected)
+    assert [list(point) for point in plan.waypoints] == [list(point) for point in points]
+    # With either sign each waypoint has a root of one color: both graphs were needed.
+    searching = ["searching red loops", "searching blue loops"]
+    assert told == ["building the graph with R > 0", *searching, "building the graph with R < 0", *searching]
+
+
+def test_where_no_waypoint_could_serve_no_graph_is_built() -> None:
+    points = [(0.5, -0.5), (-0.5, 0.5)]
+    told: list[str] = []
+    plan = gg.plan_loop(points, coefficients="exact", progress=told.append)
+    exact = gg.coefficients_of(kind="exact")
+    R = [float(gg.level_determinant([*point, *point], exact)) for point in points]
+    blue = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
+    red = [f"red, R > 0: waypoint 1 (0.5000, -0.5000) has R = {R[0]:.4g}"]
+    red += [f"red, R < 0: waypoint 2 (-0.5000, 0.5000) has R = {R[1]:.4g}"]
+    assert refusals(plan) == [
+        ("red", "positive", "waypoint", (1,), red[0]),
+        ("blue", "positive", "color", (), blue),
+        ("red", "negative", "waypoint", (2,), red[1]),
+        ("blue", "negative", "color", (), blue),
+    ]
+    assert [obstacle.R for obstacle in plan.obstacles] == [pytest.approx(R[0]), 0.0, pytest.approx(R[1]), 0.0]
+    assert plan.reason == f"no closed loop: {red[0]}; {blue}; {red[1]}"
+    assert plan.alternatives == ()
+    assert told == []
+
+
+def test_a_forbidden_waypoint_is_told_from_one_with_the_wrong_sign() -> None:
+    wall = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
+    plan = gg.plan_loop([(0.3, -0.9), (0.8, -0.4)], color="red", keep_out=[wall])
+    first, second = on_sheet("red", (0.3, -0.9)), on_sheet("red", (0.8, -0.4))
+    assert max(first, second) < 0
+    forbidden = "red, R < 0: waypoint 2 (0.8000, -0.4000) lies where keep_out or keep_in forbids it"
+    assert refusals(plan) == [
+        ("red", "positive", "waypoint", (1,), f"red, R > 0: waypoint 1 (0.3000, -0.9000) has R = {first:.4g}"),
+        ("red", "negative", "waypoint", (2,), forbidden),
+    ]
+    assert plan.obstacles[1].R == pytest.approx(second)
+    # However small R is there: on blue it is only what rounding leaves of zero.
+    blue = gg.plan_loop([(0.8, -0.4)], color="blue", sign="negative", keep_out=[wall])
+    (obstacle,) = blue.obstacles
+    assert obstacle.R == pytest.approx(on_sheet("blue", (0.8, -0.4)), abs=1e-12)
+    assert obstacle.message == "blue, R < 0: waypoint 1 (0.8000, -0.4000) lies where keep_out or keep_in forbids it"
+
+
+def test_a_singular_waypoint_is_told_with_its_place() -> None:
+    edge = gg.coefficients_of(kind="exact").delta - pi / 2
+    plan = gg.plan_loop([(edge, 0.3)], color="red", coefficients="exact")
+    place = f"waypoint 1 ({edge:.4f}, 0.3000) has R = 0, the matrix is singular there"
+    assert [obstacle.message for obstacle in plan.obstacles] == [f"red, R > 0: {place}", f"red, R < 0: {place}"]
+
+
+def reachable(graph: nx.Graph[Any], node: Any) -> int:
+    """Return how many nodes can be reached without a jump and without a change of the sign of R."""
+    seen, todo = {node}, [node]
+    while todo:
+        here = todo.pop()
+        for there, edge in graph.adj[here].items():
+            if edge["continuous"] and edge["keeps_sign"] and there not in seen:
+                seen.add(there)
+                todo.append(there)
+    return len(seen)
+
+
+def test_separated_waypoints_are_told_by_number_with_what_can_be_reached_from_each() -> None:
+    points = [(1.2, -0.6), (1.1, -0.7), (-1.5, 0.5)]
+    relation = "red, R < 0: waypoints 2 and 3 are separated by the line α1 = "
+    plan = gg.plan_loop(points, color="red", sign="negative")
+    graph = surface_graph("negative", waypoints=points)
+    (obstacle,) = plan.obstacles
+    assert (obstacle.color, obstacle.sign, obstacle.kind) == ("red", "negative", "separated")
+    assert obstacle.waypoints == (2, 3)
+    assert obstacle.message.startswith(relation)
+    nodes = {k: next(n for n in graph if n[:2] == ("w", k) and graph.nodes[n]["color"] == "red") for k in (1, 2)}
+    assert obstacle.components == (reachable(graph, nodes[1]), reachable(graph, nodes[2]))
+    # The leg in the way may be the last one, back to the first waypoint.
+    back = gg.plan_loop([points[2], points[2], points[0]], color="red", sign="negative")
+    assert back.obstacles[0].waypoints == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sign", "wall"),
+    [
+        (
+            {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]},
+            "negative",
+            "the keep_out and keep_in polygons, or the grid, of 16 divisions: more divisions may join them",
+        ),
+        ({"divisions": 3}, "negative", "the grid of 3 divisions: more divisions may join them"),
+    ],
+)
+def test_what_separates_waypoints_on_one_side_of_all_walls(changes: dict[str, Any], sign: str, wall: str) -> None:
+    points = [(0.9, -0.3), (0.3, -0.9)] if "keep_out" in changes else [(-1.45, -0.3), (-1.45, 1.0)]
+    plan = gg.plan_loop(points, color="red", sign=sign, **changes)
+    (obstacle,) = plan.obstacles
+    assert obstacle.message == f"red, R < 0: waypoints 1 and 2 are separated by {wall}"
+
+
+@pytest.mark.parametrize("name", ["sign", "divisions", "vehicle", "coefficients", "floor", "keep_out", "keep_in"])
+def test_what_a_graph_fixes_is_not_asked_for_beside_it(name: str) -> None:
+    graph = surface_graph("negative", 4)
+    with pytest.raises(gg.InputError) as caught:
+        gg.plan_loop(G3.waypoints, graph=graph, **{name: "x"})  # type: ignore[arg-type]
+    assert str(caught.value) == f"{name}: 'x'; allowed is no {name} beside a graph, which fixes it"
+
+
+def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
+    vehicle = gg.PAPER.replace(max_tilt=1.4)
+    graph = surface_graph(
+        "negative",
+        8,
+        vehicle=vehicle,
+        coefficients=gg.coefficients_of(kind="exact"),
+        floor=0.07,
+        waypoints=[(0.5, -0.6)],
+    )
+    plan = gg.plan_loop([(0.5, -0.6), ("3pi/8", "-pi/8")], graph=graph)
+    request = plan.request
+    assert (request.sign, request.divisions, request.coefficients, request.floor) == ("negative", 8, "exact", 0.07)
+    assert request.vehicle == vehicle
+    assert plan.loop is not None
+    assert plan.loop.path.crossing_tolerance == pi / 16
+    with pytest.raises(gg.InputError) as caught:
+        gg.plan_loop([(0.5, -0.6), (0.5, -0.7)], graph=graph)
+    assert str(caught.value) == ("waypoints: (0.5, -0.7) is no node of the graph; pass waypoints= to surface_graph")
+
+
+def test_where_nothing_flies_the_objective_decides() -> None:
+    """Blue goes straight where red must go round the saddle; red is far from singular, blue never."""
+    robust = gg.plan_loop([(1.0, 0.7), (-0.7, -1.0)], floor=2.0, sign="negative", objective="robust")
+    assert robust.loop is not None
+    assert not robust.report.flyable
+    assert [loop.color for loop in (robust.loop, *robust.alternatives)] == ["red", "blue"]
+    assert robust.loop.length > robust.alternatives[0].length >= 2 * math.hypot(1.7, 1.7) - 1e-9
+    value = robust.report["least_singular_value"].value
+    assert value is not None
+    assert 0.05 < value < 0.5  # less than one, and yet what decides
+    points = [(1.2, 1.0), (-1.0, -1.2)]
+    shortest = gg.plan_loop(points, floor=2.0, sign="negative")
+    robust = gg.plan_loop(points, floor=2.0, sign="negative", objective="robust")
+    for plan, color in ((shortest, "blue"), (robust, "red")):
+        assert plan.loop is not None
+        assert plan.loop.color == color
+        (other,) = plan.alternatives
+        assert (other.length > plan.loop.length) is (color == "blue")
+
+
+def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
+    point = (-1.5, -0.3)
+    assert on_sheet("red", point) < 0 < on_sheet("blue", point)
+    plan = gg.plan_loop([point], floor=2.0)
+    assert plan.loop is not None
+    loops = [(loop.color, loop.sign, loop.length) for loop in (plan.loop, *plan.alternatives)]
+    assert loops == [("red", "negative", 0.0), ("blue", "positive", 0.0)]
+
+
+@pytest.mark.parametrize(("second", "signs"), [(-0.5, ["negative", "positive"]), (0.5, ["positive", "negative"])])
+def test_a_red_loop_of_either_sign_what_flies_first_then_the_positive_one(second: float, signs: list[str]) -> None:
+    """On a side of the square red has both signs: the same directions, opposite rotors reversed against each other."""
+    plan = gg.plan_loop([(pi / 2, second)], color="red")
+    assert plan.loop is not None
+    loops = [plan.loop, *plan.alternatives]
+    assert [(loop.sign, loop.length) for loop in loops] == [(sign, 0.0) for sign in signs]
+    assert [loop.report.flyable for loop in loops] == [second < 0, False]
+
+
+def test_exact_coefficients_leave_red_alone() -> None:
+    plan = gg.plan_loop(G3.waypoints, coefficients="exact", sign="negative")
+    assert plan.loop is not None
+    assert plan.loop.color == "red"
+    assert plan.alternatives == ()
+    assert [(o.color, o.kind) for o in plan.obstacles] == [("blue", "color")]
+
+
+def test_mixed_loops_are_told_for_each_sign_and_only_where_the_color_is_free() -> None:
+    points = [(-0.5, -0.2), (-1.5, -0.3)]
+    plan = gg.plan_loop(points, divisions=8)
+    assert plan.status == "infeasible"
+    assert [(loop.color, loop.sign, loop.order) for loop in plan.alternatives] == [
+        ("mixed", "positive", (0, 1)),
+        ("mixed", "negative", (0, 1)),
+    ]
+    for loop in plan.alternatives:
+        assert (set(loop.path.colors), loop.report.valid) == ({"red", "blue"}, False)
+    for color in ("red", "blue"):
+        assert gg.plan_loop(points, divisions=8, color=color).alternatives == ()
+
+
+def test_what_was_merged_is_told_in_a_refusal_too() -> None:
+    plan = gg.plan_loop([(0.5, -0.5), (0.5, -0.5), (-0.5, 0.5)], color="red")
+    assert plan.status == "infeasible"
+    assert plan.warnings == ("merged 1 waypoint that repeated the one before",)
+
+
+def test_beside_a_graph_the_rest_of_the_request_counts() -> None:
+    graph = surface_graph("negative")
+    plan = gg.plan_loop(G3.waypoints, graph=graph, color="blue", period=2.0, reverse=True)
+    assert plan.loop is not None
+    assert (plan.request.color, plan.request.period, plan.request.reverse) == ("blue", 2.0, True)
+    assert plan.loop.color == "blue"
+    assert plan.loop.order == (0, 3, 2, 1)
+
+
+def test_a_waypoint_with_roots_of_both_signs_is_told_with_the_R_that_was_wanted() -> None:
+    """On a side of the square α3 = ±π/2 both solve; the two have R of either sign."""
+    fence = [(1.5, 0.4), (1.6, 0.4), (1.6, 0.6), (1.5, 0.6)]
+    plan = gg.plan_loop([(pi / 2, 0.5)], color="red", keep_out=[fence])
+    value = abs(float(gg.level_determinant([pi / 2, 0.5, pi / 2, 0.5], gg.coefficients_of())))
+    assert [obstacle.R for obstacle in plan.obstacles] == [pytest.approx(value), pytest.approx(-value)]
+    assert ["forbids it" in obstacle.message for obstacle in plan.obstacles] == [True, True]
+
+
+def test_walls_are_those_of_the_vehicle_and_stand_on_red_only() -> None:
+    points = [(1.2, -0.6), (-1.5, 0.5)]
+    strong = gg.plan_loop(points, color="red", sign="negative", vehicle=gg.Vehicle(drag_ratio=0.4))
+    line = f"the line α1 = {math.atan(0.4) - pi / 2:.4f} (β1 = ∓π/2)"
+    curve = "the curve tan α1 − tan α2 = 2κ = 0.8000"
+    assert strong.reason == f"no closed loop: red, R < 0: waypoints 1 and 2 are separated by {line} and {curve}"
+    positive = gg.plan_loop([(0, 0), (-1.5, -1.55)], color="red", sign="positive")
+    assert str(positive.reason).startswith("no closed loop: red, R > 0: waypoints 1 and 2 are separated by the line α1")
+    # Blue has no walls, but a fence across the whole plane; red would have the curve between these two.
+    fence = [(0.0, -1.57), (0.2, -1.57), (0.2, 1.57), (0.0, 1.57)]
+    blue = gg.plan_loop([(0.9, -0.3), (-0.5, 0.5)], color="blue", sign="negative", keep_out=[fence])
+    assert [obstacle.message for obstacle in blue.obstacles] == [
+        "blue, R < 0: waypoints 1 and 2 are separated by the keep_out and keep_in polygons, or the grid, "
+        "of 16 divisions: more divisions may join them"
+    ]

@@ -596,6 +596,13 @@ class TestPlaneTypes:
             assert set(np.flatnonzero(third == 0)) == self.nearest(axis, delta)
             assert set(np.flatnonzero(fourth == 0)) == self.nearest(axis, -delta)
 
+    def test_a_line_halfway_between_two_nodes_marks_both(self) -> None:
+        # δ = π/32: whichever way the distances are rounded, half a step is within half a step.
+        numbers = coefficients_of(Vehicle(drag_ratio=math.tan(STEP / 2)))
+        third, fourth = types_of("red", AXIS, AXIS, numbers, STEP / 2)
+        assert np.round(AXIS[third == 0] / STEP).tolist() == [-8, -7, 0, 1, 8]
+        assert np.round(AXIS[fourth == 0] / STEP).tolist() == [-8, -1, 0, 7, 8]
+
     def test_the_default_tolerance_is_half_a_step_of_the_papers_grid(self) -> None:
         assert DEFAULT_CROSSING_TOLERANCE == STEP / 2
         assert roots(0.9, -0.4, crossing_tolerance=2.0)[0].types == "(?,?)"
@@ -706,7 +713,9 @@ class TestFigures:
 
 @pytest.mark.parametrize("value", ["x", [0.1, 0.2], 1j, None, np.zeros(2)])
 def test_one_angle_is_asked_for(value: Any) -> None:
-    with pytest.raises(InputError, match="alpha2: "):
+    with pytest.raises(InputError, match="^alpha1: "):
+        roots(value, 0.1)
+    with pytest.raises(InputError, match="^alpha2: "):
         roots(0.1, value)
     assert roots("pi/8", 0.1)[0].alpha1 == math.pi / 8  # type: ignore[arg-type]
 
@@ -715,5 +724,52 @@ def test_colors_are_checked() -> None:
     for refuse in (lambda: sheet_angles("green", 0.1, 0.2, coefficients_of()), lambda: sheet_grid("green", [0], [0])):  # type: ignore[arg-type]
         with pytest.raises(InputError, match="color: 'green'; allowed are 'red' and 'blue'"):
             refuse()
-    with pytest.raises(InputError, match="alpha1: "):
+
+
+def test_what_are_no_angles_is_shown() -> None:
+    with pytest.raises(InputError, match=r"^alpha1: \['x'\]; allowed are angles in radians$"):
         root_arrays(["x"], [0.0])
+    with pytest.raises(InputError, match=r"^alpha2: \[1j\]; allowed are angles in radians$"):
+        sheet_grid("red", [0.0], [1j])
+
+
+@pytest.mark.parametrize("tolerance", [-1e-3, math.inf, math.nan, "0.1", None, True])
+def test_the_crossing_tolerance_is_checked(tolerance: Any) -> None:
+    for ask in (roots, root_arrays):
+        with pytest.raises(InputError) as caught:
+            ask(0.1, 0.2, crossing_tolerance=tolerance)
+        assert str(caught.value) == f"crossing_tolerance: {tolerance!r}; allowed is a finite number ≥ 0 (rad)"
+
+
+def test_residuals_of_zero_have_no_sign() -> None:
+    """They are printed: −0.0 would make a reader look for a reason."""
+    for a1, a2 in itertools.product(INTERIOR, INTERIOR):
+        for root in roots(a1, a2):
+            for residual in (root.R_phi, root.R_theta):
+                assert residual != 0 or math.copysign(1.0, residual) == 1.0
+
+
+def test_arrays_hold_whole_numbers_of_one_byte_and_angles_of_eight() -> None:
+    arrays, grid = root_arrays(AXIS[:, None], AXIS), sheet_grid("blue", AXIS, AXIS)
+    assert {part.dtype for part in (arrays.sheet, arrays.types, grid.types3, grid.types4)} == {np.dtype(np.int8)}
+    assert {part.dtype for part in (arrays.alpha, arrays.R, grid.alpha3, grid.alpha4, grid.R)} == {np.dtype(float)}
+
+
+@pytest.mark.parametrize("color", COLORS)
+def test_angles_of_few_bits_are_computed_with_in_full(color: Any) -> None:
+    for narrow in (np.int8, np.float32):
+        for ours, expected in zip(
+            sheet_angles(color, narrow(1), narrow(-1), coefficients_of()),
+            sheet_angles(color, 1.0, -1.0, coefficients_of()),
+            strict=True,
+        ):
+            assert (ours, ours.dtype) == (expected, np.dtype(float))
+    delta = coefficients_of().delta
+    for single in np.linspace(-1.5, 1.5, 40, dtype=np.float32):
+        for which, line in enumerate((delta, -delta)):
+            to_line = float(single) - line
+            distance = abs(to_line - HALF_PI * round(to_line / HALF_PI))
+            within, beyond = (
+                types_of(color, single, single, coefficients_of(), distance + more)[which] for more in (1e-9, -1e-9)
+            )
+            assert (within == 0, beyond == 0) == (True, False)
