@@ -12,7 +12,7 @@ Graph metadata (``graph.graph``)
     ``floor``  least singular value that a flyable edge keeps.
 Node ids
     ``(i, j, color)`` for the root of that color at the interior grid node α1 = −π/2 + iπ/n, α2 = −π/2 + jπ/n,
-    0 < i, j < n; ``("w", k, m)`` for root m at the k-th waypoint that is off the grid.
+    0 < i, j < n; ``("w", k, m)`` for the m-th node at the k-th waypoint off the grid that has nodes.
 Node attributes
     ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6);
     ``cell``, (i, j) or None.
@@ -185,9 +185,9 @@ def _waypoint_nodes(
 ) -> tuple[Any, ...]:
     plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
     checked_plane_angles(plane[:, 0], plane[:, 1])
-    away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2, initial=math.inf).max(axis=1, initial=0.0)
+    away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)
     plane = plane[away > WAYPOINT_SNAP]
-    same = np.abs(plane[:, None] - plane).max(axis=2, initial=0.0) <= WAYPOINT_SNAP
+    same = np.abs(plane[:, None] - plane).max(axis=2) <= WAYPOINT_SNAP
     if len(plane):
         plane = plane[same.argmax(axis=1) == np.arange(len(plane))]
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)
@@ -238,10 +238,9 @@ def _edges(
                 pairs.append(np.column_stack([a[both], b[both]]))
     step = math.pi / divisions
     for w in np.nonzero(~on_grid)[0]:
-        near = np.nonzero(np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1, initial=0.0) <= step + _SAME)[0]
+        near = np.nonzero(np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + _SAME)[0]
         pairs.append(np.column_stack([near, np.full(len(near), w)]))
-    edge = np.concatenate(pairs) if pairs else np.zeros((0, 2), dtype=np.int64)
-    edge = np.sort(edge, axis=1)
+    edge = np.sort(np.concatenate(pairs), axis=1)
     a, b = edge.T
     edge = edge[neighbors_allowed((types[a, 0], types[a, 1]), (types[b, 0], types[b, 1]))]
     return np.asarray(edge[np.lexsort((edge[:, 1], edge[:, 0]))])
@@ -401,7 +400,7 @@ def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> l
     plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
     out = []
     for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1, initial=0.0) <= WAYPOINT_SNAP)[0]
+        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1) <= WAYPOINT_SNAP)[0]
         out.append([nodes[k] for k in near])
     return out
 

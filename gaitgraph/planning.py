@@ -110,7 +110,7 @@ def plan(
             # Some waypoint has no root at all with this sign: no need to build the graph.
             obstacles += [_waypoint_obstacle(min(rootless[c]), request, coefficients, c, sign) for c in colors]
             continue
-        if progress is not None:
+        if progress is not None and graph is None:
             progress(f"building the graph with R {'>' if sign == 'positive' else '<'} 0")
         on = graph if graph is not None else _graph(request, coefficients, sign)
         served = nodes_above(on, request.waypoints)
