@@ -22,8 +22,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import gaitgraph as gg
 from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.invertibility import (
+    Kind,
     body_vertical,
     coefficients_of,
     control_force_matrix,
@@ -32,9 +34,12 @@ from gaitgraph.invertibility import (
     determinant,
     hover_thrust_shares,
     least_singular_value,
+    least_singular_value_bound,
     least_singular_value_on_red,
     level_determinant,
     level_determinant_resolution,
+    level_determinant_slopes,
+    noise_of,
     pair_features,
     pitch_sensitivity,
     roll_sensitivity,
@@ -1114,3 +1119,67 @@ class TestShapes:
         assert coefficients_of(PAPER, "exact").kind == "exact"
         with pytest.raises(InputError, match="coefficients: 'rounded'; allowed are 'published' and 'exact'"):
             coefficients_of(PAPER, "rounded")  # type: ignore[arg-type]
+
+
+class TestBoundOfTheLeastSingularValue:
+    """The bound from arithmetic alone against the decomposition."""
+
+    VEHICLES = (
+        PAPER,
+        PAPER.replace(first_rotor_spin="counterclockwise"),
+        gg.Vehicle(drag_ratio=1e-3),
+        gg.Vehicle(drag_ratio=0.9),
+        gg.Vehicle(drag_ratio=5.0),
+    )
+
+    @pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.3g}")
+    def test_it_is_a_bound_and_near(self, vehicle: gg.Vehicle) -> None:
+        rng = np.random.default_rng(7)
+        alpha = rng.uniform(-np.pi, np.pi, (4000, 4))
+        alpha[:1000, 2:] = alpha[:1000, :2]
+        alpha[1000:1500] = np.round(alpha[1000:1500] / (np.pi / 4)) * np.pi / 4
+        bound, value = least_singular_value_bound(alpha, vehicle), least_singular_value(alpha, vehicle)
+        assert (bound <= value + 1e-7).all()
+        assert (bound >= 0.85 * value - 1e-7).all()
+        assert (bound[1500:] <= value[1500:]).all()
+        assert np.quantile(bound[1500:] / value[1500:], 0.1) > 0.99
+        assert np.median(bound[1500:] / value[1500:]) > 1 - 2e-6
+
+    def test_it_vanishes_where_the_matrix_is_singular(self) -> None:
+        exact = coefficients_of(kind="exact")
+        rng = np.random.default_rng(8)
+        blue = gg.lift(rng.uniform(-1, 1, (50, 2)), "blue", coefficients=exact).alpha
+        assert least_singular_value_bound(blue).max() < 1e-7
+
+    @pytest.mark.parametrize("shape", [(), (1,), (0,), (2, 3)])
+    def test_shapes(self, shape: tuple[int, ...]) -> None:
+        assert least_singular_value_bound(np.full((*shape, 4), 0.3)).shape == shape
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_slopes_of_R_against_differences(kind: Kind) -> None:
+    coefficients, step = coefficients_of(kind=kind), 1e-6
+    alpha = np.random.default_rng(9).uniform(-2, 2, (40, 4))
+    slopes = level_determinant_slopes(alpha, coefficients)
+    for k, unit in enumerate(np.eye(4)):
+        ahead, behind = (level_determinant(alpha + sign * step * unit, coefficients) for sign in (1, -1))
+        np.testing.assert_allclose(slopes[:, k], np.abs(ahead - behind) / (2 * step), atol=1e-7)
+
+
+def test_what_the_rounding_of_delta_moves() -> None:
+    """2.880 stands for anything from 2.8795 to 2.8805: 2δ = arccot of it moves by at most `sheet_rounding`."""
+    published = coefficients_of()
+    for attitude in (2.8795, 2.8805):
+        assert abs(np.arctan2(1, attitude) - 2 * published.delta) <= published.sheet_rounding * 1.001
+    assert published.sheet_rounding < 1.1 * abs(np.arctan2(1, 2.8795) - 2 * published.delta)
+    assert coefficients_of(kind="exact").sheet_rounding == 0.0
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_noise_is_above_what_floating_point_makes_of_zero(kind: Kind) -> None:
+    """On the exact blue sheet R is zero but for rounding."""
+    coefficients = coefficients_of(kind=kind)
+    exact = coefficients_of(kind="exact")
+    blue = gg.lift(np.random.default_rng(2).uniform(-1.5, 1.5, (2000, 2)), "blue", coefficients=exact).alpha
+    assert np.abs(level_determinant(blue, exact)).max() < noise_of(exact) < 1e-12
+    assert noise_of(coefficients) == pytest.approx(noise_of(exact), rel=1e-3)

@@ -30,6 +30,7 @@ from gaitgraph.segments import (
     least_along,
     least_level_determinant,
     least_singular_value_along,
+    least_singular_value_of_all,
     level_determinant_curvature,
     thrust_shares_along,
     thrusts_push_up,
@@ -558,3 +559,67 @@ class TestThrusts:
         assert thrusts_push_up(both, both[::-1]).tolist() == [False, False]
         end = np.array([[HALF_PI, -1.2, HALF_PI, -1.2]])
         assert thrusts_push_up(both[:1], end).tolist() == [True]
+
+
+class TestOfAll:
+    """The least singular value over many segments, most of them without a decomposition."""
+
+    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("size", [1e-3, 0.3, 2.0])
+    def test_it_brackets_the_least_of_all(self, seed: int, size: float) -> None:
+        rng = np.random.default_rng(seed)
+        starts = rng.uniform(-1.5, 1.5, (60, 4))
+        ends = starts + rng.uniform(-size, size, (60, 4))
+        found = least_singular_value_of_all(starts, ends, tolerance=1e-4)
+        lower, upper, segment, fraction = found.worst()
+        s = np.linspace(0, 1, 801)[:, None, None]
+        dense = np.asarray(least_singular_value(starts + s * (ends - starts))).min(axis=0)
+        assert lower <= dense.min() + 1e-12
+        assert upper - lower <= 1e-4 + 1e-9
+        assert (found.lower <= dense + 1e-12).all()
+        at = starts[segment] + fraction * (ends[segment] - starts[segment])
+        assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
+        assert np.isinf(found.upper).any() or size > 1
+
+    def test_what_is_known_elsewhere_leaves_less_to_do(self) -> None:
+        rng = np.random.default_rng(1)
+        starts = rng.uniform(-1.5, 1.5, (60, 4))
+        ends = starts + rng.uniform(-0.5, 0.5, (60, 4))
+        alone = least_singular_value_of_all(starts, ends).worst()[0]
+        less = least_singular_value_of_all(starts, ends, known=alone / 2)
+        assert less.lower.min() >= alone / 2 - 1e-4
+        assert np.isfinite(less.upper).sum() <= 1 + np.isfinite(least_singular_value_of_all(starts, ends).upper).sum()
+
+    def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("gaitgraph.segments.least_singular_value", None)
+        corners = np.array([[1.178, -1.178] * 2, [1.178, -0.393] * 2, [0.393, -0.393] * 2])
+        found = least_singular_value_of_all(corners[:-1], corners[1:])
+        assert found.worst()[0] > 0.4
+
+
+@pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5])
+def test_a_value_known_elsewhere_saves_work_and_costs_nothing(known: float) -> None:
+    """The least of all, of R, is bracketed down to what is known; below it as before."""
+    rng = np.random.default_rng(3)
+    starts, ends = rng.uniform(-1, 1, (40, 4)), rng.uniform(-1, 1, (40, 4))
+    exact = coefficients_of(kind="exact")
+    free = least_level_determinant(starts, ends, exact, tolerance=1e-6).worst()
+    told = least_level_determinant(starts, ends, exact, tolerance=1e-6, known=known)
+    assert min(known, told.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
+    assert told.lower.min() <= free[1]
+    assert min(told.lower.min(), known) >= min(free[0], known) - 2e-6
+
+
+def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The brackets do not depend on the size of a batch."""
+    rng = np.random.default_rng(4)
+    starts, ends = rng.uniform(-1.5, 1.5, (30, 4)), rng.uniform(-1.5, 1.5, (30, 4))
+    whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
+    monkeypatch.setattr("gaitgraph.segments._BATCH", 7)
+    pieces = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
+    np.testing.assert_allclose(pieces.lower, whole.lower, atol=1.1e-3)
+    np.testing.assert_allclose(pieces.upper, whole.upper, atol=1.1e-3)
+    assert (pieces.upper - pieces.lower <= 1e-3 + 1e-12).all()
+    monkeypatch.setattr("gaitgraph.segments._MOST_HALVINGS", 50)
+    rough = least_singular_value_along(starts, ends, tolerance=1e-6, each=True)
+    assert (rough.lower <= whole.upper + 1e-12).all()

@@ -32,10 +32,13 @@ from gaitgraph.invertibility import (
 from gaitgraph.surface import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
+    at_end_of_range,
     root_arrays,
     roots,
     sheet_angles,
+    sheet_distances,
     sheet_grid,
+    sheets_along,
     text_from_types,
     types_of,
 )
@@ -773,3 +776,58 @@ def test_angles_of_few_bits_are_computed_with_in_full(color: Any) -> None:
                 types_of(color, single, single, coefficients_of(), distance + more)[which] for more in (1e-9, -1e-9)
             )
             assert (within == 0, beyond == 0) == (True, False)
+
+
+class TestSheetsAlong:
+    """Which sheet a row lies on, when nobody says."""
+
+    EXACT = coefficients_of(kind="exact")
+
+    @settings(deadline=None, max_examples=60)
+    @given(
+        points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=6),
+        color=st.sampled_from(COLORS),
+        turns=st.tuples(st.integers(-1, 1), st.integers(-1, 1)),
+    )
+    def test_rows_of_a_sheet_mod_pi_lie_on_it(
+        self, points: list[tuple[float, float]], color: Any, turns: tuple[int, int]
+    ) -> None:
+        a1, a2 = np.array(points).T
+        third, fourth = sheet_angles(color, a1, a2, self.EXACT)
+        alpha = np.column_stack([a1, a2, third + turns[0] * np.pi, fourth + turns[1] * np.pi])
+        red, blue = sheet_distances(alpha, self.EXACT)
+        assert ((red if color == "red" else blue) < 1e-9).all()
+        # Distance from the other sheet: in the larger of the two angles, mod π.
+        other = sheet_angles("blue" if color == "red" else "red", a1, a2, self.EXACT)
+        expected = np.abs(np.sin(np.stack([third - other[0], fourth - other[1]]))).max(axis=0)
+        np.testing.assert_allclose(np.sin(blue if color == "red" else red), expected, atol=1e-9)
+        sheet = sheets_along(alpha, self.EXACT, 1e-6)
+        apart = np.maximum(red, blue) > 1e-6
+        assert (sheet[apart] == (1 if color == "red" else -1)).all()
+
+    def test_rows_on_neither(self) -> None:
+        alpha = [[0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 0.95, -0.9], [0.9, -0.9, 0.9, -0.9 + 1e-3]]
+        assert sheets_along(alpha, self.EXACT, 2e-3).tolist() == [1, 0, 1]
+        assert sheets_along(alpha, self.EXACT, 0.1).tolist() == [1, 1, 1]
+        assert sheets_along(alpha, self.EXACT, 1e-4).tolist() == [1, 0, 0]
+
+    def test_rows_on_both_follow_their_neighbours(self) -> None:
+        delta = self.EXACT.delta
+        both = [delta, -delta, delta, -delta]
+        red, blue = [0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 2 * delta - 0.9, -2 * delta + 0.9]
+        off = [0.9, -0.9, 0.0, 0.0]
+
+        def sheets(*rows: list[float], before: int = 0) -> list[int]:
+            return [int(one) for one in sheets_along(list(rows), self.EXACT, 1e-6, before=before)]
+
+        assert sheets(both) == [1]
+        assert sheets(both, before=-1) == [-1]
+        assert sheets(both, both, blue, both, red, both) == [-1, -1, -1, -1, 1, 1]
+        assert sheets(red, both, both, blue) == [1, 1, 1, -1]
+        assert sheets(blue, off, both) == [-1, 0, 1]
+        assert sheets(both, off, both, blue) == [1, 0, 1, -1]
+
+
+def test_ends_of_the_range() -> None:
+    angles = [-HALF_PI, HALF_PI - 1e-13, HALF_PI - 1e-11, 0.0]
+    assert at_end_of_range(angles).tolist() == [True, True, False, False]
