@@ -604,6 +604,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(0)
     except GaitgraphError as error:
         _stop(2, str(error))
+    except MemoryError:
+        _stop(2, "not enough memory; allowed are smaller grids and files, or a table as CSV, which is read in pieces")
     except OSError as error:
         # Every file is guarded in its own place: this is the output itself, a full disk for example.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

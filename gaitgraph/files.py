@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = ["MOST_BYTES", "blocks_of", "decoded", "target_of", "text_of", "write_whole"]
+__all__ = ["MOST_BYTES", "blocks_of", "decoded", "table_from_toml", "target_of", "text_of", "write_whole"]
 
 
 MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
 _BLOCK = 1 << 22
+_DEEPEST = 100
 
 
 def text_of(path: Path, what: str, allowed: str) -> str:
@@ -46,6 +48,24 @@ def text_of(path: Path, what: str, allowed: str) -> str:
             raise InputError(f"{what} {str(path)!r}: more than {MOST_BYTES >> 20} MiB; allowed is {allowed} up to that")
         blocks.append(block)
     return decoded(b"".join(blocks), path, what, allowed)
+
+
+def table_from_toml(text: str) -> dict[str, Any]:
+    """Return what a TOML text holds, or raise InputError in one line.
+
+    Keys of more than 100 dotted parts are refused before Python's own reader spends quadratic time and memory on them.
+    """
+    import tomllib
+
+    for run in re.split(r"[^\w.\"' \t-]+", text):
+        if run.count(".") > _DEEPEST:
+            raise InputError(f"a key of more than {_DEEPEST} dotted parts; it is nested too deeply")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise InputError("it is nested too deeply; allowed is a table of fields") from error
+    except ValueError as error:
+        raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
 
 
 def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.files import text_of
+from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
@@ -286,18 +286,16 @@ def holds_request(path: str | Path) -> bool:
 
 
 def _parsed(text: str, suffix: str) -> dict[str, Any]:
+    if suffix == ".toml":
+        return table_from_toml(text)
+    import json
+
     try:
-        if suffix == ".toml":
-            import tomllib
-
-            return tomllib.loads(text)
-        import json
-
         content = json.loads(text)
     except RecursionError as error:
         raise InputError("it is nested too deeply; allowed is a table of fields") from error
     except ValueError as error:
-        raise InputError(f"it is not {suffix[1:].upper()} ({str(error).splitlines()[0]})") from error
+        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
     if not isinstance(content, dict):
         raise InputError(f"it holds a {type(content).__name__}; allowed is an object of fields")
     return content

@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
-from gaitgraph.files import text_of
+from gaitgraph.files import table_from_toml, text_of
 
 __all__ = ["PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"]
 
@@ -339,12 +339,10 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
     """
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return _preset(name_or_file)
-    import tomllib
-
     path = Path(name_or_file)
     text = text_of(path, "vehicle", "a TOML file")
     try:
-        content = tomllib.loads(text)
+        content = table_from_toml(text)
         inner = content.get("vehicle", content)
         if not isinstance(inner, dict):
             raise InputError(f"vehicle: {shown(inner)} is no table of constants")
@@ -352,6 +350,5 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
             beside = next(name for name in content if name != "vehicle")
             raise InputError(f"{beside}: stands beside the [vehicle] table; allowed is inside it")
         return vehicle_from_mapping({"name": path.stem, **inner} if "preset" not in inner else inner)
-    except (ValueError, RecursionError) as error:
-        reason = str(error) if not isinstance(error, RecursionError) else "it is nested too deeply"
-        raise InputError(f"vehicle file {str(path)!r}: {reason}") from error
+    except InputError as error:
+        raise InputError(f"vehicle file {str(path)!r}: {error}") from error

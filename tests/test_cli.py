@@ -616,3 +616,30 @@ class TestTransition:
             wrong = run("transition", *arguments)
             assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
             assert message in wrong.err
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ".".join(["a"] * 100_000) + " = 1",
+        "[" + ".".join(["a"] * 100_000) + "]",
+        "x = {" + " . ".join(['"a"'] * 100_000) + " = 1}",
+        "x = " + "[" * 100_000,
+    ],
+)
+def test_toml_nested_deeply_is_refused_at_once(run: Any, text: str) -> None:
+    Path("deep.toml").write_text(text)
+    for arguments in (("plan", "deep.toml"), ("vehicles", "--vehicle", "deep.toml"), ("colorings", "deep.toml")):
+        result = run(*arguments)
+        assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+        assert "nested too deeply" in result.err
+
+
+def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def spent(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("gaitgraph.planning.plan", spent)
+    result = run("plan", "--waypoint", "0,0")
+    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+    assert "not enough memory" in result.err
