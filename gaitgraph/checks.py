@@ -16,13 +16,11 @@ from gaitgraph.rules import (
     LevelSign,
     OnSurface,
     Reach,
-    Rule,
-    Setting,
     SingularValue,
-    Stretch,
     TiltRange,
     TwoColor,
 )
+from gaitgraph.stretches import Rule, Setting, Stretch
 
 if TYPE_CHECKING:
     from gaitgraph.gait import Gait
@@ -36,7 +34,7 @@ CLOSED = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, messa
 
 
 class Judge:
-    """Sees a gait as stretches, in order, and reports; see :mod:`gaitgraph.rules`."""
+    """Sees a gait as stretches, in order, and reports; see :mod:`gaitgraph.stretches`."""
 
     def __init__(self, setting: Setting) -> None:
         continuous = Continuous(setting)

@@ -23,7 +23,8 @@ from gaitgraph.invertibility import Kind, level_determinant
 from gaitgraph.palettes import SIGNS, ChainCount, ColoringListing, colorings, palette_of
 from gaitgraph.reading import read_pieces
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
-from gaitgraph.rules import Place, Setting, Stretch, limit_check
+from gaitgraph.rules import limit_check
+from gaitgraph.stretches import Place, Setting, Stretch
 from gaitgraph.surface import sheet_angles, sheets_along
 from gaitgraph.tables import ACCELERATIONS, CLOSED_GAP, RATES, Table, setting_of
 from gaitgraph.timing import TimedGait
