@@ -14,8 +14,8 @@ PACKAGE = Path(gg.__file__).parent
 ORDER = (
     "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "palettes", "regions", "segments",
     "gait", "reports", "stretches", "rules", "checks", "timing", "graph", "contract", "search", "requests", "summary",
-    "plans", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables", "reading", "validation",
-    "exchange", "transitions", "cli", "__main__",
+    "plans", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables", "reading",
+    "validation", "exchange", "transitions", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
