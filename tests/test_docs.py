@@ -26,6 +26,7 @@ EXPECTED = {
     "the_four_gaits": "Gait 4: valid True, flyable True, from hover True",
     "check_your_own_gait": "corners 1 (+,+) and 2 (-,-) may not be neighbours",
     "your_vehicle": "T = 2.0 s: flyable",
+    "list_cycles": "80 flyable cycles up to 0.8 rad in the square, all of them: True",
     "graph_tour": "Graph with 294 nodes and 1038 edges",
 }
 
