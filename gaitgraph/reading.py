@@ -27,6 +27,8 @@ FloatArray = npt.NDArray[np.float64]
 
 _WHAT, _ALLOWED = "gait file", "a .csv or .json gait table"
 _LONGEST_LINE = 1 << 22
+_PRINTED_ROWS = 1000
+_FEWEST, _FULL = 3, 9
 
 
 def read_table(path: str | Path) -> Table:
@@ -57,7 +59,7 @@ def merged(pieces: Iterable[Table]) -> Table:
         parts = [piece[name] for piece in pieces]
         texts = isinstance(parts[0], tuple)
         columns[name] = tuple(text for part in parts for text in part) if texts else np.concatenate(parts)
-    return Table(columns=columns, about=pieces[0].about)
+    return Table(columns=columns, about=pieces[0].about, rounding=pieces[0].rounding)
 
 
 def read_pieces(
@@ -119,6 +121,7 @@ def _split(content: bytes, path: Path) -> list[str]:
 def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: bool) -> Iterator[Table]:
     header: _Header | None = None
     line, row, last_time = 0, 0, -math.inf
+    rounding: float | None = None
     for lines in _lines_of(path, progress):
         start = 0
         if header is None:
@@ -138,7 +141,9 @@ def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: 
             if "t" in columns:
                 _check_times(columns["t"], last_time, row)
                 last_time = columns["t"][-1]
-            yield Table(columns=columns)
+            if rounding is None:
+                rounding = header.rounding(lines[start:][:_PRINTED_ROWS])
+            yield Table(columns=columns, rounding=rounding)
     if header is None:
         raise InputError("it is empty; allowed is a header line and at least one row")
     if not row:
@@ -179,6 +184,20 @@ class _Header:
         if name in TEXTS:
             return "U8"
         return "f8" if name in ORDER or name in DEGREES else "U1"
+
+    def rounding(self, lines: list[str]) -> float:
+        """Return half a unit of the last decimal of the angles in lines, if they have three to eight decimals, else 0.
+
+        With fewer they are taken as meant exactly: people type 0.4. With more, floating point says as much.
+        """
+        decimals, unit = 0, 1.0
+        for row in _fields(lines, 0):
+            for name, text in zip(self.names, row, strict=False):
+                if name in ANGLES or name in DEGREES:
+                    unit = math.radians(1.0) if name in DEGREES else 1.0
+                    plain = "e" not in text.lower()
+                    decimals = max(decimals, len(text.strip().partition(".")[2]) if plain else _FULL)
+        return 0.5 * unit * 10.0**-decimals if _FEWEST <= decimals < _FULL else 0.0
 
     def columns(self, raw: list[Any], row: int, *, angle_texts: bool = False) -> dict[str, Any]:
         """Return checked columns in order; `row` is the number of rows before these."""

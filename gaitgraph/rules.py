@@ -250,7 +250,7 @@ class LevelSign(Rule):
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
         coefficients, rounding = self.setting.coefficients, self.setting.angle_rounding
-        rounding = self.continuous.distance if rounding is None else rounding
+        rounding = max(self.continuous.distance, self.setting.digits) if rounding is None else rounding
         derived = coefficients.sheet_rounding
         second_order = (rounding + derived) ** 2 - derived**2
         return (
@@ -279,7 +279,7 @@ class LevelSign(Rule):
             decided = False
             message = (
                 f"sign of R undecided: |R| falls to {abs(upper):.2g}, within the {resolution:.2g} that the {kind} "
-                "coefficients carry; it is an artefact of rounding, not a margin"
+                "coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
             )
         return [
             Check(

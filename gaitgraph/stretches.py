@@ -31,13 +31,28 @@ SheetArray = npt.NDArray[np.int8]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """What a gait is judged for and by; `noun` is what messages call its points."""
+    """What a gait is judged for and by.
+
+    Parameters
+    ----------
+    vehicle, coefficients, crossing_tolerance
+        What the gait is for.
+    tolerance, floor
+        Limits of the checks.
+    angle_rounding
+        What each angle may be off by [rad]; None: what is seen, and at least `digits`.
+    digits
+        What each angle may be off by because it is printed with few digits [rad].
+    noun
+        What messages call a point of the gait: "corner" or "row".
+    """
 
     vehicle: Vehicle
     coefficients: Coefficients
     tolerance: float
     floor: float
     angle_rounding: float | None = None
+    digits: float = 0.0
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
     noun: str = "corner"
 

@@ -58,10 +58,13 @@ class Table:
         Arrays of floats (radians, seconds), and tuples of texts for `color` and `types`.
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
+    rounding
+        What its angles may be off by because they are printed with few digits [rad]; 0 if that is not known.
     """
 
     columns: dict[str, Any]
     about: dict[str, Any] = field(default_factory=dict)
+    rounding: float = 0.0
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))

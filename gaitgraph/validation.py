@@ -62,7 +62,8 @@ def validate(
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding
-        As for :func:`gaitgraph.checks.check_gait`. Rows of a table without colors get the color of the sheet that
+        As for :func:`gaitgraph.checks.check_gait`; angles of a CSV file that are printed with three to eight decimals
+        are off by half a unit of the last one at least. Rows of a table without colors get the color of the sheet that
         they are within `tolerance` of.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
@@ -116,6 +117,7 @@ def validate(
         tolerance=tolerance,
         floor=floor,
         angle_rounding=angle_rounding,
+        digits=first.rounding,
         crossing_tolerance=told if crossing_tolerance is None else float(crossing_tolerance),
         noun="row",
     )

@@ -532,3 +532,31 @@ def test_tolerance_decides_what_a_noisy_table_is() -> None:
     assert report.valid
     assert report.flyable
     assert 2e-3 < value_of(report, "on_surface") < 0.05
+
+
+@pytest.mark.parametrize(
+    ("decimals", "rounding"), [(1, 0.0), (2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)]
+)
+@pytest.mark.parametrize("suffix", ["", "_deg"])
+def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
+    tmp_path: Path, decimals: int, rounding: float, suffix: str
+) -> None:
+    """Red, with tan α1 − tan α2 just beyond 2κ: R is about −4e-3, which three decimals do not carry."""
+    exact = coefficients_of(kind="exact")
+    a2 = -0.2
+    a1 = math.atan(2 * gg.PAPER.drag_ratio + math.tan(a2)) + 3e-4
+    R = float(level_determinant([a1, a2, a1, a2], exact))
+    assert -1e-2 < R < -1e-4
+    shown = (math.degrees(a1), math.degrees(a2)) if suffix else (a1, a2)
+    path = tmp_path / "gait.csv"
+    texts = [f"{angle:.12f}" for angle in (*shown, *shown)]
+    path.write_text(",".join(f"{name}{suffix}" for name in NAMES) + "\n" + ",".join(texts) + "\n")
+    full = gg.validate(path, coefficients="exact")
+    assert full["R_sign"].decided
+    short = [f"{angle:.{decimals}f}" for angle in (*shown, *shown)]
+    path.write_text(",".join(f"{name}{suffix}" for name in NAMES) + "\n" + ",".join(short) + "\n")
+    told = read_table(path).rounding
+    assert told == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
+    if rounding == 5e-4 and not suffix:
+        assert not gg.validate(path, coefficients="exact")["R_sign"].decided
+        assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
