@@ -43,8 +43,8 @@ class Judge:
             TwoColor(setting),
             continuous,
             LevelSign(setting, continuous),
-            SingularValue(setting),
-            HoverThrust(setting),
+            SingularValue(setting, continuous),
+            HoverThrust(setting, continuous),
             TiltRange(setting),
         ]
         self.reach = Reach(setting, continuous)

@@ -156,6 +156,8 @@ class Continuous(Rule):
         super().__init__(setting)
         self.uncolored: Place | None = None
         self.distance, self.painted = 0.0, ""
+        self.rounding = 0.0  # the largest distance that the tolerance takes for rounding
+        self.blue = False  # whether a point lies on the blue sheet alone, however it is painted
         self.farthest: Place | None = None
         self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False
         self.place: Place | None = None
@@ -170,7 +172,10 @@ class Continuous(Rule):
             if bare.all():
                 return
         on_red, on_blue = sheet_distances(stretch.alpha, setting.coefficients)
+        self.blue |= bool(((on_blue <= setting.tolerance) & (on_red > setting.tolerance)).any())
         off = np.where(bare, 0.0, np.where(sheet > 0, on_red, on_blue))
+        rounded = off[(off > _EXACT) & (off <= setting.tolerance)]
+        self.rounding = max(self.rounding, float(rounded.max(initial=0.0)))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, _EXACT):
             self.distance, self.farthest = float(off[farthest]), stretch.place(farthest)
@@ -222,12 +227,10 @@ class LevelSign(Rule):
         self.worst = {1.0: Worst(), -1.0: Worst()}
         self.largest = 0.0
         self.digits, self.slope = 0.0, 0.0
-        self.blue = False
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
         coefficients, alpha = self.setting.coefficients, stretch.alpha
-        self.blue |= bool((stretch.sheet < 0).any())
         value = np.asarray(level_determinant(alpha, coefficients))
         peak = float(value[np.argmax(np.abs(value))])
         self.largest = peak if abs(peak) > abs(self.largest) else self.largest
@@ -250,7 +253,7 @@ class LevelSign(Rule):
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
         coefficients, rounding = self.setting.coefficients, self.setting.angle_rounding
-        rounding = max(self.continuous.distance, self.setting.digits) if rounding is None else rounding
+        rounding = max(self.continuous.rounding, self.setting.digits) if rounding is None else rounding
         derived = coefficients.sheet_rounding
         second_order = (rounding + derived) ** 2 - derived**2
         return (
@@ -264,7 +267,7 @@ class LevelSign(Rule):
         lower, upper, place = worst.lower, worst.upper, worst.place
         kind = self.setting.coefficients.kind
         ok, decided = True, True
-        if self.blue and kind == "exact":
+        if self.continuous.blue and kind == "exact":
             ok = False
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
         elif lower > resolution:
@@ -310,15 +313,15 @@ def _settled(found: Least, stretch: Stretch, coefficients: Coefficients, sign: f
 class SingularValue(Rule):
     """The decoupling matrix of the exact physics is well invertible, level."""
 
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
         super().__init__(setting)
+        self.continuous = continuous
         self.worst = Worst()
-        self.above, self.blue = True, False
+        self.above = True
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
         vehicle, floor = self.setting.vehicle, self.setting.floor
-        self.blue |= bool((stretch.sheet < 0).any())
         found = least_singular_value_of_all(stretch.starts, stretch.ends, vehicle, known=self.worst.upper)
         self.worst.take(found, stretch)
         close = found.lower < floor
@@ -336,7 +339,7 @@ class SingularValue(Rule):
                 f"the decoupling matrix is nearly singular: least singular value {upper:.2g}, floor {floor:g}, at "
                 f"{self.tell(self.worst.place)}"
             )
-            if self.blue:
+            if self.continuous.blue:
                 message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
         return [
             Check(
@@ -354,16 +357,15 @@ class SingularValue(Rule):
 class HoverThrust(Rule):
     """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
 
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
         super().__init__(setting)
+        self.continuous = continuous
         self.least, self.largest = Worst(), Worst()
-        self.blue = False
         self.broken: tuple[float, int, Place] | None = None
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
-        self.blue |= bool((stretch.sheet < 0).any())
-        if self.blue or self.broken is not None:
+        if self.continuous.blue or self.broken is not None:
             return
         vehicle, known = self.setting.vehicle, (self.least.upper, self.largest.upper)
         upward, least, largest = thrust_shares_along(stretch.starts, stretch.ends, vehicle, known=known)
@@ -378,7 +380,7 @@ class HoverThrust(Rule):
 
     def checks(self) -> list[Check]:
         """Return the check `hover_thrust`, and `thrust_limit` if the vehicle states one."""
-        if self.blue:
+        if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
             message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
             return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
@@ -475,7 +477,7 @@ class Reach:
             each=True,
             at_ends=ends,
         )
-        self.positive = bool(least.lower.min() > resolution) and not (stretch.sheet < 0).any()
+        self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
         self.red &= bool((stretch.sheet > 0).all())
         self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
         self.opposite = max(self.opposite, float(np.abs(alpha[:, 2:] - alpha[:, :2]).max()))

@@ -190,6 +190,9 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
         "fraction": 0.0,
         "alpha": alpha[29].tolist(),
     }
+    # One wrong color is no rounding, and changes no physics.
+    assert report["R_sign"].decided
+    assert report["hover_thrust"].ok
     all_blue = validate(table_from(alpha, color=("blue",) * len(alpha)))
     assert all_blue.two_color
     assert not all_blue["continuous"].ok
@@ -214,6 +217,17 @@ def test_rows_painted_as_the_other_sheet_are_told() -> None:
     assert not report["continuous"].ok
     assert "row 1 is painted blue but lies off that sheet, on the red one" in report["continuous"].message
     assert validate(table_from(red, color=("red",))).valid
+
+
+def test_rows_that_lie_on_blue_are_singular_however_they_are_painted() -> None:
+    table = sampled(G1, 20)
+    for color in ("red", "blue"):
+        report = validate(table_from(table.alpha, color=(color,) * 21))
+        assert "rank two" in report["hover_thrust"].message
+        assert "use red" in report["least_singular_value"].message
+        assert report.reachable_from_hover is False
+        exact = validate(table_from(table.alpha, color=(color,) * 21), coefficients="exact")
+        assert "R = 0 on the whole blue sheet" in exact["R_sign"].message
 
 
 def test_a_change_of_the_sign_of_R_between_rows_is_found() -> None:
