@@ -16,7 +16,7 @@ from gaitgraph.palettes import Colorings, colorings
 from gaitgraph.reading import merged, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.requests import holds_request, read_request
-from gaitgraph.surface import COLORS, DEFAULT_CROSSING_TOLERANCE, sheets_along, text_from_types, types_of
+from gaitgraph.surface import COLORS, sheets_along, text_from_types, types_of
 from gaitgraph.tables import (
     ACCELERATIONS,
     ANGLES,
@@ -87,7 +87,8 @@ def colorings_of_file(
     sign
         "negative", "positive" or "auto"; by default what a request says, else "auto".
     vehicle, coefficients, crossing_tolerance
-        By default what the file says, else the paper's vehicle, its published coefficients, and π/32.
+        By default what the file says, for a request half a step of its grid; else the paper's vehicle, its published
+        coefficients, and π/32.
 
     Raises
     ------
@@ -98,23 +99,24 @@ def colorings_of_file(
         given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
         request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
         points: Any = request.waypoints
-        vehicle, numbers, told = request.vehicle, coefficients_of(request.vehicle, request.coefficients), None
+        vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
+        told = math.pi / (2 * request.divisions)
         sign = request.sign
     else:
         table = merged(read_pieces(path, plane_only=True))
         vehicle, numbers, told = setting_of(table, vehicle, coefficients)
         names = [name for name in ANGLES if name in table]
         rows = np.column_stack([table[name] for name in names])
-        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP:
+        same_color = "color" not in table or table["color"][-1] == table["color"][0]
+        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP and same_color:
             rows = rows[:-1]
         points = rows[:, :2]
-    reach = crossing_tolerance if crossing_tolerance is not None else told
     return colorings(
         points,
         sign=sign or "auto",
         vehicle=vehicle,
         coefficients=numbers,
-        crossing_tolerance=DEFAULT_CROSSING_TOLERANCE if reach is None else reach,
+        crossing_tolerance=told if crossing_tolerance is None else crossing_tolerance,
     )
 
 

@@ -209,6 +209,8 @@ class ChainCount:
             self.always &= points.available.all(axis=0)
             if self._last is None:
                 self._first, offset = points[:1], 0
+                red, blue = points.available[0].tolist()
+                self._reach = (int(red), 0, 0, int(blue))
             else:
                 points, offset = self._last.followed_by(points), self.points - 1
             self._extend(points, offset)
@@ -410,8 +412,8 @@ class ColoringListing:
 
 
 def _digits(count: int) -> float:
-    """Return about how many decimal digits a count has."""
-    return count.bit_length() * math.log10(2)
+    """Return the decimal logarithm of a count; 0 for none."""
+    return math.log10(count) if count else 0.0
 
 
 def _count_as_text(count: int) -> str:
@@ -501,10 +503,13 @@ def colorings(
     >>> colorings([(0.9, 0.3), (0.9, -0.9)], sign="positive").obstacles["positive"].message
     'point 1 has no root with R > 0, neither red nor blue'
     """
-    plane = np.asarray(points, dtype=float)
+    try:
+        plane = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points: {shown(points)}; allowed are pairs (α1, α2) of numbers [rad]") from error
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) or (n, 4) with n at least 1")
-    if sign not in ("auto", *SIGNS):
+    if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
         raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive")
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     every = palette_of(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)

@@ -234,13 +234,20 @@ class TimedGait:
         report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
         return report.with_checks(self.clock_checks())
 
-    def clock_checks(self) -> tuple[Check, ...]:
-        """Return the checks that need a clock: tilt rate, and tilt acceleration where the vehicle limits it."""
+    def clock_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
+        """Return the checks that need a clock: tilt rate, and tilt acceleration where the vehicle limits it.
+
+        Parameters
+        ----------
+        noun, share
+            What advice calls the time that would do, and what share of the period that is.
+        """
         vehicle, rates, accelerations = self.gait.vehicle, self.peak_rates(), self.peak_accelerations()
-        checks = [_limit("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, self.period, 1, self.law)]
+        spoken = (self.period * share, noun)
+        checks = [_limit("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, spoken, 1, self.law)]
         if vehicle.max_tilt_acceleration is not None:
             limit = vehicle.max_tilt_acceleration
-            checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, self.period, 2, self.law))
+            checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, spoken, 2, self.law))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
@@ -250,14 +257,16 @@ class TimedGait:
         write_tables(table_of(self), paths, force=force)
 
 
-def _limit(name: str, unit: str, peaks: FloatArray, limit: float | None, period: float, order: int, law: str) -> Check:
+def _limit(
+    name: str, unit: str, peaks: FloatArray, limit: float | None, spoken: tuple[float, str], order: int, law: str
+) -> Check:
     worst = int(np.argmax(peaks))
     peak = float(peaks[worst])
     if math.isinf(peak):
         advice = f"the law {shown(law)} turns corners at full speed: use the law 'smooth'"
     else:
-        needed = period * (peak / (limit or peak or 1.0)) ** (1 / order)
-        advice = f"this law needs a period of at least {math.ceil(needed * 1000) / 1000:.3f} s"
+        needed = spoken[0] * (peak / (limit or peak or 1.0)) ** (1 / order)
+        advice = f"this law needs a {spoken[1]} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
     return limit_check(name, unit, peak, worst + 1, limit, None, advice)
 
 

@@ -20,14 +20,14 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
-from gaitgraph.gait import Gait
-from gaitgraph.graph import DEFAULT_DIVISIONS, WAYPOINT_SNAP, edge_quantities, surface_graph
+from gaitgraph.gait import Gait, lift
+from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import separating_factor
 from gaitgraph.reports import DEFAULT_FLOOR, Report
 from gaitgraph.search import allowed_edges
-from gaitgraph.tables import Table, table_of, write_tables
-from gaitgraph.timing import LAWS, TimedGait, checked_clock, parametrize
+from gaitgraph.tables import ANGLES, RATES, Table, table_of, write_tables
+from gaitgraph.timing import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ _MOST_CORNERS = 16
 _USES: tuple[Literal["flyable"], Literal["valid"]] = ("flyable", "valid")
 _DURATION = 1.0
 _LONGEST = 5e8
+_HAIR = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,10 +117,16 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the way, from t = 0 to its duration; raises Infeasible if there is none."""
-        whole = table_of(self.timed)
-        rows = self.samples + 1
+        whole, rows = table_of(self.timed), self.samples + 1
+        columns = {name: values[:rows] for name, values in whole.columns.items()}
+        columns["t"] = np.append(columns["t"][:-1], self.duration)
+        # The end of the way is not the begin of the way back.
+        before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
+        for k, (angle, speed) in enumerate(zip(ANGLES, RATES, strict=True)):
+            columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
+            columns[speed] = np.append(columns[speed][:-1], 0.0 if self.law == LAWS[0] else before[k])
         about = {**whole.about, "period": self.duration, "transition": list(self.corners)}
-        return Table(columns={name: values[:rows] for name, values in whole.columns.items()}, about=about)
+        return Table(columns=columns, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
         """Write the table of the way; see :func:`gaitgraph.tables.write_tables`."""
@@ -218,13 +225,13 @@ def transition(
     >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
     False
     """
+    given_ends = (start, end)
     ends = [_end(start, "start", vehicle, coefficients), _end(end, "end", vehicle, coefficients)]
-    gaits = [one for one, given in zip(ends, (start, end), strict=True) if isinstance(given, Gait)]
-    if gaits:
-        ends = [
-            one if isinstance(given, Gait) else _hover(gaits[0]) for one, given in zip(ends, (start, end), strict=True)
-        ]
-    first, last = ends
+    gaits = [given for given in given_ends if isinstance(given, Gait)]
+    first, last = (
+        one if isinstance(given, Gait) or not gaits else _hover(gaits[0])
+        for one, given in zip(ends, given_ends, strict=True)
+    )
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
@@ -234,36 +241,48 @@ def transition(
         raise InputError(
             f"duration: {shown(duration)}; allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
         )
-    checked_clock(_DURATION, law, samples=samples)
+    seconds = _DURATION if duration is None else float(duration)
+    count = _checked_samples(seconds, law, samples, rate)
+    checked_divisions(divisions)
     if not 0 <= number_of(floor) < math.inf:
         raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
-    refusal = _refusal(first, last)
-    if refusal is not None:
-        return refusal
+    refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
+    reason, proof = _refusal(first, last)
+    if reason is not None:
+        return replace(refused, reason=reason, proof=proof)
     found = _way(first, last, divisions, floor)
     if isinstance(found, str):
-        return Transition(there_and_back=None, reason=found)
+        return replace(refused, reason=found)
     path, corners = found
     back = path[-2:0:-1]
     color = first.colors[0]
     gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)))
     if duration is None:
-        duration = _needed(gait, law)
-    count = checked_clock(duration, law, samples=samples, rate=rate)
-    report = parametrize(gait, 2 * duration, law=law).check(floor=floor)
-    kept = (
-        None if isinstance(start, str) else corners[0],
-        None if isinstance(end, str) else corners[1],
+        seconds = _needed(gait, law)
+        count = _checked_samples(seconds, law, samples, rate)
+    timed = parametrize(gait, 2 * seconds, law=law)
+    report = gait.check(floor=floor).with_checks(timed.clock_checks("duration", 0.5))
+    left, joined = (
+        None if isinstance(given, str) else corner for given, corner in zip(given_ends, corners, strict=True)
     )
     return Transition(
         there_and_back=gait,
         reason=None if report.flyable else report.reason,
-        corners=kept,
-        duration=float(duration),
+        corners=(left, joined),
+        duration=seconds,
         law=law,
         samples=count,
         report=report,
     )
+
+
+def _checked_samples(duration: float, law: str, samples: int | None, rate: float | None) -> int:
+    """Return the number of intervals of one way; there and back has twice as many."""
+    count = checked_clock(duration, law, samples=samples, rate=rate)
+    if count > MOST_SAMPLES // 2:
+        name, value = ("samples", samples) if rate is None else ("rate", rate)
+        raise InputError(f"{name}: {shown(value)}; allowed are {MOST_SAMPLES // 2} samples at most")
+    return count
 
 
 def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | None) -> Gait:
@@ -271,7 +290,7 @@ def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | No
         if vehicle is not None or coefficients is not None:
             raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
         return given
-    if given != HOVER:
+    if not isinstance(given, str) or given != HOVER:
         raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
     one = PAPER if vehicle is None else vehicle
     return Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=one, coefficients=coefficients_of(one, coefficients))
@@ -282,32 +301,27 @@ def _hover(like: Gait) -> Gait:
     return replace(like, alpha=np.zeros((1, 4)), colors=("red",))
 
 
-def _refusal(first: Gait, last: Gait) -> Transition | None:
-    """Return why there is certainly no way between two gaits, or None."""
-
-    def refused(reason: str, proof: dict[str, Any] | None = None) -> Transition:
-        return Transition(there_and_back=None, reason=reason, proof=proof)
-
+def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
+    """Return why there is certainly no way between two gaits, and the proof if the signs of R differ."""
     reports = [gait.check() for gait in (first, last)]
     for name, report in zip(("start", "end"), reports, strict=True):
         if not report.valid:
-            return refused(f"the {name} is not valid: {report.reason}")
+            return f"the {name} is not valid: {report.reason}", None
     values = [float(gait.R[np.argmax(np.abs(gait.R))]) for gait in (first, last)]
     proof = None
     if values[0] * values[1] < 0:
         proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
-    decided = all(report["R_sign"].decided for report in reports)
-    if proof is not None and decided:
-        where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
-        advice = "use the same sign of R, or start the flight in the gait"
-        return refused(f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof)
+        if all(report["R_sign"].decided for report in reports):
+            where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
+            advice = "use the same sign of R, or start the flight in the gait"
+            return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
         blue = "in exact physics all of blue is singular: use red"
-        return refused(f"from {first.color} to {last.color}: {meeting}; {blue}", proof)
+        return f"from {first.color} to {last.color}: {meeting}; {blue}", proof
     if proof is not None:
-        return refused("the signs of R differ, as far as rounded coefficients have signs: use red", proof)
-    return None
+        return "the signs of R differ, as far as rounded coefficients have signs: use red", proof
+    return None, None
 
 
 _STATEMENT = (
@@ -317,35 +331,71 @@ _STATEMENT = (
 
 
 def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
-    """Return a straightened way and the corners that it joins, or the reason why there is none."""
+    """Return the shortest way found and the corners that it joins, or the reason why there is none.
+
+    Ends are put in an order of their own, so that the way back is the way there.
+    """
+    if last.alpha.tolist() < first.alpha.tolist():
+        turned = _way(last, first, divisions, floor)
+        return turned if isinstance(turned, str) else (turned[0][::-1], (turned[1][1], turned[1][0]))
     sign: Sign = "positive" if first.R[np.argmax(np.abs(first.R))] > 0 else "negative"
     chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
-    points = np.vstack([first.alpha[chosen[0], :2], last.alpha[chosen[1], :2]])
-    graph = surface_graph(
-        sign,
-        divisions,
-        vehicle=first.vehicle,
-        coefficients=first.coefficients,
-        waypoints=points,
-        floor=floor,
-    )
-    color = first.colors[0]
-    ends = [
-        {node: int(corner) for corner in corners for node in _above(graph, gait.alpha[corner], color)}
-        for gait, corners in ((first, chosen[0]), (last, chosen[1]))
-    ]
+    points = np.vstack([first.alpha[chosen[0]], last.alpha[chosen[1]]])
+    pairs = np.array([(a, len(chosen[0]) + b) for a in range(len(chosen[0])) for b in range(len(chosen[1]))])
+    straight = _holding(points, pairs, first, sign, floor)
+    graph = None
     for use in _USES:
-        nodes = _shortest(graph, ends[0], ends[1], use)
-        if nodes is not None:
-            return _straightened(graph, nodes, first, sign, floor, use), (ends[0][nodes[0]], ends[1][nodes[-1]])
-    wall = None
+        ways = []
+        length = np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1)
+        direct = np.where(straight[use], length, math.inf)
+        best = int(np.argmin(direct))
+        if math.isfinite(direct[best]):
+            ways.append((float(direct[best]), points[pairs[best]]))
+        if not ways or length.min() < direct[best]:
+            # Between nearer corners the straight segment does not hold: perhaps a bent way does.
+            graph = graph or _graph(first, points, sign, divisions, floor)
+            nodes = _shortest(graph, points[: len(chosen[0])], points[len(chosen[0]) :], first.colors[0], use)
+            if nodes is not None:
+                bent = _straightened(graph, nodes, first, sign, floor, use)
+                ways.append((float(np.linalg.norm(np.diff(bent[:, :2], axis=0), axis=1).sum()), bent))
+        if ways:
+            path = min(ways, key=lambda way: way[0])[1]
+            ends = tuple(
+                int(corners[np.argmin(np.abs(gait.alpha[corners, :2] - end[:2]).max(axis=1))])
+                for gait, corners, end in zip((first, last), chosen, (path[0], path[-1]), strict=True)
+            )
+            # A printed gait is a little beside its sheet: the way begins and ends at its own corners.
+            inner = path[1:-1]
+            return np.vstack([first.alpha[ends[0]], inner, last.alpha[ends[1]]]), (ends[0], ends[1])
+    color, wall = first.colors[0], None
     if color == "red":
-        wall = separating_factor(
-            first.alpha[chosen[0][0], :2].tolist(), last.alpha[chosen[1][0], :2].tolist(), first.vehicle
-        )
+        nearest = pairs[np.argmin(np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1))]
+        wall = separating_factor(points[nearest[0], :2].tolist(), points[nearest[1], :2].tolist(), first.vehicle)
     if wall is None:
         return f"no way on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
     return f"both ends are on the {color} sheet, separated by {wall}, where R = 0: use gaits in one component"
+
+
+def _graph(gait: Gait, points: FloatArray, sign: Sign, divisions: int, floor: float) -> nx.Graph[Any]:
+    return surface_graph(
+        sign,
+        divisions,
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        waypoints=points[:, :2],
+        floor=floor,
+    )
+
+
+def _holding(
+    alpha: FloatArray, pairs: npt.NDArray[np.int64], gait: Gait, sign: Sign, floor: float
+) -> dict[str, npt.NDArray[np.bool_]]:
+    """Return whether straight segments between points hold what is asked, by use."""
+    red = np.full(len(alpha), gait.colors[0] == "red")
+    wanted = 1.0 if sign == "positive" else -1.0
+    on_sheet = lift(alpha[:, :2], gait.colors[0], vehicle=gait.vehicle, coefficients=gait.coefficients).alpha
+    held = edge_quantities(on_sheet, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
+    return {"flyable": held["flyable"], "valid": (held["jump"] == 0) & held["keeps_sign"]}
 
 
 def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
@@ -358,29 +408,22 @@ def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
     return np.sort(np.argsort(distance, kind="stable")[:_MOST_CORNERS])
 
 
-def _above(graph: nx.Graph[Any], alpha: FloatArray, color: str) -> list[Any]:
-    """Return the node at a point of a sheet."""
-    return [
-        name
-        for name, data in graph.nodes(data=True)
-        if data["color"] == color
-        and max(abs(data[f"alpha{k + 1}"] - alpha[k]) for k in range(4)) <= max(WAYPOINT_SNAP, 2e-3)
-        and max(abs(data[f"alpha{k + 1}"] - alpha[k]) for k in range(2)) <= WAYPOINT_SNAP
-    ]
-
-
-def _shortest(graph: nx.Graph[Any], sources: dict[Any, int], targets: dict[Any, int], use: Use) -> list[Any] | None:
-    """Return the shortest usable path from any source to any target."""
+def _shortest(graph: nx.Graph[Any], sources: FloatArray, targets: FloatArray, color: str, use: Use) -> list[Any] | None:
+    """Return the shortest usable path from a node above any source to one above any target."""
     import networkx as nx
 
-    if not sources or not targets:
+    ends = []
+    for points in (sources, targets):
+        served = [node for nodes in nodes_above(graph, points[:, :2].tolist()) for node in nodes]
+        ends.append([node for node in dict.fromkeys(served) if graph.nodes[node]["color"] == color])
+    if not all(ends):
         return None
     allowed = allowed_edges(use)
     found: Any = nx.multi_source_dijkstra(
-        graph, list(sources), weight=lambda a, b, edge: edge["length"] if allowed(edge) else None
+        graph, ends[0], weight=lambda a, b, edge: edge["length"] if allowed(edge) else None
     )
     lengths, paths = found
-    reached = [node for node in targets if node in lengths]
+    reached = [node for node in ends[1] if node in lengths]
     return list(paths[min(reached, key=lambda node: lengths[node])]) if reached else None
 
 
@@ -394,14 +437,11 @@ def _straightened(
     if len(alpha) < 3:
         return alpha if len(alpha) > 1 else np.vstack([alpha, alpha])
     pairs = np.array([(a, b) for a in range(len(alpha)) for b in range(a + 1, len(alpha))])
-    red = np.array([graph.nodes[node]["color"] == "red" for node in nodes])
-    wanted = 1.0 if sign == "positive" else -1.0
-    held = edge_quantities(alpha, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
-    holds = held["flyable"] if use == "flyable" else (held["jump"] == 0) & held["keeps_sign"]
-    joined = pairs[holds]
+    joined = pairs[_holding(alpha, pairs, gait, sign, floor)[use]]
     ways: nx.DiGraph[int] = nx.DiGraph()
+    # A corner costs a hair, so that rounding keeps none on a straight line.
     ways.add_weighted_edges_from(
-        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2]))) for a, b in joined.tolist()
+        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2])) + _HAIR) for a, b in joined.tolist()
     )
     return np.asarray(alpha[nx.dijkstra_path(ways, 0, len(alpha) - 1)])
 
@@ -415,4 +455,4 @@ def _needed(gait: Gait, law: str) -> float:
         needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
     if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):
         needed.append(math.sqrt(peak / vehicle.max_tilt_acceleration))
-    return math.ceil(max(needed) * 1000) / 1000
+    return min(math.ceil(max(needed) * 1000) / 1000, _LONGEST)

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 import gaitgraph as gg
+from gaitgraph.checks import stretch_of
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import (
     coefficients_of,
@@ -17,6 +19,9 @@ from gaitgraph.invertibility import (
     least_singular_value,
     level_determinant,
 )
+from gaitgraph.reports import Check, Report
+from gaitgraph.rules import limit_check
+from gaitgraph.stretches import Place
 from tests.published import GAITS, PublishedGait
 
 
@@ -206,3 +211,131 @@ def test_limits_are_checked(name: str, value: object) -> None:
 
 def test_no_tolerance_at_all_is_a_tolerance() -> None:
     assert lift(GAITS[2].angles, "red").check(tolerance=0).valid
+
+
+class TestSignBetweenCorners:
+    """R that nearly vanishes between corners is decided as far as floating point goes."""
+
+    EXACT = coefficients_of(kind="exact")
+
+    def chord(self, shift: float, size: float = 0.3) -> Gait:
+        """Return an out-and-back gait along a chord beside the curve tan α1 − tan α2 = 2κ."""
+        a2 = np.array([-0.2 - size, -0.2 + size])
+        a1 = np.arctan(2 * gg.PAPER.drag_ratio + np.tan(a2)) + shift
+        return lift(np.column_stack([a1, a2]), "red", coefficients=self.EXACT)
+
+    def least(self, shift: float, sign: float) -> float:
+        gait = self.chord(shift)
+        s = np.linspace(0, 1, 20001)[:, None]
+        return float((sign * level_determinant(gait.alpha[0] + s * (gait.alpha[1] - gait.alpha[0]), self.EXACT)).min())
+
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    @pytest.mark.parametrize("height", [3e-7, -3e-7, 2e-8, -2e-8])
+    def test_it_is_decided_below_the_tolerance_of_the_search(self, sign: float, height: float) -> None:
+        # Left of the curve R > 0, right of it R < 0; the chord's least is moved to where it nearly vanishes.
+        shift = brentq(lambda x: self.least(x, sign) - height, -0.2, 0.2, xtol=1e-15)
+        gait = self.chord(shift)
+        check = gait.check()["R_sign"]
+        assert check.decided
+        assert check.ok is (height > 0)
+        if check.ok:
+            assert check.value == pytest.approx(sign * height, abs=1e-6)
+            assert (">" if sign > 0 else "<") + " 0 along the whole gait" in check.message
+
+
+def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
+    report = Report(
+        checks=(
+            Check(name="two_color", kind="valid", ok=True, message="all neighbours allowed"),
+            Check(name="R_sign", kind="valid", ok=True, decided=False, message="undecided " * 14),
+            Check(name="hover_thrust", kind="flyable", ok=False, message="a rotor pushes down"),
+        ),
+        reachable_from_hover=None,
+        reachability="not decided here",
+        notes=("row 3 is odd",),
+    )
+    assert str(report).splitlines() == [
+        "valid yes · flyable no · reachable from hover unknown",
+        "  ok  two color             all neighbours allowed",
+        "  ??  R sign                undecided undecided undecided undecided undecided undecided undecided undecided",
+        "                            undecided undecided undecided undecided undecided undecided",
+        "  NO  hover thrust          a rotor pushes down",
+        "  --  reachable from hover  not decided here",
+        "warning: row 3 is odd",
+    ]
+    assert report.reason == "a rotor pushes down"
+    assert report.warnings == ("undecided " * 14, "row 3 is odd")
+    assert set(report.as_mapping()) == {"valid", "two_color", "flyable", "reachable_from_hover", "checks", "warnings"}
+    with pytest.raises(KeyError, match="nothing"):
+        report["nothing"]
+
+
+def test_a_check_serialises_without_infinities() -> None:
+    where = {"row": 3, "t": None, "fraction": 0.5, "alpha": [0.0] * 4}
+    check = Check(name="x", kind="flyable", ok=False, message="m", value=np.inf, limit=np.nan, where=where)
+    assert check.as_mapping() == {
+        "name": "x",
+        "kind": "flyable",
+        "ok": False,
+        "value": None,
+        "limit": None,
+        "where": where,
+        "message": "m",
+    }
+    plain = Check(name="x", kind="valid", ok=True, message="m", value=np.float64(1.5), limit=2).as_mapping()
+    assert (plain["value"], plain["limit"]) == (1.5, 2.0)
+    assert type(plain["value"]) is float
+
+
+def test_limits_of_rates_in_words() -> None:
+    place = {"row": 1}
+    free = limit_check("tilt_rate", "rad/s", 2.0, 3, None, place, "slower")
+    assert (free.ok, free.value, free.limit, free.where) == (True, 2.0, None, place)
+    assert free.message == "peak 2 rad/s (α3); the vehicle states no limit"
+    kept = limit_check("tilt_rate", "rad/s", 2.0, 3, 2.0, place, "slower")
+    assert (kept.ok, kept.limit, kept.message) == (True, 2.0, "peak 2 rad/s (α3), limit 2")
+    assert limit_check("x", "u", 2.0 * (1 + 1e-13), 1, 2.0, None, "slower").ok
+    broken = limit_check("tilt_rate", "rad/s", 2.1, 3, 2.0, place, "slower")
+    assert (broken.ok, broken.kind, broken.name) == (False, "flyable", "tilt_rate")
+    assert broken.message == "peak 2.1 rad/s (α3), limit 2: slower"
+    endless = limit_check("tilt_acceleration", "rad/s²", np.inf, 1, 5.0, place, "corners")
+    assert (endless.ok, endless.message) == (False, "corners (limit 5 rad/s²)")
+
+
+def test_places_in_words() -> None:
+    place = Place(point=56, fraction=0.25, alpha=(0.1, -0.2, 0.3, -1.0), t=0.5625)
+    assert place.told("row") == "row 57 and 0.25 of the way to the next (t = 0.5625 s), (0.100, -0.200, 0.300, -1.000)"
+    assert place.told("corner") == "(0.100, -0.200, 0.300, -1.000)"
+    at_row = Place(point=0, fraction=0.0, alpha=(0.0,) * 4)
+    assert at_row.told("row") == "row 1, (0.000, 0.000, 0.000, 0.000)"
+    assert at_row.as_mapping("row") == {"row": 1, "t": None, "fraction": 0.0, "alpha": [0.0] * 4}
+    assert place.as_mapping("corner") == {"segment": 56, "fraction": 0.25, "alpha": [0.1, -0.2, 0.3, -1.0]}
+
+
+def test_a_gait_as_a_stretch_closes() -> None:
+    stretch = stretch_of(lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "red"]))
+    assert stretch.sheet.tolist() == [1, -1, 1, 1]
+    assert stretch.sheet.dtype == np.int8
+    np.testing.assert_array_equal(stretch.alpha[-1], stretch.alpha[0])
+    assert [stretch.number(k) for k in range(4)] == [1, 2, 3, 1]
+    assert stretch[1:].number(2) == 1
+    assert stretch[1:3].number(1) == 3
+    assert stretch_of(lift([(0.4, -0.4)], "red").biased(0.5)).sheet.tolist() == [0, 0]
+
+
+def test_what_two_color_says_of_colors() -> None:
+    red, blue = (lift([(0.9, -0.9), (1.0, -0.9)], color).check()["two_color"] for color in ("red", "blue"))
+    assert red.message == "all neighbours allowed by Figure 15 (red)"
+    assert blue.message == "all neighbours allowed by Figure 15 (blue)"
+    assert (red.value, red.limit, red.kind) == (0.0, 0.0, "valid")
+    mixed = lift([(np.pi / 16, -np.pi / 16), (np.pi / 8, -np.pi / 16)], ["blue", "red"]).check()["two_color"]
+    assert mixed.message.endswith("(mixed)")
+    broken = lift([(0.9, -0.9), (1.0, -0.9), (1.1, -0.9)], ["red", "red", "blue"]).check()["two_color"]
+    assert (broken.value, broken.limit, broken.kind) == (1.0, 0.0, "valid")
+    assert broken.where is not None
+    assert broken.where["segment"] == 1
+    assert broken.where["alpha"] == pytest.approx([1.0, -0.9, 1.0, -0.9])
+    closing = lift([(np.pi / 16, -np.pi / 16), (0.9, -0.9), (1.1, -0.9)], ["blue", "red", "red"]).check()["two_color"]
+    assert closing.ok
+    seam = lift([(0.9, -0.9), (np.pi / 16, -np.pi / 16), (1.1, -0.9)], ["red", "red", "blue"]).check()["two_color"]
+    assert "corners 3 (-,-) and 1 (+,+) may not be neighbours" in seam.message

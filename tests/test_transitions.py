@@ -1,0 +1,949 @@
+"""Ways between hover and gaits: that they end right and hold what they claim, and that refusals have their proof."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import re
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.regions import HOVER_LABEL, red_label, separating_factor
+from gaitgraph.reports import DEFAULT_FLOOR
+from gaitgraph.timing import LAWS
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FloatArray = npt.NDArray[np.float64]
+
+G1, G2, G3, G4 = (gg.lift(gait.angles, gait.color) for gait in GAITS)
+EXACT = gg.coefficients_of(kind="exact")
+KAPPA, DELTA = gg.PAPER.drag_ratio, EXACT.delta
+
+# A point of each of the seven components of the red sheet (section 10 of theory.md).
+SEVEN = ((0.0, 0.0), (1.0, -1.0), (-1.5, 0.0), (0.0, 1.5), (-1.5, -1.55), (1.55, 1.5), (-1.5, 1.5))
+
+# The longest way on a grid of eight directions against the straight line (limitations.md).
+DETOUR = 1 / math.cos(pi / 8)
+
+
+def numbers_of(vehicle: gg.Vehicle) -> gg.Coefficients:
+    return gg.coefficients_of(vehicle, "exact")
+
+
+def dense(path: FloatArray, count: int = 400) -> FloatArray:
+    """Return points along a polyline, its corners included, shape (n, 4)."""
+    s = np.linspace(0, 1, count)[:, None]
+    return np.concatenate([(1 - s) * a + s * b for a, b in itertools.pairwise(path)])
+
+
+def off_the_way(points: FloatArray, path: FloatArray) -> float:
+    """Return the largest distance of points from a polyline."""
+    nearest = np.full(len(points), np.inf)
+    for a, b in itertools.pairwise(path):
+        step = b - a
+        size = float(step @ step)
+        s = np.clip((points - a) @ step / size, 0, 1) if size else np.zeros(len(points))
+        nearest = np.minimum(nearest, np.linalg.norm(points - a - s[:, None] * step, axis=1))
+    return float(nearest.max())
+
+
+def check_flight(points: FloatArray, vehicle: gg.Vehicle, sign: float, floor: float = DEFAULT_FLOOR) -> None:
+    """Check the physics at sampled points, without any of the bounds that the planner uses."""
+    assert (sign * gg.level_determinant(points, numbers_of(vehicle)) > 0).all()
+    assert (gg.least_singular_value(points, vehicle) >= floor - 1e-9).all()
+    assert (gg.hover_thrust_shares(points, vehicle) > 0).all()
+    np.testing.assert_array_equal(points[:, 2:], points[:, :2])  # on the red sheet
+    determinant = gg.determinant(points, numbers_of(vehicle), roll=0.3, pitch=-0.2)
+    assert (sign * determinant > 0).all()
+
+
+def ends_of(end: gg.Gait | str) -> FloatArray:
+    return np.zeros((1, 4)) if isinstance(end, str) else end.alpha
+
+
+def check_ends(found: gg.Transition, start: Any, end: Any) -> None:
+    for number, one, place in zip(found.corners, (start, end), (0, -1), strict=True):
+        if isinstance(one, str):
+            assert number is None
+            np.testing.assert_array_equal(found.path[place], np.zeros(4))
+        else:
+            assert number is not None
+            np.testing.assert_allclose(found.path[place], one.alpha[number], atol=1e-9)
+
+
+# Hover and Gait 4
+
+
+def pair_of(there: bool, gait: gg.Gait = G4) -> tuple[Any, Any]:
+    return ("hover", gait) if there else (gait, "hover")
+
+
+@pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
+def test_hover_and_gait_4(there: bool) -> None:
+    start, end = pair_of(there)
+    found = gg.transition(start, end)
+    assert found
+    assert (found.status, found.reason, found.proof) == ("planned", None, None)
+    assert found.report is not None
+    assert found.report.valid
+    assert found.report.flyable
+    assert found.report.reachable_from_hover
+    check_ends(found, start, end)
+    # Its corner nearest to hover is (−π/8, π/8), and nothing is in the way.
+    assert found.corners == ((None, 0) if there else (0, None))
+    assert found.path.shape == (2, 4)
+    assert found.length == pytest.approx(pi / 8 * math.sqrt(2), abs=1e-15)
+    check_flight(dense(found.path), gg.PAPER, 1.0)
+    assert found.gait.color == "red"
+    assert found.gait.check().flyable
+
+
+@pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
+@pytest.mark.parametrize("samples", [1, 100])
+def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, samples: int) -> None:
+    start, end = pair_of(there)
+    found = gg.transition(start, end, samples=samples, duration=2.0)
+    table = found.table()
+    angles = [f"alpha{k}" for k in range(1, 5)]
+    rates, accelerations = ([f"{name}_{what}" for name in angles] for what in ("rate", "acceleration"))
+    assert list(table.columns) == ["t", *angles, "color", "types", "R", *rates, *accelerations]
+    assert len(table) == samples + 1
+    np.testing.assert_allclose(table["t"], np.linspace(0, 2.0, samples + 1), atol=1e-15)
+    assert table["t"][0] == 0.0
+    np.testing.assert_array_equal(table.alpha[0], ends_of(start)[0])
+    np.testing.assert_allclose(table.alpha[-1], ends_of(end)[0], atol=1e-12)
+    assert np.abs(table.alpha[-1] - table.alpha[0]).max() > 0.39  # a way, no loop
+    for row in (0, -1):
+        for name in (*rates, *accelerations):
+            assert abs(table[name][row]) < 1e-9
+    check_flight(table.alpha, gg.PAPER, 1.0)
+    assert off_the_way(table.alpha, found.path) < 1e-12
+    assert set(table["color"]) == {"red"}
+    np.testing.assert_array_equal(table["R"], gg.level_determinant(table.alpha, gg.coefficients_of()))
+    assert (table["R"] > 0).all()
+    assert table.about["period"] == found.duration == 2.0
+    assert table.about["transition"] == list(found.corners)
+    assert table.about["law"] == "smooth"
+
+
+def test_the_last_row_is_at_the_duration_exactly() -> None:
+    for samples in (10, 49, 98):  # 49 · (1/49) is below 1 in floating point
+        assert gg.transition("hover", G4, samples=samples).table()["t"][-1] == 1.0
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json"])
+def test_written_and_read_back_bit_for_bit(tmp_path: Path, suffix: str) -> None:
+    found = gg.transition("hover", G4, samples=30, duration=1.5)
+    path = tmp_path / f"entry{suffix}"
+    found.write(path)
+    table, expected = gg.read_table(path), found.table()
+    assert list(table.columns) == list(expected.columns)
+    for name, values in expected.columns.items():
+        if isinstance(values, np.ndarray):
+            assert table[name].tobytes() == values.tobytes()
+        else:
+            assert table[name] == tuple(values)
+    # Read as a closed polyline it is the way there and back.
+    closed = gg.gait_of(table)
+    np.testing.assert_allclose(closed.alpha, found.gait.alpha, atol=1e-12)
+    with pytest.raises(gg.OutputExists):
+        found.write(path)
+    found.write(path, force=True)
+
+
+def test_both_formats_at_once_and_the_same_bytes_every_time(tmp_path: Path) -> None:
+    def bytes_of(name: str) -> list[bytes]:
+        found = gg.transition(G3, around(0.9, -1.0, 0.2), duration=1.25)
+        paths = [tmp_path / f"{name}.csv", tmp_path / f"{name}.json"]
+        found.write(*paths)
+        return [*(path.read_bytes() for path in paths), json.dumps(found.as_mapping()).encode(), str(found).encode()]
+
+    assert bytes_of("a") == bytes_of("b")
+
+
+# Laws over many ends
+
+
+def around(a1: float, a2: float, radius: float, corners: int = 4, **about: Any) -> gg.Gait:
+    """Return a red gait around a point."""
+    turn = (np.arange(corners) + 0.5) * (2 * pi / corners)
+    return gg.lift(np.column_stack([a1 + radius * np.cos(turn), a2 + radius * np.sin(turn)]), "red", **about)
+
+
+# Where both thrusts push up (section 11 of theory.md), away from the borders: the quadrant of hover, and the other one.
+_hovering = st.tuples(st.floats(-1.2, 0.0), st.floats(0.0, 1.2))
+_below = st.tuples(st.floats(0.35, 1.35), st.floats(-1.35, -0.35))
+_radius = st.floats(0.0, 0.05)
+
+
+@settings(deadline=None, max_examples=6)
+@given(point=_hovering, radius=_radius, corners=st.integers(1, 6), entry=st.booleans())
+def test_hover_reaches_every_gait_in_its_quadrant(
+    point: tuple[float, float], radius: float, corners: int, entry: bool
+) -> None:
+    gait = around(*point, radius, corners)
+    start, end = pair_of(entry, gait)
+    found = gg.transition(start, end)
+    assert found.report is not None
+    assert found.report.flyable, found.reason
+    check_ends(found, start, end)
+    check_flight(dense(found.path), gg.PAPER, 1.0)
+    nearest = float(np.linalg.norm(gait.alpha[:, :2], axis=1).min())
+    assert nearest - 1e-9 <= found.length <= nearest * DETOUR + 1e-9
+    assert found.length == pytest.approx(np.linalg.norm(np.diff(found.path[:, :2], axis=0), axis=1).sum())
+
+
+@settings(deadline=None, max_examples=6)
+@given(
+    points=st.one_of(st.tuples(_below, _below), st.tuples(_hovering, _hovering)),
+    radius=_radius,
+    counts=st.tuples(st.integers(1, 5), st.integers(1, 5)),
+)
+def test_gaits_of_one_quadrant_reach_each_other_the_same_way_back(
+    points: tuple[tuple[float, float], tuple[float, float]], radius: float, counts: tuple[int, int]
+) -> None:
+    first, last = (around(*point, radius, count) for point, count in zip(points, counts, strict=True))
+    there, back = gg.transition(first, last), gg.transition(last, first)
+    assert there.report is not None
+    assert there.report.flyable, there.reason
+    check_ends(there, first, last)
+    check_flight(dense(there.path), gg.PAPER, float(np.sign(first.R[0])))
+    distance = np.linalg.norm(first.alpha[:, None, :2] - last.alpha[:, :2], axis=2).min()
+    assert distance - 1e-9 <= there.length <= distance * DETOUR + 1e-9
+    assert there.length == pytest.approx(back.length, abs=1e-9)
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    kappa=st.floats(0.05, 1.0),
+    ends=st.tuples(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), st.tuples(_hovering, st.just((0.0, 0.0)))),
+    floor=st.floats(0.0, 0.6),
+)
+def test_whatever_is_answered_holds_for_any_vehicle(kappa: float, ends: Any, floor: float) -> None:
+    vehicle = gg.Vehicle(drag_ratio=kappa)
+    numbers = numbers_of(vehicle)
+    first, last = gg.lift([ends[0]], "red", vehicle=vehicle), gg.lift([ends[1][0]], "red", vehicle=vehicle)
+    found = gg.transition(first, last, floor=floor)
+    signs = [float(np.sign(gait.R[0])) for gait in (first, last)]
+    labels = [tuple(red_label(gait.alpha[0, 0], gait.alpha[0, 1], vehicle).tolist()) for gait in (first, last)]
+    if not found:
+        assert found.reason
+        assert (found.proof is not None) == (signs[0] != signs[1])
+        assert labels[0] != labels[1] or "try more" in found.reason or "not valid" in found.reason
+        return
+    assert labels[0] == labels[1]
+    points = dense(found.path)
+    assert (signs[0] * gg.level_determinant(points, numbers) > 0).all()
+    assert found.report is not None
+    straight = dense(np.vstack([first.alpha, last.alpha]))
+    if found.report.flyable:
+        check_flight(points, vehicle, signs[0], floor)
+    else:
+        assert found.reason == found.report.reason
+        # Otherwise the straight way would have been there, and flown.
+        broken = gg.least_singular_value(straight, vehicle).min() < floor + 1e-4
+        assert broken or gg.hover_thrust_shares(straight, vehicle).min() < 1e-4
+    if found.length > np.linalg.norm((last.alpha - first.alpha)[0, :2]) * (1 + 1e-9):
+        kept = (signs[0] * gg.level_determinant(straight, numbers)).min() > 1e-6
+        kept &= not found.report.flyable or (
+            gg.least_singular_value(straight, vehicle).min() > floor + 1e-4
+            and gg.hover_thrust_shares(straight, vehicle).min() > 1e-6
+        )
+        assert not kept
+
+
+@settings(deadline=None, max_examples=4)
+@given(points=st.tuples(_below, _below), turn=st.floats(-pi, pi))
+def test_mirrored_spins_mirror_the_way_and_turned_arms_keep_it(
+    points: tuple[tuple[float, float], tuple[float, float]], turn: float
+) -> None:
+    plain = gg.Vehicle(drag_ratio=KAPPA)
+    mirrored = gg.Vehicle(drag_ratio=KAPPA, first_rotor_spin="counterclockwise")
+    turned = gg.Vehicle(drag_ratio=KAPPA, first_arm_angle=turn)
+
+    def between(vehicle: gg.Vehicle, factor: float) -> gg.Transition:
+        ends = [gg.lift([(factor * a, factor * b)], "red", vehicle=vehicle, coefficients=numbers_of(vehicle))
+                for a, b in points]  # fmt: skip
+        return gg.transition(*ends)
+
+    ours, theirs, third = between(plain, 1.0), between(mirrored, -1.0), between(turned, 1.0)
+    for other, factor in ((theirs, -1.0), (third, 1.0)):
+        np.testing.assert_allclose(other.path, factor * ours.path, atol=1e-12)
+        assert other.length == pytest.approx(ours.length)
+        assert ours.report is not None
+        assert other.report is not None
+        assert other.report.flyable
+        values = [report["least_singular_value"].value for report in (ours.report, other.report)]
+        assert values[0] == pytest.approx(values[1], abs=1e-5)
+
+
+def test_hover_of_a_mirrored_vehicle_reaches_the_mirrored_gait_4_and_not_gait_4() -> None:
+    mirrored = gg.Vehicle(drag_ratio=KAPPA, first_rotor_spin="counterclockwise")
+    there = gg.transition("hover", gg.lift(-G4.alpha[:, :2], "red", vehicle=mirrored))
+    assert there.report is not None
+    assert there.report.flyable
+    np.testing.assert_allclose(there.path, -gg.transition("hover", G4).path)
+    # At α itself R has the sign that the paper's vehicle has at −α: negative.
+    refused = gg.transition("hover", gg.lift(G4.alpha[:, :2], "red", vehicle=mirrored))
+    assert refused.proof is not None
+    assert refused.proof["R_end"] == pytest.approx(
+        float(gg.level_determinant(-G4.alpha, EXACT)[np.argmax(np.abs(gg.level_determinant(-G4.alpha, EXACT)))])
+    )
+
+
+def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
+    for gait in (G3, G4):
+        found = gg.transition(gait, gait)
+        assert found.length == 0
+        assert found.report is not None
+        assert found.report.flyable
+        assert found.corners[0] == found.corners[1]
+        check_ends(found, gait, gait)
+        table = found.table()
+        np.testing.assert_allclose(table.alpha, np.broadcast_to(found.path[0], table.alpha.shape), atol=1e-15)
+    hover = gg.transition("hover", "hover")
+    assert hover
+    assert (hover.length, hover.corners) == (0, (None, None))
+    np.testing.assert_array_equal(hover.path, np.zeros((2, 4)))
+
+
+def test_hover_of_a_vehicle_that_hardly_turns_itself_is_below_the_floor() -> None:
+    # At α = 0 the least singular value is 2κ (section 14 of theory.md).
+    for kappa, flyable in ((0.026, True), (0.024, False)):
+        assert (2 * kappa > DEFAULT_FLOOR) is flyable
+        found = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa))
+        assert found
+        assert found.report is not None
+        assert found.report.flyable is flyable
+        assert (found.reason is None) is flyable
+        lower = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa), floor=0.04)
+        assert lower.reason is None
+
+
+def test_gaits_with_more_corners_than_are_tried() -> None:
+    small, large = around(-0.7, 0.7, 0.3, 37), around(-0.8, 0.9, 0.2, 60)
+    cases: list[tuple[Any, Any]] = [("hover", small), (large, small)]
+    for start, end in cases:
+        found = gg.transition(start, end)
+        assert found.reason is None
+        check_ends(found, start, end)
+        nearest = np.linalg.norm(ends_of(start)[:, None, :2] - ends_of(end)[None, :, :2], axis=2).min()
+        assert nearest - 1e-12 <= found.length <= nearest * DETOUR
+        check_flight(dense(found.path), gg.PAPER, 1.0)
+
+
+def test_whichever_corner_a_gait_starts_at_the_way_is_the_same() -> None:
+    gait = around(-0.7, 0.6, 0.3, 5)
+    ways = {k: gg.transition("hover", gait.started_at(k)) for k in (0, 1, 3)}
+    for k, way in ways.items():
+        np.testing.assert_array_equal(way.path, ways[0].path)
+        first, here = ways[0].corners[1], way.corners[1]
+        assert first is not None
+        assert here is not None
+        assert (here + k) % 5 == first
+    np.testing.assert_array_equal(gg.transition("hover", gait.reversed()).path, ways[0].path)
+
+
+# Ways that have to bend
+
+
+def below_the_curve(a1: float, gap: float, vehicle: gg.Vehicle = gg.PAPER) -> tuple[float, float]:
+    """Return a point by `gap` below tan α1 − tan α2 = 2κ, where R < 0 in the middle of the square."""
+    return a1, math.atan(math.tan(a1) - 2 * vehicle.drag_ratio) - gap
+
+
+def test_gait_3_reaches_another_loop_of_its_component() -> None:
+    other = around(0.45, -1.25, 0.15)
+    found = gg.transition(G3, other)
+    assert found.reason is None
+    check_ends(found, G3, other)
+    check_flight(dense(found.path), gg.PAPER, -1.0)
+    assert found.report is not None
+    assert found.report.reachable_from_hover is False
+
+
+def test_a_flyable_way_bends_where_the_straight_one_is_nearly_singular() -> None:
+    """With κ = 0.4 the least singular value is over 0.9 at both ends and under it half-way between them."""
+    vehicle, floor = gg.Vehicle(drag_ratio=0.4), 0.9
+    first = gg.lift([(3 * pi / 8, -pi / 8)], "red", vehicle=vehicle)
+    last = gg.lift([(pi / 8, -3 * pi / 8)], "red", vehicle=vehicle)
+    straight = dense(np.vstack([first.alpha, last.alpha]))
+    assert gg.least_singular_value(straight, vehicle).min() < floor - 0.01
+    assert gg.least_singular_value(straight[[0, -1]], vehicle).min() > floor
+    found = gg.transition(first, last, floor=floor)
+    assert found.reason is None
+    assert len(found.path) > 2
+    check_ends(found, first, last)
+    check_flight(dense(found.path), vehicle, -1.0, floor)
+    assert found.length > np.linalg.norm(first.alpha - last.alpha) / math.sqrt(2)
+    # With the floor out of the way it is straight.
+    assert len(gg.transition(first, last, floor=0.5).path) == 2
+
+
+@pytest.mark.parametrize("ends", [(-0.6, 0.7), (-0.45, 0.8)])
+def test_a_valid_way_bends_around_the_curve_where_R_vanishes(ends: tuple[float, float]) -> None:
+    """The curve is convex there, so that the straight way between two points just below it crosses it twice."""
+    first, last = (gg.lift([below_the_curve(a1, 0.05)], "red") for a1 in ends)
+    straight = dense(np.vstack([first.alpha, last.alpha]))
+    assert (gg.level_determinant(straight[[0, -1]], EXACT) < 0).all()
+    assert gg.level_determinant(straight, EXACT).max() > 0.1
+    assert not gg.lift(straight[[0, -1], :2], "red").check().valid
+    found = gg.transition(first, last)
+    assert found
+    assert len(found.path) > 2
+    check_ends(found, first, last)
+    assert (gg.level_determinant(dense(found.path), EXACT) < 0).all()
+    assert found.report is not None
+    assert found.report.valid
+    # It leaves the quadrants of positive thrusts, and says so.
+    assert not found.report.flyable
+    assert gg.hover_thrust_shares(dense(found.path)).min() < 0
+    assert not found.report["hover_thrust"].ok
+    assert found.reason == found.report.reason
+    assert found.length >= np.linalg.norm((first.alpha - last.alpha)[:, :2])
+
+
+def taut_string(first: FloatArray, last: FloatArray) -> float:
+    """Return the length of the shortest way below the curve where R vanishes: the lower convex hull of both."""
+    a1 = np.linspace(first[0], last[0], 2001)[1:-1]
+    hull: list[FloatArray] = []
+    for point in [first, *np.column_stack([a1, np.arctan(np.tan(a1) - 2 * KAPPA)]), last]:
+        while len(hull) > 1:
+            (x, y), (u, v) = hull[-1] - hull[-2], point - hull[-1]
+            if x * v - y * u > 0:
+                break
+            hull.pop()
+        hull.append(point)
+    return float(np.linalg.norm(np.diff(hull, axis=0), axis=1).sum())
+
+
+@pytest.mark.parametrize("divisions", [16, 40])
+def test_a_bent_way_is_not_much_longer_than_a_taut_string(divisions: int) -> None:
+    first, last = (gg.lift([below_the_curve(a1, 0.05)], "red") for a1 in (-0.6, 0.7))
+    shortest = taut_string(first.alpha[0, :2], last.alpha[0, :2])
+    straight = float(np.linalg.norm((first.alpha - last.alpha)[0, :2]))
+    found = gg.transition(first, last, divisions=divisions)
+    assert straight < shortest <= found.length <= shortest * DETOUR
+
+
+def test_a_straight_way_along_the_grid_stops_nowhere() -> None:
+    """Each stop costs time under a limit of accelerations: there 1.152 s, back 1 s."""
+    vehicle = gg.PAPER.replace(max_tilt_acceleration=8.0)
+    first, last = (gg.lift([(a, a - pi / 2)], "red", vehicle=vehicle) for a in (0.4, 0.95))
+    there, back = gg.transition(first, last), gg.transition(last, first)
+    assert there.reason is None
+    assert there.length == pytest.approx(0.55 * math.sqrt(2))
+    assert there.duration == back.duration == 1.0
+    assert len(there.path) == 2
+
+
+# Nodes (i, j) of grids just below the curve: the shortest ways on the grid are many, and one is straightened.
+BENT = [(0.4, 16, (5, 3), (11, 6)), (0.4, 16, (8, 3), (15, 14)), (KAPPA, 20, (6, 3), (16, 15))]
+
+
+@pytest.mark.parametrize(("kappa", "divisions", "first", "last"), BENT)
+def test_a_bent_way_is_as_long_as_the_way_back(
+    kappa: float, divisions: int, first: tuple[int, int], last: tuple[int, int]
+) -> None:
+    vehicle = gg.Vehicle(drag_ratio=kappa)
+    ends = [gg.lift([[-pi / 2 + k * pi / divisions for k in node]], "red", vehicle=vehicle) for node in (first, last)]
+    there, back = (gg.transition(*pair, divisions=divisions) for pair in (ends, ends[::-1]))
+    assert len(there.path) > 2
+    assert there.length == pytest.approx(back.length, abs=1e-9)
+
+
+# Refusals
+
+
+def test_a_gait_with_negative_R_is_refused_from_hover_with_a_proof() -> None:
+    cases: list[tuple[Any, Any]] = [("hover", G3), (G3, "hover"), (G4, G3), (G3, G4)]
+    for start, end in cases:
+        found = gg.transition(start, end)
+        assert not found
+        assert (found.status, found.report, found.corners) == ("infeasible", None, (None, None))
+        assert found.proof is not None
+        for name, one in (("R_start", start), ("R_end", end)):
+            values = gg.level_determinant(ends_of(one), gg.coefficients_of())
+            assert found.proof[name] in values.tolist()
+            # The exact physics agrees with the sign.
+            assert (np.sign(gg.level_determinant(ends_of(one), EXACT)) == np.sign(found.proof[name])).all()
+        assert found.proof["R_start"] * found.proof["R_end"] < 0
+        assert found.reason is not None
+        assert f"{found.proof['R_start']:+.4g}" in found.reason
+        assert f"{found.proof['R_end']:+.4g}" in found.reason
+        assert "singular" in found.reason
+        assert "every flight" in found.proof["statement"]
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    point=_below,
+    roll=st.floats(-1.57, 1.57),
+    pitch=st.floats(-1.57, 1.57),
+    way=st.lists(st.tuples(*[st.floats(-2, 2)] * 6), max_size=4),
+)
+def test_every_flight_from_hover_to_negative_R_passes_a_singular_matrix(
+    point: tuple[float, float], roll: float, pitch: float, way: list[tuple[float, ...]]
+) -> None:
+    """What the proof says, on arbitrary flights: tilt angles off the surfaces, attitudes of any kind."""
+    gait = gg.lift([point], "red")
+    proof = gg.transition("hover", gait).proof
+    assert proof is not None
+    start, end = np.array([0, 0, 0, 0, pitch, roll]), np.array([*gait.alpha[0], roll, pitch])
+    flight = np.vstack([start, *way, end]) if way else np.vstack([start, end])
+    s = np.linspace(0, 1, 50)[:, None]
+    states = np.concatenate([(1 - s) * a + s * b for a, b in itertools.pairwise(flight)])
+    value = gg.determinant(states[:, :4], EXACT, states[:, 4], states[:, 5])
+    assert value[0] == pytest.approx(proof["R_start"] * math.cos(pitch) * math.cos(roll))
+    assert value[0] > 0
+    assert value[-1] < 0
+    assert (np.diff(np.sign(value)) != 0).any()
+
+
+@settings(deadline=None, max_examples=15)
+@given(point=st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)))
+def test_which_red_points_hover_is_refused(point: tuple[float, float]) -> None:
+    gait = gg.lift([point], "red", coefficients=EXACT)
+    label = tuple(red_label(*point).tolist())
+    found = gg.transition("hover", gait)
+    if 0 in label or not gait.check()["R_sign"].decided:
+        return
+    assert (found.proof is not None) == (math.prod(label) < 0)
+    if label != HOVER_LABEL:
+        assert not found
+    elif not found:
+        assert "try more" in str(found.reason)
+
+
+@pytest.mark.parametrize(("i", "j"), [(i, j) for i in range(7) for j in range(i, 7)])
+def test_the_seven_components(i: int, j: int) -> None:
+    first, last = (gg.lift([SEVEN[k]], "red", coefficients=EXACT) for k in (i, j))
+    labels = [red_label(*SEVEN[k]) for k in (i, j)]
+    found = gg.transition(first, last)
+    if i == j:
+        assert found
+        return
+    assert not found
+    assert found.reason is not None
+    assert "\n" not in found.reason
+    if labels[0].prod() != labels[1].prod():
+        assert found.proof is not None
+        assert found.proof["R_start"] == float(gg.level_determinant(first.alpha[0], EXACT))
+        assert found.proof["R_end"] == float(gg.level_determinant(last.alpha[0], EXACT))
+        return
+    assert found.proof is None  # off the surface there are ways (section 12 of theory.md)
+    wall = separating_factor(SEVEN[i], SEVEN[j])
+    assert wall is not None
+    assert f"both ends are on the red sheet, separated by {wall}, where R = 0" in found.reason
+    for differs, name in zip(labels[0] != labels[1], ("line α1 = ", "line α2 = ", "curve tan α1"), strict=True):
+        assert (name in found.reason) == differs
+
+
+def test_red_to_blue_and_blue_to_red_are_refused() -> None:
+    cases: list[tuple[Any, Any, str]] = [(G3, G2, "red to blue"), (G2, G3, "blue to red"), (G3, G1, "red to blue")]
+    cases += [("hover", G1, "red to blue"), ("hover", G2, "red to blue"), (G1, "hover", "blue to red")]
+    for start, end, way in cases:
+        found = gg.transition(start, end)
+        assert not found
+        assert found.reason is not None
+        assert "the sheets meet in four points only, all with R = 0" in found.reason
+        assert found.reason.startswith(f"from {way}: ")
+
+
+def test_where_the_sheets_meet_R_is_zero() -> None:
+    # What the refusal rests on (section 9 of theory.md).
+    meeting = [(a, b) for a in (DELTA, DELTA - pi / 2) for b in (-DELTA, pi / 2 - DELTA)]
+    red, blue = (gg.lift(meeting, color, coefficients=EXACT).alpha for color in ("red", "blue"))
+    np.testing.assert_allclose(np.sin(red - blue), 0, atol=1e-12)
+    np.testing.assert_allclose(gg.level_determinant(red, EXACT), 0, atol=1e-12)
+
+
+def test_blue_to_blue_is_valid_and_not_flyable() -> None:
+    found = gg.transition(G1, G2)
+    assert found
+    assert found.report is not None
+    assert found.report.valid
+    assert not found.report["R_sign"].decided
+    assert not found.report.flyable
+    assert found.reason is not None
+    assert "the whole blue sheet is singular" in found.reason
+    check_ends(found, G1, G2)
+    points = dense(found.path)
+    assert gg.least_singular_value(points).max() < 1e-4  # δ is rounded
+    assert (gg.level_determinant(points, gg.coefficients_of()) < 0).all()
+    assert set(found.gait.colors) == {"blue"}
+    assert gg.transition(G2, G1).length == pytest.approx(found.length)
+
+
+def test_blue_with_exact_coefficients_is_not_even_valid() -> None:
+    blue = gg.lift(G2.alpha[:, :2], "blue", coefficients=EXACT)
+    cases: list[tuple[Any, Any, str]] = [(blue, blue, "start"), ("hover", blue, "end"), (blue, "hover", "start")]
+    for start, end, name in cases:
+        found = gg.transition(start, end)
+        assert found.reason == f"the {name} is not valid: {blue.check().reason}"
+        assert "R = 0 on the whole blue sheet" in found.reason
+
+
+def test_blue_ends_whose_rounded_signs_differ_are_not_joined() -> None:
+    positive = gg.lift([(-3 * pi / 8, 3 * pi / 8)], "blue")
+    assert positive.R[0] > 0
+    assert positive.check().valid
+    found = gg.transition(positive, G2)
+    assert not found
+    assert "as far as rounded coefficients have signs" in str(found.reason)
+
+
+@pytest.mark.parametrize(
+    ("gait", "told"),
+    [
+        (gg.lift([(0.5, -0.5), (-0.5, 0.5)], "red"), "R changes its sign"),
+        (gg.Gait(alpha=np.array([[0.4, -0.4, 0.1, -0.2]]), colors=("red",)), "max(|Rφ|, |Rθ|)"),
+        (G3.biased(0.8), "max(|Rφ|, |Rθ|)"),
+        (gg.lift(G3.alpha[:, :2], ["red", "blue", "red", "red"]), "max(|Rφ|, |Rθ|)"),
+        (gg.lift([(-1.3, 0.2), (-1.1, 0.2)], "blue"), "max(|Rφ|, |Rθ|)"),  # by π from one end of the range to the other
+    ],
+    ids=["sign", "off", "biased", "mixed", "wrapped"],
+)
+def test_a_gait_that_is_not_valid_is_refused_for_its_own_reason(gait: gg.Gait, told: str) -> None:
+    reason = gait.check().reason
+    assert not gait.check().valid
+    cases: list[tuple[Any, Any, str]] = [(gait, G3, "start"), ("hover", gait, "end")]
+    for start, end, name in cases:
+        found = gg.transition(start, end)
+        assert not found
+        assert found.reason == f"the {name} is not valid: {reason}"
+        assert told in found.reason
+        assert found.proof is None
+
+
+def test_a_refusal_has_no_way_and_says_why_wherever_it_is_asked() -> None:
+    found = gg.transition("hover", G3)
+    for ask in (
+        lambda: found.gait,
+        lambda: found.path,
+        lambda: found.length,
+        lambda: found.timed,
+        found.table,
+        lambda: found.write("never.csv"),
+    ):
+        with pytest.raises(gg.Infeasible) as caught:
+            ask()
+        assert str(caught.value) == found.reason
+    assert str(found) == f"No way: {found.reason}"
+    told = json.loads(json.dumps(found.as_mapping(), allow_nan=False))
+    assert (told["status"], told["reason"], told["proof"]) == ("infeasible", found.reason, found.proof)
+    assert (told["path"], told["colors"], told["length"], told["duration"]) == ([], [], None, None)
+    assert (told["valid"], told["flyable"], told["checks"]) == (False, False, [])
+
+
+def test_a_way_as_plain_values_and_in_words() -> None:
+    found = gg.transition(G3, around(0.9, -1.0, 0.2, 3), law="equal-time", duration=2.5)
+    told = json.loads(json.dumps(found.as_mapping(), allow_nan=False))
+    assert told["path"] == found.path.tolist()
+    assert told["colors"] == ["red"] * len(found.path)
+    assert (told["status"], told["reason"], told["proof"]) == ("planned", None, None)
+    assert (told["length"], told["duration"], told["law"]) == (found.length, 2.5, "equal-time")
+    leaves, joins = found.corners
+    assert leaves is not None
+    assert joins is not None
+    assert (told["leaves_corner"], told["joins_corner"]) == (leaves + 1, joins + 1)
+    assert (told["valid"], told["two_color"], told["flyable"]) == (True, True, True)
+    assert [check["name"] for check in told["checks"]][-1] == "tilt_rate"
+    head = str(found).splitlines()[0]
+    assert head.startswith(f"From corner {leaves + 1} (")
+    assert f" to corner {joins + 1} (" in head
+    assert head.endswith(f"{found.length:.4f} rad, 2.5 s, equal-time; checked there and back")
+    entry = gg.transition("hover", G4).as_mapping()
+    assert (entry["leaves_corner"], entry["joins_corner"]) == (None, 1)
+    assert str(gg.transition("hover", G4)).startswith(
+        "From hover to corner 1 (-0.393, 0.393, -0.393, 0.393): 2 corners"
+    )
+
+
+# Clocks
+
+
+def entry_of(**limits: float) -> gg.Gait:
+    return gg.lift(G4.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
+
+
+@pytest.mark.parametrize(
+    ("limits", "needed"),
+    [
+        # From hover to (−π/8, π/8) every angle turns by π/8. The minimum-jerk polynomial 10τ³ − 15τ⁴ + 6τ⁵ has the
+        # greatest slope 15/8, at τ = 1/2, and the greatest second derivative 10/√3.
+        ({"max_tilt_rate": 0.2}, 15 / 8 * (pi / 8) / 0.2),
+        ({"max_tilt_acceleration": 0.5}, math.sqrt(10 / math.sqrt(3) * (pi / 8) / 0.5)),
+        ({"max_tilt_rate": 0.3, "max_tilt_acceleration": 0.1}, math.sqrt(10 / math.sqrt(3) * (pi / 8) / 0.1)),
+        ({"max_tilt_rate": 5.0, "max_tilt_acceleration": 50.0}, 1.0),
+        ({}, 1.0),
+    ],
+)
+def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], needed: float) -> None:
+    start, end = pair_of(len(limits) < 2, entry_of(**limits))
+    found = gg.transition(start, end)
+    assert needed <= found.duration <= needed + 1.0001e-3  # whole milliseconds
+    assert found.reason is None
+    report = found.report
+    assert report is not None
+    assert report["tilt_rate"].ok
+    assert report["tilt_rate"].value == pytest.approx(15 / 8 * (pi / 8) / found.duration)
+    if "max_tilt_acceleration" in limits:
+        assert report["tilt_acceleration"].ok
+        assert report["tilt_acceleration"].value == pytest.approx(10 / math.sqrt(3) * (pi / 8) / found.duration**2)
+    table = found.table()
+    for name, limit in (("rate", "max_tilt_rate"), ("acceleration", "max_tilt_acceleration")):
+        peak = max(np.abs(table[f"alpha{k}_{name}"]).max() for k in range(1, 5))
+        assert peak <= limits.get(limit, math.inf) * (1 + 1e-12)
+    if needed > 1:
+        faster = gg.transition(start, end, duration=0.99 * needed)
+        assert faster
+        assert faster.report is not None
+        assert not faster.report.flyable
+        assert faster.report.valid
+        assert faster.reason is not None
+        assert "limit" in faster.reason
+        np.testing.assert_array_equal(faster.path, found.path)
+
+
+def test_the_advice_of_a_failed_rate_is_the_duration_that_would_do() -> None:
+    gait = entry_of(max_tilt_rate=0.2)
+    faster = gg.transition("hover", gait, duration=1.0)
+    advised = re.search(r"at least (\d+\.\d+) s", str(faster.reason))
+    assert advised is not None
+    assert float(advised[1]) == pytest.approx(gg.transition("hover", gait).duration, abs=2e-3)
+
+
+def test_bent_ways_keep_the_limits_on_every_segment() -> None:
+    vehicle = gg.Vehicle(drag_ratio=0.4, max_tilt_rate=0.7, max_tilt_acceleration=1.1)
+    first, last = (gg.lift([point], "red", vehicle=vehicle) for point in ((3 * pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)))
+    for law in ("smooth", "constant-speed"):
+        found = gg.transition(first, last, floor=0.9, law=law, samples=1000)
+        assert len(found.path) > 2
+        assert found.report is not None
+        assert found.report["tilt_rate"].ok
+        assert found.duration > 1
+        # Turning corners at full speed is an impulse that no duration cures.
+        assert found.report["tilt_acceleration"].ok is (law == "smooth")
+        assert (found.reason is None) is (law == "smooth")
+        table = found.table()
+        slopes = np.diff(table.alpha, axis=0) / np.diff(table["t"])[:, None]
+        assert np.abs(slopes).max() <= 0.7 * (1 + 1e-9)
+        if law == "smooth":
+            bent = np.diff(slopes, axis=0) / np.diff(table["t"])[1:, None]
+            assert np.abs(bent).max() <= 1.1 * (1 + 1e-9)
+    assert "smooth" in str(found.reason)
+
+
+@pytest.mark.parametrize("law", LAWS[:2])
+def test_the_duration_stretches_time_and_nothing_else(law: str) -> None:
+    short, long = (gg.transition("hover", G4, law=law, duration=d, samples=40).table() for d in (1.0, 4.0))
+    np.testing.assert_allclose(long["t"], 4 * short["t"])
+    np.testing.assert_allclose(long.alpha, short.alpha, atol=1e-12)
+    for k in range(1, 5):
+        np.testing.assert_allclose(4 * long[f"alpha{k}_rate"][:-1], short[f"alpha{k}_rate"][:-1], atol=1e-12)
+        fast, slow = (table[f"alpha{k}_acceleration"] for table in (short, long))
+        np.testing.assert_allclose(16 * slow, fast, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_laws_on_a_straight_way(law: str) -> None:
+    table = gg.transition("hover", G4, law=law, samples=50).table()
+    tau = np.linspace(0, 1, 51)
+    progress = 10 * tau**3 - 15 * tau**4 + 6 * tau**5 if law == "smooth" else tau
+    np.testing.assert_allclose(table.alpha, progress[:, None] * G4.alpha[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_rates_are_the_slopes_of_the_angles(law: str) -> None:
+    found = gg.transition(G4, "hover", law=law, samples=2000, duration=3.0)
+    table = found.table()
+    for k in range(1, 5):
+        angle, rate = table[f"alpha{k}"], table[f"alpha{k}_rate"]
+        numeric = (angle[2:] - angle[:-2]) / (table["t"][2:] - table["t"][:-2])
+        np.testing.assert_allclose(rate[1:-1], numeric, atol=1e-5)
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
+def test_the_last_row_does_not_fly_back(law: str) -> None:
+    table = gg.transition("hover", G4, law=law, samples=4).table()
+    for k in range(1, 5):
+        slope = table[f"alpha{k}"][-1] - table[f"alpha{k}"][-2]
+        assert slope * table[f"alpha{k}_rate"][-1] >= 0
+
+
+def test_samples_and_rate() -> None:
+    assert gg.transition("hover", G4).samples == 100
+    seventeen = gg.transition("hover", G4, samples=17)
+    assert seventeen.samples == 17
+    assert len(seventeen.table()) == 18
+    for duration, rate in ((2.5, 10.0), (1.0, 33.3), (0.1, 1.0)):
+        found = gg.transition("hover", G4, duration=duration, rate=rate)
+        assert found.samples == math.ceil(duration * rate - 1e-9)
+    # The rate is per second of the duration that the limits need.
+    slow = gg.transition("hover", entry_of(max_tilt_rate=0.2), rate=10)
+    assert slow.samples == math.ceil(slow.duration * 10) == 37
+
+
+@pytest.mark.parametrize("law", LAWS[:2])
+def test_the_way_back_is_the_way_mirrored_in_time(law: str) -> None:
+    found = gg.transition("hover", G4, law=law, duration=2.0)
+    there = found.timed
+    assert there.period == 4.0
+    t = np.linspace(0.01, 1.99, 50)
+    np.testing.assert_allclose(there.at(t)[0], there.at(4.0 - t)[0], atol=1e-12)
+    np.testing.assert_allclose(there.at(t)[1], -there.at(4.0 - t)[1], atol=1e-12)
+    exit_ = gg.transition(G4, "hover", law=law, duration=2.0)
+    np.testing.assert_array_equal(exit_.path, found.path[::-1])
+    np.testing.assert_allclose(exit_.timed.at(t)[0], there.at(2.0 - t)[0], atol=1e-12)
+
+
+def test_the_way_does_not_depend_on_the_clock() -> None:
+    paths = [
+        gg.transition(G3, around(0.9, -1.0, 0.1), duration=d, law=law).path
+        for d, law in zip((0.5, 1.0, 9.0), LAWS, strict=True)
+    ]
+    for path in paths[1:]:
+        np.testing.assert_array_equal(path, paths[0])
+
+
+def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
+    wide = around(-0.9, 0.9, 0.3)
+    for limits, name in (({"max_tilt": 0.5}, "tilt_range"), ({"max_thrust": 1.0}, "thrust_limit")):
+        gait = gg.lift(wide.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
+        found = gg.transition("hover", gait)
+        assert found  # valid all the same
+        assert found.report is not None
+        assert not found.report[name].ok
+        assert found.reason == found.report[name].message
+        assert not found.report.flyable
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "options", "told"),
+    [
+        (None, G4, {}, "start: None; allowed is a gait or 'hover'"),
+        ("Hover", G4, {}, "start: 'Hover'; allowed is a gait or 'hover'"),
+        (G4, "ground", {}, "end: 'ground'; allowed is a gait or 'hover'"),
+        (G4, [[0.1, 0.2, 0.1, 0.2]], {}, "end: [[0.1, 0.2, 0.1, 0.2]]; allowed is a gait or 'hover'"),
+        (G4, G4.parametrize(), {}, "end: TimedGait("),
+        ("hover", G4, {"vehicle": gg.PAPER}, "vehicle, coefficients: allowed are none beside a gait"),
+        (G4, "hover", {"coefficients": "exact"}, "vehicle, coefficients: allowed are none beside a gait"),
+        ("hover", "hover", {"coefficients": "rounded"}, "coefficients: 'rounded'; allowed are"),
+        ("hover", "hover", {"vehicle": gg.Vehicle(drag_ratio=0.1), "coefficients": "published"}, "coefficients: "),
+        ("hover", G4, {"law": "fast"}, "law: 'fast'; allowed are smooth, constant-speed, equal-time"),
+        ("hover", G4, {"samples": 0}, "samples: 0; allowed is a whole number"),
+        ("hover", G4, {"samples": 2.5}, "samples: 2.5; allowed is a whole number"),
+        ("hover", G4, {"samples": True}, "samples: True; allowed is a whole number"),
+        ("hover", G4, {"rate": 0}, "rate: 0; allowed is a positive finite number"),
+        ("hover", G4, {"rate": math.nan}, "rate: nan; allowed is a positive finite number"),
+        ("hover", G4, {"rate": 10, "samples": 10}, "samples, rate: 10 and 10; allowed is one of the two"),
+        ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 1024"),
+        ("hover", G4, {"divisions": 16.0}, "divisions: 16.0; allowed is a whole number"),
+        ("hover", G4, {"floor": -0.1}, "floor: -0.1; allowed is a finite number"),
+        ("hover", G4, {"floor": math.nan}, "floor: nan; allowed is a finite number"),
+        ("hover", G4, {"floor": "low"}, "floor: 'low'; allowed is a finite number"),
+        ("hover", G3, {"law": "fast"}, "law: 'fast'; allowed are"),
+        ("hover", G3, {"floor": -0.1}, "floor: -0.1; allowed is"),
+    ],
+)
+def test_bad_input_is_named_in_one_line(start: Any, end: Any, options: dict[str, Any], told: str) -> None:
+    with pytest.raises(gg.InputError) as caught:
+        gg.transition(start, end, **options)
+    assert str(caught.value).startswith(told)
+    assert "allowed" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("duration", [0, -1, 1e-7, 1e9, math.inf, math.nan, "1", True])
+def test_durations_that_are_none(duration: Any) -> None:
+    for end in (G4, G3):
+        with pytest.raises(gg.InputError) as caught:
+            gg.transition("hover", end, duration=duration)
+        assert str(caught.value).startswith(f"duration: {duration!r}; allowed is a finite number of seconds")
+
+
+def test_the_shortest_and_the_longest_duration() -> None:
+    for duration in (1e-6, 5e8):
+        found = gg.transition("hover", G4, duration=duration, samples=3)
+        assert found.timed.period == 2 * duration
+        assert found.table()["t"][-1] == pytest.approx(duration)
+
+
+def test_a_number_of_samples_that_is_accepted_can_be_used() -> None:
+    try:
+        found = gg.transition("hover", G4, samples=6_000_000)
+    except gg.InputError as error:
+        assert str(error).startswith("samples: 6000000")
+    else:
+        assert found.timed.samples == 12_000_000
+
+
+def test_a_vehicle_that_hardly_moves_brings_no_complaint_about_a_period() -> None:
+    try:
+        gg.transition("hover", entry_of(max_tilt_rate=1e-12))
+    except gg.InputError as error:
+        assert not str(error).startswith("period: ")
+
+
+@pytest.mark.parametrize("options", [{"rate": -1}, {"samples": 5, "rate": 5}, {"divisions": -3}, {"divisions": "x"}])
+def test_bad_input_is_bad_input_even_where_there_is_no_way(options: dict[str, Any]) -> None:
+    with pytest.raises(gg.InputError):
+        gg.transition("hover", G3, **options)
+
+
+def test_an_array_is_no_gait() -> None:
+    with pytest.raises(gg.InputError, match="start: "):
+        gg.transition(np.zeros((1, 4)), G4)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        gg.lift(G4.alpha[:, :2], "red", vehicle=gg.Vehicle(drag_ratio=0.2)),
+        gg.lift(G4.alpha[:, :2], "red", vehicle=gg.PAPER.replace(max_tilt_rate=3.0)),
+        gg.lift(G4.alpha[:, :2], "red", coefficients=EXACT),
+    ],
+    ids=["drag ratio", "limit", "coefficients"],
+)
+def test_gaits_for_different_vehicles_are_wrong_input(other: gg.Gait) -> None:
+    for start, end in ((G4, other), (other, G4)):
+        with pytest.raises(gg.InputError) as caught:
+            gg.transition(start, end)
+        message = str(caught.value)
+        assert message.startswith(f"end: a gait for {end.vehicle.name!r} ({end.coefficients.kind} coefficients)")
+        assert f"allowed is one for {start.vehicle.name!r} ({start.coefficients.kind})" in message
+        assert "\n" not in message
+
+
+# Ends that lie beside the surface
+
+
+@settings(deadline=None, max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@given(point=_hovering, digits=st.integers(3, 6))
+def test_a_gait_with_rounded_angles_is_joined(point: tuple[float, float], digits: int) -> None:
+    rounded = gg.Gait(alpha=np.round(around(*point, 0.05).alpha, digits), colors=("red",) * 4)
+    found = gg.transition("hover", rounded)
+    assert found
+    check_ends(found, "hover", rounded)
+
+
+def test_the_way_ends_at_the_corner_even_if_that_is_a_little_off_the_surface() -> None:
+    alpha = np.array([[-0.4, 0.4, -0.4003, 0.4003], [-0.4, 1.2, -0.4, 1.2], [-1.2, 1.2, -1.2, 1.2]])
+    beside = gg.Gait(alpha=alpha, colors=("red",) * 3)
+    assert beside.check().valid
+    check_ends(gg.transition("hover", beside), "hover", beside)
