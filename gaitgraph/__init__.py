@@ -9,9 +9,9 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, coloring, palettes, regions, segments, gait, reports, stretches, rules, checks,
-timing, graph, contract, search, requests, summary, plans, planning, ways, enumeration, circuits, simplecycles,
-catalog, tables, reading, validation, exchange, transitions, cli.
+vehicle, invertibility, surface, coloring, palettes, paintings, regions, segments, gait, reports, stretches, rules,
+checks, timing, graph, contract, search, requests, summary, plans, planning, ways, enumeration, circuits,
+simplecycles, catalog, tables, reading, validation, exchange, transitions, cli.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
-    from gaitgraph.palettes import Coloring, ColoringObstacle, Colorings, colorings
+    from gaitgraph.paintings import Coloring, Colorings, colorings
+    from gaitgraph.palettes import ColoringObstacle
     from gaitgraph.planning import plan_loop
     from gaitgraph.plans import Plan
     from gaitgraph.reading import read_table
@@ -68,7 +69,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "angles": ("angle_from_text",),
     "coloring": ("types_may_be_adjacent",),
-    "palettes": ("Coloring", "ColoringObstacle", "Colorings", "colorings"),
+    "paintings": ("Coloring", "Colorings", "colorings"),
+    "palettes": ("ColoringObstacle",),
     "contract": ("validate_graph",),
     "circuits": ("Cycle", "Cycles", "cycles"),
     "exchange": ("gait_of",),

@@ -12,7 +12,7 @@ from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import GaitgraphError
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
-from gaitgraph.palettes import Colorings, colorings
+from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import merged, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.requests import holds_request, read_request

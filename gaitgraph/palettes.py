@@ -1,4 +1,4 @@
-"""Every way to paint a closed loop of (α1, α2) by the Two Color rule: listed lazily, counted without listing.
+"""What the points of a loop offer: colors by sign of R and crossings, and how many colourings follow from them.
 
 At each point of a loop the red and the blue root have the sign of R that is asked for, or not. Both share their
 crossing lines: α3 is `?` for both or for neither, and so is α4. So between neighbours a color may always stay, and
@@ -8,43 +8,37 @@ closed walks through a chain of 2×2 matrices of zeros and ones, their number is
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass, field
-from itertools import chain, groupby, islice
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility import Coefficients, coefficients_of, level_determinant, noise_of
+from gaitgraph.invertibility import Coefficients, level_determinant, noise_of
 from gaitgraph.surface import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     at_end_of_range,
-    checked_plane_angles,
     sheet_angles,
     text_from_types,
     types_of,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
 __all__ = [
+    "RELATION",
     "SIGNS",
+    "STEPS",
     "ChainCount",
-    "Coloring",
-    "ColoringListing",
     "ColoringObstacle",
-    "Colorings",
     "Palette",
-    "colorings",
+    "labels_of",
     "palette_of",
+    "plain_colors",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 Sign = Literal["positive", "negative"]
 Matrix = tuple[int, int, int, int]
@@ -52,25 +46,8 @@ Matrix = tuple[int, int, int, int]
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
 """The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0."""
 
-_RELATION = {"negative": "R < 0", "positive": "R > 0"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Coloring:
-    """A color for each point of a loop, with the sign of R that the roots of these colors have."""
-
-    colors: tuple[str, ...]
-    sign: Sign
-
-    def __str__(self) -> str:
-        runs = [(color, len(list(run))) for color, run in groupby(self.colors)]
-        if len(runs) == 1:
-            return f"{_RELATION[self.sign]}  all {runs[0][0]}"
-        parts, start = [], 1
-        for color, size in runs:
-            parts.append(f"{color} {start}" + (f" to {start + size - 1}" if size > 1 else ""))
-            start += size
-        return f"{_RELATION[self.sign]}  {', '.join(parts)} (jumps between the sheets)"
+RELATION = {"negative": "R < 0", "positive": "R > 0"}
+"""The two signs in symbols."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,7 +160,8 @@ def _step(code: int) -> Matrix:
     return red & red_after, red & blue_after & change, blue & red_after & change, blue & blue_after
 
 
-_STEPS = tuple(_step(code) for code in range(32))
+STEPS = tuple(_step(code) for code in range(32))
+"""The transfer matrices by the code of a step; see :attr:`Palette.codes`."""
 
 
 class ChainCount:
@@ -219,13 +197,13 @@ class ChainCount:
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors in which the whole loop can be painted."""
-        return _named(self.always)
+        return plain_colors(self.always)
 
     def closed(self) -> int:
         """Close the loop and return the exact number of its colourings."""
         if self.obstacle is None and self._first is not None and self._last is not None:
             step = self._last.followed_by(self._first)
-            closing = _STEPS[int(step.codes[0])]
+            closing = STEPS[int(step.codes[0])]
             round_trip = _product(self._reach, closing)
             if round_trip[0] + round_trip[3]:
                 total = closing
@@ -242,7 +220,7 @@ class ChainCount:
         codes = points.codes[: max(lacking[0] - 1, 0) if lacking.size else None]
         starts = np.flatnonzero(np.diff(codes, prepend=-1)).tolist()
         for start, end in zip(starts, [*starts, len(codes)][1:], strict=True):
-            matrix = _STEPS[codes[start]]
+            matrix = STEPS[codes[start]]
             reach = _product(self._reach, matrix)
             if not any(reach):
                 before = COLORS[0 if self._reach[0] or self._reach[2] else 1]
@@ -254,7 +232,7 @@ class ChainCount:
             self._append(_power(matrix, end - start), end - start)
         if lacking.size:
             number = offset + int(lacking[0]) + 1
-            message = f"point {number} has no root with {_RELATION[self.sign]}, neither red nor blue"
+            message = f"point {number} has no root with {RELATION[self.sign]}, neither red nor blue"
             self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
 
     def _append(self, matrix: Matrix, weight: int) -> None:
@@ -268,13 +246,14 @@ class ChainCount:
         broken = [f"α{k + 3}" for k in range(2) if not crossing[:, k].any()]
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
-            f"{_RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
+            f"{RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
             f"{' and '.join(broken)} may change between + and - only where one of the two is ?"
         )
         return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
-def _named(everywhere: BoolArray) -> tuple[str, ...]:
+def plain_colors(everywhere: BoolArray) -> tuple[str, ...]:
+    """Return the colors that every point can have, from whether every point can be red, and blue."""
     return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
 
 
@@ -282,244 +261,3 @@ def labels_of(colors: Sequence[str], crossing: BoolArray) -> list[str]:
     """Return the plane types, as texts, of points of these colors; `crossing` is that of :class:`Palette`."""
     signs = np.array([1 if color == "red" else -1 for color in colors])[:, None]
     return [text_from_types(*pair) for pair in np.where(crossing, 0, signs).tolist()]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Colorings:
-    """Every Two-Color-consistent colouring of a closed loop; iterate to list them, lazily.
-
-    Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Every
-    iteration starts anew. Falsy when there is none.
-
-    Parameters
-    ----------
-    points
-        The loop, shape (n, 2) [rad]; closed by itself.
-    palettes
-        What its points offer, for each sign of R that was asked for.
-    counts
-        The exact number of colourings for each sign.
-    obstacles
-        Why there is none, for each sign without one.
-    """
-
-    points: FloatArray
-    palettes: dict[Sign, Palette]
-    counts: dict[Sign, int] = field(default_factory=dict)
-    obstacles: dict[Sign, ColoringObstacle] = field(default_factory=dict)
-
-    @property
-    def count(self) -> int:
-        """The exact number of colourings."""
-        return sum(self.counts.values())
-
-    def __bool__(self) -> bool:
-        return self.count > 0
-
-    def __iter__(self) -> Iterator[Coloring]:
-        return chain.from_iterable(map(self.of, self.palettes))
-
-    def of(self, sign: Sign) -> Iterator[Coloring]:
-        """Return an iterator over the colourings with one sign of R."""
-        if not self.counts[sign]:
-            return
-        palette = self.palettes[sign]
-        codes, has = palette.followed_by(palette[:1]).codes.tolist(), palette.available
-        for first in range(2):
-            if has[0, first]:
-                for path in _paths(codes, first):
-                    yield Coloring(colors=tuple(COLORS[c] for c in path), sign=sign)
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return how many there are, and why there are none, as plain values, ready for JSON."""
-        return {
-            **_count_as_mapping(self.count),
-            "counts": {sign: _count_as_mapping(count)["colorings_count"] for sign, count in self.counts.items()},
-            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
-        }
-
-    def __str__(self) -> str:
-        n = len(self.points)
-        lines = [
-            f"{_count_as_text(self.count)} colouring{'s' * (self.count != 1)} of a loop of {n} point{'s' * (n > 1)}"
-        ]
-        lines += [f"  {_RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
-        return "\n".join(lines)
-
-    def listing(self) -> ColoringListing:
-        """Return the first colourings and their number."""
-        plain = {sign: _named(np.asarray(palette.available.all(axis=0))) for sign, palette in self.palettes.items()}
-        first = tuple(islice(self, MOST_LISTED))
-        return ColoringListing(counts=self.counts, plain=plain, first=first, obstacles=self.obstacles)
-
-    def types_of(self, coloring: Coloring) -> list[str]:
-        """Return the plane types of every point in a colouring."""
-        return labels_of(coloring.colors, self.palettes[coloring.sign].crossing)
-
-
-MOST_LISTED = 16
-"""As many colourings as a report lists; it counts all."""
-
-_MOST_DIGITS = 4000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ColoringListing:
-    """The first colourings of a loop, and how many there are.
-
-    Parameters
-    ----------
-    counts
-        The exact number of colourings for each sign of R.
-    plain
-        The colors in which the whole loop can be painted, for each sign.
-    first
-        The first of them, at most 16; none for a loop that is too long to be listed.
-    obstacles
-        Why there is none, for each sign without one.
-    """
-
-    counts: dict[Sign, int]
-    plain: dict[Sign, tuple[str, ...]]
-    first: tuple[Coloring, ...]
-    obstacles: dict[Sign, ColoringObstacle]
-
-    @property
-    def count(self) -> int:
-        """The exact number of colourings."""
-        return sum(self.counts.values())
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON; a count of more than 4000 digits is given by its logarithm alone."""
-        return {
-            "colorings": [list(coloring.colors) for coloring in self.first],
-            "coloring_signs": [coloring.sign for coloring in self.first],
-            **_count_as_mapping(self.count),
-            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
-        }
-
-    def __str__(self) -> str:
-        if not self.count:
-            return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
-        parts = []
-        for sign, count in self.counts.items():
-            if count:
-                plain = self.plain[sign]
-                mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
-                all_of = f", all {' or all '.join(plain)}" if plain else ""
-                parts.append(f"{_count_as_text(count)} with {_RELATION[sign]}{all_of}{mixed}")
-        return "; ".join(parts)
-
-
-def _digits(count: int) -> float:
-    """Return the decimal logarithm of a count; 0 for none."""
-    return math.log10(count) if count else 0.0
-
-
-def _count_as_text(count: int) -> str:
-    return str(count) if _digits(count) <= _MOST_DIGITS else f"about 10^{_digits(count):.0f}"
-
-
-def _count_as_mapping(count: int) -> dict[str, Any]:
-    if _digits(count) <= _MOST_DIGITS:
-        return {"colorings_count": count}
-    return {"colorings_count": None, "colorings_count_log10": _digits(count)}
-
-
-def _paths(codes: Sequence[int], first: int) -> Iterator[list[int]]:
-    """Yield every closed path of colors (0 or 1) that begins with one, in lexicographic order, without dead ends."""
-    n = len(codes)
-    # home[k] holds, as bits, the colors at point k from which the end can be the first color again.
-    home = [0] * n + [1 << first]
-    for k in range(n - 1, -1, -1):
-        matrix = _STEPS[codes[k]]
-        for color in range(2):
-            reached = matrix[2 * color] | matrix[2 * color + 1] << 1
-            home[k] |= bool(reached & home[k + 1]) << color
-    if not home[0] >> first & 1:
-        return
-
-    def onward(k: int, color: int) -> Iterator[int]:
-        row = _STEPS[codes[k]][2 * color : 2 * color + 2]
-        return iter([after for after in range(2) if row[after] and home[k + 1] >> after & 1])
-
-    path, open_ = [first], [onward(0, first)]
-    if n == 1:
-        yield path
-        return
-    while open_:
-        following = next(open_[-1], None)
-        if following is None:
-            open_.pop()
-            path.pop()
-        elif len(path) == n - 1:
-            yield [*path, following]
-        else:
-            path.append(following)
-            open_.append(onward(len(path) - 1, following))
-
-
-def colorings(
-    points: npt.ArrayLike,
-    *,
-    sign: str = "auto",
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> Colorings:
-    """Return every Two-Color-consistent colouring of a closed loop, counted and ready to be listed.
-
-    Parameters
-    ----------
-    points
-        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count [rad]; closed by itself, so a last point that
-        repeats the first is one more point.
-    sign
-        Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
-    vehicle, coefficients
-        By default the paper's vehicle with its published coefficients. With exact coefficients blue has R = 0, so
-        only all-red colourings remain.
-    crossing_tolerance
-        Distance from a crossing line within which a type is `?` [rad].
-
-    Raises
-    ------
-    InputError
-        If a point is not finite or outside [−π/2, π/2]², or a name is unknown.
-
-    Notes
-    -----
-    The rule compares neighbours and nothing else, as Figure 15 does: a colouring that changes color at a `?` point
-    jumps between the sheets, so it is two-color and not continuous. Whether R keeps its sign between the points is
-    for :func:`gaitgraph.validate` to say.
-
-    Examples
-    --------
-    >>> from math import pi
-    >>> loop = [(3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)]
-    >>> found = colorings(loop)
-    >>> found.count, [coloring.colors[0] for coloring in found]
-    (2, ['red', 'blue'])
-    >>> colorings([(0.9, 0.3), (0.9, -0.9)], sign="positive").obstacles["positive"].message
-    'point 1 has no root with R > 0, neither red nor blue'
-    """
-    try:
-        plane = np.asarray(points, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"points: {shown(points)}; allowed are pairs (α1, α2) of numbers [rad]") from error
-    if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
-        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) or (n, 4) with n at least 1")
-    if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
-        raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive")
-    a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
-    every = palette_of(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
-    palettes = {one: palette for one, palette in every.items() if sign in ("auto", one)}
-    counts: dict[Sign, int] = {}
-    obstacles: dict[Sign, ColoringObstacle] = {}
-    for one, palette in palettes.items():
-        counting = ChainCount(one)
-        counting.see(palette)
-        counts[one] = counting.closed()
-        if counting.obstacle is not None:
-            obstacles[one] = counting.obstacle
-    return Colorings(points=plane[:, :2], palettes=palettes, counts=counts, obstacles=obstacles)

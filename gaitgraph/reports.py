@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gaitgraph.palettes import ColoringListing
+    from gaitgraph.paintings import ColoringListing
 
 __all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report", "lines_of_checks", "verdict_line"]
 

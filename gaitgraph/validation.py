@@ -20,7 +20,8 @@ from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Kind, level_determinant
-from gaitgraph.palettes import SIGNS, ChainCount, ColoringListing, colorings, palette_of
+from gaitgraph.paintings import ColoringListing, colorings
+from gaitgraph.palettes import SIGNS, ChainCount, palette_of
 from gaitgraph.reading import read_pieces
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import limit_check

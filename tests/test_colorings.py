@@ -21,16 +21,8 @@ import gaitgraph as gg
 from gaitgraph.coloring import first_violation, neighbors_allowed, types_from_text
 from gaitgraph.exchange import colorings_of_file
 from gaitgraph.invertibility import noise_of
-from gaitgraph.palettes import (
-    MOST_LISTED,
-    SIGNS,
-    ChainCount,
-    Coloring,
-    ColoringListing,
-    ColoringObstacle,
-    Palette,
-    palette_of,
-)
+from gaitgraph.paintings import MOST_LISTED, Coloring, ColoringListing
+from gaitgraph.palettes import SIGNS, ChainCount, ColoringObstacle, Palette, palette_of
 from gaitgraph.surface import text_from_types
 from tests.published import GAITS, PublishedGait
 

@@ -1,0 +1,22 @@
+"""Every colouring of the paper's loops, of a loop that may change its color, and of one that has none."""
+
+from math import pi
+
+import gaitgraph as gg
+
+loops = {
+    "Gait 1": [(5 * pi / 16, pi / 8), (5 * pi / 16, 3 * pi / 8), (pi / 16, 3 * pi / 8), (pi / 16, pi / 8)],
+    "Gaits 2 and 3": [(3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)],
+    "Gait 4": [(-pi / 8, pi / 8), (-pi / 8, 3 * pi / 8), (-3 * pi / 8, 3 * pi / 8), (-3 * pi / 8, pi / 8)],
+    "where the planes cross": [(pi / 16, -pi / 16), (pi / 8, -pi / 8), (3 * pi / 16, -pi / 8)],
+}
+for name, loop in loops.items():
+    found = gg.colorings(loop)
+    print(f"{name}: {found.count}")
+    for coloring in found:
+        print(f"    {coloring}")
+
+print(gg.colorings([(pi / 16, -pi / 16)] * 100).count, "for 100 points that are all (?,?): 2 to the power of 100")
+
+# Left of α1 = 2δ − π/2 blue has R > 0, above the diagonal red has: with R < 0 no color fits both.
+print(gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative"))
