@@ -312,7 +312,7 @@ class TestClock:
             assert report[name].ok
             assert 0.999 * peak <= value_of(report, name) <= peak * (1 + 1e-9)
 
-    @pytest.mark.parametrize("cut", [1, 2, 3, 150, 400])
+    @pytest.mark.parametrize("cut", [1, *range(109, 117)])  # among them those that put the kick at the seam
     def test_the_seam_is_seen(self, cut: int) -> None:
         """A kick of one row has the same peaks wherever the table begins."""
         table = self.table(120)
@@ -350,6 +350,61 @@ class TestClock:
         assert report["tilt_rate"].where is not None
         assert report["tilt_rate"].where["row"] == 201
         assert any("the stated rates do not fit the rows" in warning for warning in report.warnings)
+
+    def test_what_is_said_of_limits(self) -> None:
+        """Times count from anywhere; rates scale with the time, accelerations with its square."""
+        table = self.table()
+        table.columns["t"] = table["t"] + 5.0
+        free = validate(table)
+        assert free["tilt_rate"].message.endswith("(α1); the vehicle states no limit")
+        with pytest.raises(KeyError):
+            free["tilt_acceleration"]
+        report = validate(
+            table, vehicle=gg.PAPER.replace(max_tilt_rate=0.05 * np.pi, max_tilt_acceleration=np.pi**2 / 45)
+        )
+        rate, acceleration = report["tilt_rate"], report["tilt_acceleration"]
+        assert rate.where is not None
+        row, t = rate.where["row"], rate.where["t"]
+        assert t == pytest.approx(5.0 + (row - 1) / 200)
+        assert f": at row {row} (t = {t:.6g} s), (" in rate.message
+        assert rate.message.startswith("peak 0.628 rad/s (α1), limit 0.157: ")
+        assert rate.message.endswith("; run over at least 8 s instead of 2 s it would do")
+        assert acceleration.message.startswith("peak 1.97 rad/s² (α1), limit 0.219: at row ")
+        assert acceleration.message.endswith("; run over at least 6 s instead of 2 s it would do")
+
+    @pytest.mark.parametrize("factor", [0.0, 0.2, 0.9, 1.0, 1.1, 3.0, -1.0, 57.3])
+    def test_stated_rates_are_compared_whatever_the_pieces(
+        self, monkeypatch: pytest.MonkeyPatch, factor: float
+    ) -> None:
+        """Off by half of both added up or more: told."""
+        table = self.table(40)
+        rate = -0.2 * np.pi * np.sin(np.pi * table["t"]) * factor
+        signs = (1, -1, 1, -1)
+        stated = {f"{name}_rate": sign * rate for name, sign in zip(NAMES, signs, strict=True)}
+        table = Table(columns={**table.columns, **stated})
+        told = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
+        for cuts in ([], [1], [5, 20], list(range(41))):
+            report = judged_in_pieces(monkeypatch, table, cuts)
+            assert bool(report.notes) is told, (factor, cuts)
+            assert value_of(report, "tilt_rate") == pytest.approx(0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3)
+
+    def test_stated_accelerations_count_too(self) -> None:
+        stated: dict[str, Any] = {f"{name}_acceleration": np.zeros(401) for name in NAMES}
+        stated["alpha3_acceleration"] = np.where(np.arange(401) == 7, -50.0, 0.0)
+        report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
+        check = report["tilt_acceleration"]
+        assert (check.ok, check.value, check.where and check.where["row"]) == (False, 50.0, 8)
+        assert "(α3)" in check.message
+
+    def test_two_rows_swing_to_and_fro(self) -> None:
+        """Out in 1 s and back in one mean step, 1 s: the rate turns from 0.5 to −0.5 rad/s within 1 s, at both ends."""
+        rows = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha
+        report = validate(table_from(rows, t=[2.0, 3.0]), vehicle=gg.PAPER.replace(max_tilt_acceleration=9.0))
+        assert value_of(report, "tilt_rate") == pytest.approx(0.5)
+        assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
+        closed = table_from(np.vstack([rows, rows[:1]]), t=[2.0, 3.0, 4.0])
+        again = validate(closed, vehicle=gg.PAPER.replace(max_tilt_acceleration=9.0))
+        assert value_of(again, "tilt_acceleration") == pytest.approx(1.0)
 
     def test_our_own_rates_fit(self) -> None:
         report = validate(sampled(G3, 200))
@@ -574,3 +629,48 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     if rounding == 5e-4 and not suffix:
         assert not gg.validate(path, coefficients="exact")["R_sign"].decided
         assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
+
+
+def test_what_gaits_are_judged_by_is_passed_on() -> None:
+    gait = lift(G3.angles, "red")
+    for one in (gait, gait.parametrize()):
+        assert validate(one).flyable
+        assert not validate(one, floor=0.6).flyable
+        assert not validate(one, angle_rounding=1.0)["R_sign"].decided
+    bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)
+    for one in (bent, bent.parametrize()):
+        assert not validate(one).valid
+        assert validate(one, tolerance=0.2).valid
+    slow = lift(G3.angles, "red", vehicle=gg.PAPER.replace(max_tilt_rate=1.0))
+    assert validate(slow).flyable
+    assert not validate(slow.parametrize()).flyable
+    assert [check.name for check in validate(slow.parametrize()).checks][-1] == "tilt_rate"
+
+
+def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
+    exact, wide = coefficients_of(kind="exact"), math.pi / 2
+    for gait, count in (
+        (lift(G3.angles, "red"), 2),
+        (lift(G3.angles, "red", coefficients=exact), 1),
+        (lift(G3.angles, "red", crossing_tolerance=wide), 2**4),
+    ):
+        listing = validate(gait).listing
+        assert listing is not None
+        assert listing.count == count
+        assert len(listing.first) == min(count, 16)
+        assert ("all red" in str(validate(gait))) == ("red" in listing.plain["negative"])
+    # A gait through the sides of the square has colourings; one beyond has none that are looked for.
+    at_side = Gait(alpha=[[math.pi / 2, 0.3, math.pi / 2, 0.3]], colors=("red",))  # type: ignore[arg-type]
+    assert validate(at_side).listing is not None
+    beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))  # type: ignore[arg-type]
+    assert validate(beyond).listing is None
+
+
+def test_a_report_tells_its_colourings() -> None:
+    lines = str(validate(lift(G1.angles, "blue"))).splitlines()
+    assert lines[-1] == "  ok  colorings             1 with R < 0, all blue"
+    across = table_from(lift([(0.9, -0.9), (-0.9, 0.9)], "red").alpha)
+    report = validate(across, coefficients="exact")
+    assert report.listing is not None
+    assert report.listing.count == 0
+    assert "  --  colorings             none: " in str(report)
