@@ -11,10 +11,11 @@ entry.write("entry.csv", force=True)
 table = gg.read_table("entry.csv")
 print(f"entry.csv: {len(table)} rows, to {table.alpha[-1].round(3)} at t = {table['t'][-1]:g} s")
 
-corner = entry.corners[1]  # where it joins; the gait goes on from there
+corner = entry.corners[1] or 0  # where it joins; the gait goes on from there
 print("and on from there:", gait.started_at(corner).parametrize(period=2.0).alpha[0].round(3))
 
 third = gg.lift([(3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)], "red")
 refused = gg.transition("hover", third)
 print(refused)
-print(refused.proof["statement"])
+if refused.proof:
+    print(refused.proof["statement"])

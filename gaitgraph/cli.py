@@ -267,13 +267,17 @@ def colorings_command(
         # Written one by one: there may be more than fit in memory.
         head = json.dumps({"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False)
         click.echo(f'{head[:-1]}, "colorings": [', nl=False)
-        for number, coloring in enumerate(shown):
-            click.echo((", " if number else "") + json.dumps(list(coloring.colors)), nl=False)
-        click.echo("]}")
+        signs: list[str] = []
+        for coloring in shown:
+            click.echo((", " if signs else "") + json.dumps(list(coloring.colors)), nl=False)
+            signs.append(coloring.sign)
+        click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
         click.echo(str(found))
         for coloring in shown:
             click.echo(f"  {coloring}")
+        if limit is not None and found.count > limit:
+            click.echo(f"  … {limit} of them shown")
     return 0 if found else 1
 
 
@@ -373,6 +377,12 @@ def _polygon(text: str, name: str) -> list[list[str]]:
 @click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples.")
 @click.option("--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@click.option(
+    "--require",
+    type=click.Choice(["valid", "flyable"]),
+    default="valid",
+    help="What decides the exit code.  [default: valid]",
+)
 @_outputs_option
 @_force_option
 @_setting
@@ -380,6 +390,7 @@ def _polygon(text: str, name: str) -> list[list[str]]:
 def transition_command(
     start: str,
     end: str,
+    require: str,
     outputs: Sequence[str],
     force: bool,
     vehicle: str | None,
@@ -392,17 +403,16 @@ def transition_command(
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no way: between R > 0, where
     hover is, and R < 0 every flight passes a singular matrix.
     """
-    from gaitgraph.exchange import gait_of
-    from gaitgraph.reading import read_table
+    from gaitgraph.exchange import read_gait
     from gaitgraph.tables import check_outputs
     from gaitgraph.transitions import HOVER, transition
     from gaitgraph.vehicle import vehicle_named
 
     check_outputs(outputs, force=force)
     setting = {"vehicle": None if vehicle is None else vehicle_named(vehicle), "coefficients": coefficients}
-    ends: list[Any] = [one if one == HOVER else gait_of(read_table(one), **setting) for one in (start, end)]
+    ends: list[Any] = [HOVER if one.lower() == HOVER else read_gait(one, **setting) for one in (start, end)]
     given = {name: value for name, value in options.items() if value is not None}
-    if start == end == HOVER:
+    if ends == [HOVER, HOVER]:
         given |= setting
     result = transition(ends[0], ends[1], **given)
     if result and outputs:
@@ -413,7 +423,8 @@ def transition_command(
         click.echo(str(result))
         for name in outputs if result else ():
             click.echo(f"wrote {name}")
-    return 0 if result else 1
+    meets = result.report is not None and (require == "valid" or result.report.flyable)
+    return 0 if meets else 1
 
 
 def _angle_not_negative(text: str, name: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,12 +33,12 @@ from gaitgraph.tables import (
 from gaitgraph.timing import LAWS, parametrize
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["colorings_of_file", "export", "gait_of"]
+__all__ = ["colorings_of_file", "export", "gait_of", "read_gait"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -66,6 +67,22 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
+
+
+@contextmanager
+def _of_file(path: str | Path) -> Iterator[None]:
+    """Name the file in an error about what a table says."""
+    try:
+        yield
+    except GaitgraphError as error:
+        raise type(error)(f"gait file {str(path)!r}: {error}") from error
+
+
+def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the gait in a file: the closed polyline through its rows; parameters and errors as for :func:`gait_of`."""
+    table = read_table(path)
+    with _of_file(path):
+        return gait_of(table, vehicle=vehicle, coefficients=coefficients)
 
 
 def colorings_of_file(
@@ -104,7 +121,8 @@ def colorings_of_file(
         sign = request.sign
     else:
         table = merged(read_pieces(path, plane_only=True))
-        vehicle, numbers, told = setting_of(table, vehicle, coefficients)
+        with _of_file(path):
+            vehicle, numbers, told = setting_of(table, vehicle, coefficients)
         names = [name for name in ANGLES if name in table]
         rows = np.column_stack([table[name] for name in names])
         same_color = "color" not in table or table["color"][-1] == table["color"][0]
@@ -201,13 +219,11 @@ def export(
     check_outputs(paths, force=force)
     table = read_table(source)
     retime = "t" not in table or len(table) == 1 or any(option is not None for option in (period, law, samples, rate))
-    try:
+    with _of_file(source):
         if retime:
             gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
         else:
             table = _completed(table, vehicle=vehicle, coefficients=coefficients)
-    except GaitgraphError as error:
-        raise type(error)(f"gait file {str(source)!r}: {error}") from error
     if retime:
         timed = parametrize(
             gait,

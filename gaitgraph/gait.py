@@ -240,7 +240,10 @@ def lift(
     InputError
         If a point is not finite or outside [−π/2, π/2]², or a color is unknown.
     """
-    plane = np.asarray(points, dtype=float)
+    try:
+        plane = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points: {shown(points)}; allowed are pairs (α1, α2) of numbers [rad]") from error
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
         raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 1")
     coefficients = coefficients or coefficients_of(vehicle)

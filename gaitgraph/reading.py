@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ FloatArray = npt.NDArray[np.float64]
 
 _WHAT, _ALLOWED = "gait file", "a .csv or .json gait table"
 _LONGEST_LINE = 1 << 22
+_QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
+_FARTHEST = 1e6  # beyond it floating point carries no angle
 _PRINTED_ROWS = 1000
 _FEWEST, _FULL = 3, 9
 
@@ -191,7 +194,7 @@ class _Header:
         With fewer they are taken as meant exactly: people type 0.4. With more, floating point says as much.
         """
         decimals, unit = 0, 1.0
-        for row in _fields(lines, 0):
+        for row in csv.reader(lines):
             for name, text in zip(self.names, row, strict=False):
                 if name in ANGLES or name in DEGREES:
                     unit = math.radians(1.0) if name in DEGREES else 1.0
@@ -215,6 +218,14 @@ class _Header:
                 k = int(np.argmax(beyond))
                 value = float(found[name][k])
                 raise InputError(f"row {row + k + 1}: {name} is {value!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
+        for name in ANGLES[2:]:
+            beyond = np.abs(found.get(name, np.zeros(0))) > _FARTHEST
+            if beyond.any():
+                k = int(np.argmax(beyond))
+                value = float(found[name][k])
+                raise InputError(
+                    f"row {row + k + 1}: {name} is {value!r} rad; allowed are angles up to {_FARTHEST:g} rad"
+                )
         return {name: found[name] for name in ORDER if name in found}
 
 
@@ -233,14 +244,16 @@ def _fields(lines: list[str], offset: int) -> list[list[str]]:
     try:
         return [row for row in rows if row]
     except csv.Error as error:
-        line = offset + rows.line_num
-        raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
+        raise _refused(offset, rows.line_num, lines, error) from error
 
 
 def _numeric(lines: list[str], header: _Header) -> list[Any] | None:
     """Return the columns of lines, read fast, or None if anything about them is unusual."""
-    if not any(lines):
+    text = "\n".join(lines)
+    if not text.strip("\n"):
         return [[] for _ in header.names]
+    if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
+        return None  # numpy's reader takes quotation marks that csv refuses
     try:
         rows = np.loadtxt(lines, dtype=header.dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
     except (ValueError, IndexError, OverflowError):
@@ -263,8 +276,14 @@ def _textual(lines: list[str], header: _Header, offset: int) -> list[Any]:
             for column, value in zip(columns, row, strict=False):
                 column.append(value)
     except csv.Error as error:
-        raise InputError(f"line {offset + rows.line_num}: {error}; allowed is comma-separated text") from error
+        raise _refused(offset, rows.line_num, lines, error) from error
     return columns
+
+
+def _refused(offset: int, read: int, lines: list[str], error: csv.Error) -> InputError:
+    """Return what to raise for a line that is no CSV; `read` counts the lines that were read whole."""
+    line = offset + min(read + 1, len(lines))
+    return InputError(f"line {line}: {error}; allowed is comma-separated text")
 
 
 def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
@@ -275,12 +294,15 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         try:
             if angle_texts and isinstance(value, str):
                 numbers[k] = angle_from_text(value)
+            elif isinstance(value, (bool, list, dict)) or (isinstance(value, str) and "_" in value):
+                numbers[k] = math.nan
             else:
-                numbers[k] = math.nan if isinstance(value, (bool, list, dict)) else float(value)
+                numbers[k] = float(value)
         except (TypeError, ValueError, OverflowError):
             numbers[k] = math.nan
         if not math.isfinite(numbers[k]):
-            raise InputError(f"row {row + k + 1}: {name} is {shown(value)}; allowed is a finite number")
+            allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
+            raise InputError(f"row {row + k + 1}: {name} is {shown(value)}; allowed is {allowed}")
     return numbers
 
 
@@ -317,13 +339,15 @@ def _from_json(text: str, plane_only: bool) -> Table:
     if isinstance(content, list):
         if not all(isinstance(row, dict) for row in content):
             raise InputError(f"a list whose entries are not all objects; {_JSON}")
-        names = list(content[0]) if content else []
+        if not content:
+            raise InputError(f"it has no rows; {_JSON}")
+        names = list(content[0])
         for number, row in enumerate(content, start=1):
             if row.keys() != content[0].keys():
                 raise InputError(f"row {number} has other fields than row 1; {_JSON}")
         return _table([(name, [row[name] for row in content]) for name in names], {}, plane_only)
     if not isinstance(content, dict):
-        raise InputError(f"it holds a {type(content).__name__}; {_JSON}")
+        raise InputError(f"it holds {shown(content)}; {_JSON}")
     if "path" in content:
         return _from_plan(content)
     about = content.get("about", {})

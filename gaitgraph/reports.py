@@ -74,6 +74,7 @@ class Check:
             "name": self.name,
             "kind": self.kind,
             "ok": self.ok,
+            "decided": self.decided,
             "value": _finite_or_none(self.value),
             "limit": _finite_or_none(self.limit),
             "where": self.where,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import distance_to_multiple
 from gaitgraph.coloring import neighbors_allowed
 from gaitgraph.invertibility import (
     Coefficients,
@@ -458,7 +459,7 @@ class Reach:
     def __init__(self, setting: Setting, continuous: Continuous) -> None:
         self.vehicle, self.continuous = setting.vehicle, continuous
         self.exact = coefficients_of(setting.vehicle, "exact")
-        self.positive, self.red, self.home, self.opposite = True, True, True, 0.0
+        self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
@@ -478,9 +479,10 @@ class Reach:
             at_ends=ends,
         )
         self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
-        self.red &= bool((stretch.sheet > 0).all())
         self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
-        self.opposite = max(self.opposite, float(np.abs(alpha[:, 2:] - alpha[:, :2]).max()))
+        opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
+        self.opposite = max(self.opposite, float(opposite.max()))
+        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
 
     def answer(self) -> tuple[bool | None, str]:
         """Return yes, no or unknown, and a sentence."""
@@ -491,7 +493,7 @@ class Reach:
                 "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
                 f"in {home}, or start the flight in the gait"
             )
-        if self.red and self.continuous.distance <= DEFAULT_TOLERANCE:
+        if self.off_red <= DEFAULT_TOLERANCE:
             # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
             if self.home and self.opposite <= DEFAULT_TOLERANCE:
                 return True, "in the component of α = 0, which ordinary hover can enter and leave"

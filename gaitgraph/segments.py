@@ -396,7 +396,8 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
         largest.append(_largest_sine(s0, s1) * _largest_sine(c0, c1))
         sign.append((-1) ** rotor * np.sign(np.sin((s0 + s1) / 2) * np.sin((c0 + c1) / 2)))
     low, signs = np.stack(least, axis=-1), np.stack(sign, axis=-1)
-    upright = np.maximum(np.abs(p0), np.abs(p1)).max(axis=-1) <= quarter + 1e-9
+    turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
+    upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= quarter + 1e-9
     upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4) & upright
     return low, np.stack(largest, axis=-1), upward
 

@@ -23,7 +23,7 @@ from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait import Gait, lift
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
 from gaitgraph.invertibility import Kind, coefficients_of
-from gaitgraph.regions import separating_factor
+from gaitgraph.regions import red_label, separating_factor
 from gaitgraph.reports import DEFAULT_FLOOR, Report
 from gaitgraph.search import allowed_edges
 from gaitgraph.tables import ANGLES, RATES, Table, table_of, write_tables
@@ -125,7 +125,8 @@ class Transition:
         for k, (angle, speed) in enumerate(zip(ANGLES, RATES, strict=True)):
             columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
             columns[speed] = np.append(columns[speed][:-1], 0.0 if self.law == LAWS[0] else before[k])
-        about = {**whole.about, "period": self.duration, "transition": list(self.corners)}
+        ends = {"leaves_corner": _number(self.corners[0]), "joins_corner": _number(self.corners[1])}
+        about = {**whole.about, "period": self.duration, "transition": ends}
         return Table(columns=columns, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
@@ -338,10 +339,21 @@ def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatAr
     if last.alpha.tolist() < first.alpha.tolist():
         turned = _way(last, first, divisions, floor)
         return turned if isinstance(turned, str) else (turned[0][::-1], (turned[1][1], turned[1][0]))
-    sign: Sign = "positive" if first.R[np.argmax(np.abs(first.R))] > 0 else "negative"
+    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
+    on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
+    sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
     chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
     points = np.vstack([first.alpha[chosen[0]], last.alpha[chosen[1]]])
+    color = first.colors[0]
     pairs = np.array([(a, len(chosen[0]) + b) for a in range(len(chosen[0])) for b in range(len(chosen[1]))])
+    if color == "red":
+        # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
+        label = red_label(points[:, 0], points[:, 1], first.vehicle)
+        joined = (label[pairs[:, 0]] == label[pairs[:, 1]]).all(axis=1)
+        if not joined.any():
+            wall = separating_factor(points[0, :2].tolist(), points[len(chosen[0]), :2].tolist(), first.vehicle)
+            return f"both ends are on the red sheet, separated by {wall}, where R = 0: use gaits in one component"
+        pairs = pairs[joined]
     straight = _holding(points, pairs, first, sign, floor)
     graph = None
     for use in _USES:
@@ -367,13 +379,7 @@ def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatAr
             # A printed gait is a little beside its sheet: the way begins and ends at its own corners.
             inner = path[1:-1]
             return np.vstack([first.alpha[ends[0]], inner, last.alpha[ends[1]]]), (ends[0], ends[1])
-    color, wall = first.colors[0], None
-    if color == "red":
-        nearest = pairs[np.argmin(np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1))]
-        wall = separating_factor(points[nearest[0], :2].tolist(), points[nearest[1], :2].tolist(), first.vehicle)
-    if wall is None:
-        return f"no way on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
-    return f"both ends are on the {color} sheet, separated by {wall}, where R = 0: use gaits in one component"
+    return f"none found on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
 
 
 def _graph(gait: Gait, points: FloatArray, sign: Sign, divisions: int, floor: float) -> nx.Graph[Any]:

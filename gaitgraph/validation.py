@@ -111,7 +111,10 @@ def validate(
     else:
         raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table or a file's path")
     first = next(pieces)
-    vehicle, numbers, told = setting_of(first, vehicle, coefficients)
+    try:
+        vehicle, numbers, told = setting_of(first, vehicle, coefficients)
+    except InputError as error:
+        raise InputError(str(error) if isinstance(gait, Table) else f"gait file {str(gait)!r}: {error}") from error
     setting = Setting(
         vehicle=vehicle,
         coefficients=numbers,
@@ -123,6 +126,8 @@ def validate(
         noun="row",
     )
     judging = _TableJudge(setting)
+    if "transition" in first.about:
+        judging.notes["transition"] = "this is a way from one place to another: its way back to row 1 is no part of it"
     judging.see(first)
     for piece in pieces:
         judging.see(piece)
@@ -224,6 +229,8 @@ class _TableJudge:
         assert first is not None and last is not None  # noqa: PT018, S101 - pieces have rows
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
         repeated = self.rows > 1 and gap <= CLOSED_GAP and last.sheet[0] == first.sheet[0]
+        # A measured loop comes back to within its noise: a segment of that length, and no step in time.
+        near = repeated or (self.rows > 1 and gap <= self.setting.tolerance and gap < self.longest / 4)
         if repeated:
             message = "the last row is the first again"
         else:
@@ -231,6 +238,8 @@ class _TableJudge:
             self.judge.see(closing)
             self._paint(last.alpha[:, :2])
             message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
+            if near:
+                message = f"the last row is the first again, to within {gap:.2g} rad"
             if self.rows == 1:
                 message = "a single row is a gait that is a point"
             elif gap > 3 * self.longest and self.rows > 2:
@@ -249,7 +258,7 @@ class _TableJudge:
         )
         report = self.judge.report(closed)
         if first.t is not None:
-            report = report.with_checks(self.clock.checks(closed=repeated))
+            report = report.with_checks(self.clock.checks(closed=near))
             self.notes |= self.clock.notes
         return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=self._listing())
 

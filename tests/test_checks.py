@@ -277,6 +277,7 @@ def test_a_check_serialises_without_infinities() -> None:
         "name": "x",
         "kind": "flyable",
         "ok": False,
+        "decided": True,
         "value": None,
         "limit": None,
         "where": where,

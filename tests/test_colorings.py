@@ -694,7 +694,7 @@ def test_a_table_says_its_vehicle_and_tolerance(tmp_path: Path) -> None:
         ("a.csv", "alpha1,alpha2\n2.0,0.2\n", "alpha1"),
         ("a.csv", "alpha1,alpha2\n", "no rows"),
         ("a.csv", "alpha1,alpha2\nnan,0.2\n", "alpha1"),
-        ("a.json", "[]", "alpha1"),
+        ("a.json", "[]", "no rows"),
         ("a.json", '{"waypoints": [[0.1, 9]]}', "waypoint 1 alpha2"),
         ("a.toml", "period = 1\n", "waypoints"),
         ("a.txt", "alpha1,alpha2\n0.1,0.2\n", "suffixes"),

@@ -133,7 +133,8 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, s
     np.testing.assert_array_equal(table["R"], gg.level_determinant(table.alpha, gg.coefficients_of()))
     assert (table["R"] > 0).all()
     assert table.about["period"] == found.duration == 2.0
-    assert table.about["transition"] == list(found.corners)
+    told = [None if corner is None else corner + 1 for corner in found.corners]
+    assert list(table.about["transition"].values()) == told
     assert table.about["law"] == "smooth"
 
 
@@ -947,3 +948,24 @@ def test_the_way_ends_at_the_corner_even_if_that_is_a_little_off_the_surface() -
     beside = gg.Gait(alpha=alpha, colors=("red",) * 3)
     assert beside.check().valid
     check_ends(gg.transition("hover", beside), "hover", beside)
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_rounded_coefficients_open_no_way_through_a_saddle(kind: Any) -> None:
+    """(−1.5, 1.5) has R > 0 in a small component of its own; where β1 and β2 reach ±π/2 together, R only touches 0."""
+    corner = gg.lift([(-1.5, 1.5)], "red", coefficients=gg.coefficients_of(kind=kind))
+    found = gg.transition("hover", corner)
+    assert not found
+    assert found.reason is not None
+    assert "separated by the line α1" in found.reason
+
+
+def test_printed_digits_do_not_turn_the_sign_of_blue() -> None:
+    first, second = (
+        gg.Gait(alpha=np.column_stack([np.round(gait.angles, 3), gait.printed]), colors=("blue",) * 4)
+        for gait in GAITS[:2]
+    )
+    found = gg.transition(first, second)
+    assert found
+    assert found.reason is not None
+    assert not found.report or not found.report.flyable

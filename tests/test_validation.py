@@ -674,3 +674,64 @@ def test_a_report_tells_its_colourings() -> None:
     assert report.listing is not None
     assert report.listing.count == 0
     assert "  --  colorings             none: " in str(report)
+
+
+@pytest.mark.parametrize("row", [0, 5, 1500, 2999])
+def test_an_open_quotation_mark_swallows_nothing(tmp_path: Path, row: int) -> None:
+    path = tmp_path / "gait.csv"
+    lines = ["note,alpha1,alpha2,alpha3,alpha4"] + ["x,0.4,-0.4,0.4,-0.4"] * 3000
+    lines[row + 1] = '"x' + lines[row + 1][1:]
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(gg.InputError, match="allowed is comma-separated text"):
+        gg.validate(path)
+    lines[row + 1] = '"x\n' + lines[row + 1][2:].replace(",", '",', 1)
+    path.write_text("\n".join(lines) + "\n")
+    assert gg.validate(path).rows == 3000  # a line break in quotation marks is no row
+
+
+def test_the_line_that_is_no_csv_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text('note,alpha1,alpha2,alpha3,alpha4\nx,0,0,0,0\n"a"b,0,0,0,0\nx,0,0,0,0\n')
+    with pytest.raises(gg.InputError, match="line 3: "):
+        gg.validate(path)
+
+
+def test_whole_turns_change_no_physics() -> None:
+    rows = lift(G4.angles, "red").alpha
+    plain, turned = (validate(table_from(rows + shift)) for shift in (0.0, np.array([0, 0, 2 * np.pi, -4 * np.pi])))
+    for name in ("least_singular_value", "hover_thrust", "R_sign", "on_surface", "continuous"):
+        assert turned[name].ok is plain[name].ok
+        assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-6)
+    flipped = validate(table_from(rows + np.array([0, 0, np.pi, 0])))
+    assert not flipped["hover_thrust"].ok
+
+
+def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
+    table = sampled(G3, 100, law="constant-speed")
+    alpha = table.alpha.copy()
+    alpha[-1] += 4e-4
+    vehicle = gg.PAPER.replace(max_tilt_rate=100.0, max_tilt_acceleration=1e5)
+    exact, noisy = (validate(table_from(rows, t=table["t"]), vehicle=vehicle) for rows in (table.alpha, alpha))
+    assert noisy["closed"].message == "the last row is the first again, to within 0.0004 rad"
+    assert noisy["closed"].value == pytest.approx(4e-4)
+    for name in ("tilt_rate", "tilt_acceleration"):
+        assert value_of(noisy, name) == pytest.approx(value_of(exact, name), rel=0.05)
+
+
+def test_paint_does_not_decide_what_hover_reaches() -> None:
+    rows = lift(G4.angles, "red").alpha
+    assert validate(table_from(rows, color=("blue",) * 4)).reachable_from_hover is True
+
+
+def test_what_a_file_says_of_its_vehicle_is_refused_with_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "gait.json"
+    for about in ({"vehicle": "car"}, {"crossing_tolerance": -1}, {"coefficients": "rough"}):
+        path.write_text(json.dumps({"about": about, "alpha1": [0.4], "alpha2": [-0.4], "color": ["red"]}))
+        with pytest.raises(gg.InputError, match=f"gait file '{path}': "):
+            gg.validate(path)
+
+
+def test_a_transition_is_no_loop(tmp_path: Path) -> None:
+    path = tmp_path / "entry.json"
+    gg.transition("hover", lift(G4.angles, "red")).write(path)
+    assert "this is a way from one place to another" in gg.validate(path).warnings[0]
