@@ -244,7 +244,7 @@ def _fields(lines: list[str], offset: int) -> list[list[str]]:
     try:
         return [row for row in rows if row]
     except csv.Error as error:
-        raise _refused(offset, rows.line_num, lines, error) from error
+        raise _refused(offset + rows.line_num, error) from error
 
 
 def _numeric(lines: list[str], header: _Header) -> list[Any] | None:
@@ -276,13 +276,12 @@ def _textual(lines: list[str], header: _Header, offset: int) -> list[Any]:
             for column, value in zip(columns, row, strict=False):
                 column.append(value)
     except csv.Error as error:
-        raise _refused(offset, rows.line_num, lines, error) from error
+        raise _refused(offset + rows.line_num, error) from error
     return columns
 
 
-def _refused(offset: int, read: int, lines: list[str], error: csv.Error) -> InputError:
-    """Return what to raise for a line that is no CSV; `read` counts the lines that were read whole."""
-    line = offset + min(read + 1, len(lines))
+def _refused(line: int, error: csv.Error) -> InputError:
+    """Return what to raise for a line that is no CSV."""
     return InputError(f"line {line}: {error}; allowed is comma-separated text")
 
 
