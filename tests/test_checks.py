@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -340,3 +341,94 @@ def test_what_two_color_says_of_colors() -> None:
     assert closing.ok
     seam = lift([(0.9, -0.9), (np.pi / 16, -np.pi / 16), (1.1, -0.9)], ["red", "red", "blue"]).check()["two_color"]
     assert "corners 3 (-,-) and 1 (+,+) may not be neighbours" in seam.message
+
+
+LIMITED = gg.PAPER.replace(max_tilt="70deg", max_thrust=3.0, max_tilt_rate=10.0, max_tilt_acceleration=200.0)
+
+
+def test_every_check_has_its_kind_and_its_limit() -> None:
+    report = lift(GAITS[2].angles, "red", vehicle=LIMITED).parametrize().check(tolerance=1e-3, floor=0.07)
+    assert [(check.name, check.kind, check.ok, check.decided) for check in report.checks] == [
+        ("closed", "valid", True, True),
+        ("on_surface", "valid", True, True),
+        ("two_color", "valid", True, True),
+        ("continuous", "valid", True, True),
+        ("R_sign", "valid", True, True),
+        ("least_singular_value", "flyable", True, True),
+        ("hover_thrust", "flyable", True, True),
+        ("thrust_limit", "flyable", True, True),
+        ("tilt_range", "flyable", True, True),
+        ("tilt_rate", "flyable", True, True),
+        ("tilt_acceleration", "flyable", True, True),
+    ]
+    limits = [check.limit for check in report.checks if check.name != "R_sign"]
+    assert limits == [0.0, 1e-3, 0.0, 1e-3, 0.07, 0.0, 3.0, pytest.approx(np.radians(70)), 10.0, 200.0]
+    assert report["closed"].message == "closed by construction"
+    assert report["on_surface"].message == "max(|Rφ|, |Rθ|) = 0, allowed 0.001"
+    assert report["continuous"].message == "every segment stays on its sheet"
+    assert report["thrust_limit"].message.startswith("largest hover thrust 2.75 N, limit 3 N")
+    assert report["tilt_range"].message == "largest tilt 67.5°, limit 70.0°"
+    assert report["tilt_range"].value == pytest.approx(3 * np.pi / 8)
+    assert report["tilt_range"].where is not None
+    assert report["tilt_range"].where["segment"] == 0
+    for check in report.checks:
+        assert type(check.ok) is bool
+
+
+def test_broken_checks_say_what_where_and_what_helps() -> None:
+    tight = gg.PAPER.replace(max_tilt="60deg", max_thrust=2.0)
+    report = lift(GAITS[2].angles, "red", vehicle=tight).check(floor=0.5)
+    at = "(1.178, -1.178, 1.178, -1.178)"
+    assert report["tilt_range"].message == (
+        f"largest tilt 67.5°, limit 60.0°, exceeded by α1 at {at}: move the waypoints nearer to 0"
+    )
+    assert report["thrust_limit"].message.endswith(f"N, limit 2 N, exceeded at {at}: tilt less there")
+    assert report["least_singular_value"].message == (
+        "the decoupling matrix is nearly singular: least singular value 0.45, floor 0.5, at "
+        "(0.393, -0.393, 0.393, -0.393)"
+    )
+    assert (report["least_singular_value"].limit, report["least_singular_value"].kind) == (0.5, "flyable")
+    biased = lift(GAITS[2].angles, "red").biased(0.5).check()
+    surface = biased["on_surface"]
+    assert (surface.kind, surface.limit, surface.ok) == ("valid", 2e-3, False)
+    assert surface.message.startswith("max(|Rφ|, |Rθ|) = ")
+    assert surface.message.endswith("): take (α3, α4) from the roots of (α1, α2), or allow more")
+    follows = biased["continuous"]
+    assert follows.message == "at corner 1 it is off the surfaces and follows no sheet"
+    assert (follows.kind, follows.value, follows.limit) == ("valid", None, 2e-3)
+    assert biased["two_color"].message == (
+        "corner 1 lies off the surfaces, on neither sheet, so it has no color to compare: take (α3, α4) from the roots "
+        "of (α1, α2)"
+    )
+    assert biased["two_color"].ok is False
+    low = lift([(0.9, 0.9), (1.0, 0.9)], "red").check()["hover_thrust"]
+    assert (low.kind, low.limit, low.ok) == ("flyable", 0.0, False)
+    assert low.value is not None
+    assert low.value < 0
+    assert low.message.startswith(
+        "a rotor pair would have to idle or push down to hover on the segment after corner 1:"
+    )
+
+
+def test_warnings_and_lines_beside_the_checks_are_wrapped() -> None:
+    report = gg.validate(lift(GAITS[3].angles, "red"))
+    lines = str(report).splitlines()
+    assert (
+        lines[-2] == "  ok  reachable from hover  in the component of α = 0, which ordinary hover can enter and leave"
+    )
+    assert lines[-1].startswith("  ok  colorings             1 with R > 0, all red")
+    noted = str(replace(report, notes=("word " * 30,))).splitlines()
+    assert noted[-2:] == ["warning: " + " ".join(["word"] * 20), "  " + " ".join(["word"] * 10)]
+    assert max(len(line) for line in noted) <= 110
+
+
+def test_gaits_are_judged_by_what_they_are_for() -> None:
+    """Crossing tolerance and coefficients of the gait, rounding as told."""
+    angles = [(np.pi / 16 + 0.05, -np.pi / 16), (np.pi / 8, -np.pi / 16)]
+    for tolerance, ok in ((0.2, True), (0.01, False)):
+        assert lift(angles, ["blue", "red"], crossing_tolerance=tolerance).check()["two_color"].ok is ok
+    gait = lift(GAITS[2].angles, "red")
+    sharp, blunt = gait.check(angle_rounding=1e-4)["R_sign"], gait.check(angle_rounding=1e-2)["R_sign"]
+    assert sharp.limit is not None
+    assert blunt.limit is not None
+    assert sharp.limit < blunt.limit
