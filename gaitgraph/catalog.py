@@ -11,9 +11,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.circuits import Cycle, cycles
+from gaitgraph.errors import InputError, shown
 from gaitgraph.graph import nodes_above, surface_graph
 from gaitgraph.invertibility import coefficients_of
-from gaitgraph.palettes import SIGNS
+from gaitgraph.palettes import RELATION, SIGNS
+from gaitgraph.requests import PlanRequest
+from gaitgraph.search import MOST_ANY_ORDER, best_order
 from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
 
 if TYPE_CHECKING:
@@ -23,7 +26,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.circuits import Cycles
     from gaitgraph.palettes import Sign
-    from gaitgraph.requests import PlanRequest
     from gaitgraph.search import Use
 
 __all__ = ["Catalog", "catalog"]
@@ -37,10 +39,12 @@ class Catalog(Iterator[Cycle]):
         graphs: dict[Sign, nx.Graph[Any]],
         stops: dict[Sign, list[list[Any]]],
         missing: dict[Sign, str],
+        notes: tuple[str, ...] = (),
         **asked: Any,
     ) -> None:
         self._graphs, self._stops, self._asked = graphs, stops, asked
         self.missing = missing
+        self.notes = notes
         self._streams: list[Cycles] = [
             cycles(graphs[sign], through=stops[sign], **asked) for sign in SIGNS if sign in graphs
         ]
@@ -112,7 +116,7 @@ class Catalog(Iterator[Cycle]):
         reasons = dict(self.missing)
         reasons |= {sign: one.reason for sign, one in answers.items() if isinstance(one, NoCycle)}
         if reasons:
-            return None, bound, "; ".join(f"{_RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
+            return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
         if not self.complete:
             return None, self.bound, f"none found so far; if there is one it is at least {self.bound:.4f} rad long"
         return None, math.inf, "the graph has none" + ("" if limit is None else f" within {limit:g} rad")
@@ -135,7 +139,8 @@ def catalog(
         Vehicle, coefficients, divisions, polygons, floor; sign and color, where "auto" is both. Its period, law,
         objective and direction play no part.
     through
-        Whether the cycles pass the request's waypoints, in order or, with its `any_order`, in any order.
+        Whether the cycles pass the request's waypoints, in order or, with its `any_order`, in any order; more than nine
+        in the order that Christofides' heuristic finds, which `notes` tells.
     max_length, use, effort, progress
         As for :func:`gaitgraph.circuits.cycles`; the effort is for each sign of R.
 
@@ -152,13 +157,19 @@ def catalog(
     >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
     ('negative', 5, 1.2257, True)
     """
+    if not isinstance(request, PlanRequest):
+        raise InputError(f"request: {shown(request)}; allowed is a PlanRequest")
     coefficients = coefficients_of(request.vehicle, request.coefficients)
+    any_order, notes = request.any_order and through, []
+    heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER
     graphs: dict[Sign, nx.Graph[Any]] = {}
     stops: dict[Sign, list[list[Any]]] = {}
     missing: dict[Sign, str] = {}
     for sign in SIGNS:
         if request.sign not in ("auto", sign):
             continue
+        if progress is not None:
+            progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
         graph = surface_graph(
             sign,
             request.divisions,
@@ -179,9 +190,14 @@ def catalog(
             )
         else:
             graphs[sign], stops[sign] = graph, served
+            order = best_order(graph, [nodes[0] for nodes in served], use=use) if heuristic else None
+            if order is not None:
+                stops[sign] = [served[k] for k in order.order]
+                method = f"order of {len(served)} waypoints by Christofides' heuristic (networkx)"
+                notes.append(f"{RELATION[sign]}: {method}: only cycles in this order are listed")
+    any_order = any_order and not heuristic
     asked = {"max_length": max_length, "use": use, "effort": effort, "progress": progress}
-    return Catalog(graphs, stops, missing, any_order=request.any_order and through, **asked)
+    return Catalog(graphs, stops, missing, any_order=any_order, notes=tuple(notes), **asked)
 
 
 _PAINT = {"auto": "", "red": "red ", "blue": "blue "}
-_RELATION = {"negative": "R < 0", "positive": "R > 0"}

@@ -173,7 +173,7 @@ def plan(
         raise InputError("waypoints: none given; allowed is a request file, or --waypoint A1,A2 at least once")
     check_outputs(outputs, force=force)
     checked_clock(request.period, request.law, **sampling)
-    result = answer(request, progress=_progress())
+    result = answer(request, progress=_progress(at_once=request.divisions > _MANY_DIVISIONS))
     if result and outputs:
         write_tables(table_of(result.timed(**sampling), {"request": request.as_mapping()}), outputs, force=force)
     if as_json:
@@ -287,7 +287,7 @@ def colorings_command(
 @click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
 @click.option("--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.')
 @click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")
-@click.option("--max-length", type=float, metavar="RAD", help="No longer ones, in the (α1, α2) plane.")
+@click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
 @click.option("--limit", type=click.IntRange(min=1), default=20, metavar="N", help="So many.  [default: 20]")
 @click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
 @click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
@@ -306,7 +306,7 @@ def colorings_command(
 def cycles_command(
     request_file: str | None,
     waypoints: Sequence[str],
-    max_length: float | None,
+    max_length: str | None,
     limit: int,
     require: Any,
     effort: int | None,
@@ -319,9 +319,10 @@ def cycles_command(
     waypoints, from options or a request file, only cycles that pass them. The exit code is 1 if there is none.
     """
     from itertools import islice
+    from math import isfinite
 
     from gaitgraph.catalog import catalog
-    from gaitgraph.requests import PlanRequest, read_request, request_from_mapping
+    from gaitgraph.requests import PlanRequest, read_request, request_from_mapping, stated_fields
 
     asked = {name: value for name, value in options.items() if value not in (None, False, ())}
     for name in ("keep_in", "keep_out"):
@@ -329,13 +330,24 @@ def cycles_command(
             asked[name] = [_polygon(text, name) for text in asked[name]]
     if waypoints:
         asked["waypoints"] = [_waypoint(text, number) for number, text in enumerate(waypoints, start=1)]
-    through = bool(waypoints) or request_file is not None
-    if request_file is not None:
-        request: PlanRequest = read_request(request_file, asked)[0]
-    else:
-        # Without waypoints the whole region counts; a request has at least one, which then plays no part.
-        request = request_from_mapping({"waypoints": [(0.0, 0.0)], **asked})[0]
-    found = catalog(request, through=through, max_length=max_length, use=require, effort=effort, progress=_progress())
+    through = bool(waypoints) or (request_file is not None and "waypoints" in stated_fields(request_file))
+    if not through:
+        # The whole region counts; a request has at least one waypoint, which then plays no part.
+        asked["waypoints"] = [(0.0, 0.0)]
+    request: PlanRequest = (request_from_mapping(asked) if request_file is None else read_request(request_file, asked))[
+        0
+    ]
+    longest = None if max_length is None else _angle_not_negative(max_length, "max_length")
+    found = catalog(
+        request,
+        through=through,
+        max_length=longest,
+        use=require,
+        effort=effort,
+        progress=_progress(at_once=request.divisions > _MANY_DIVISIONS),
+    )
+    for note in found.notes:
+        click.echo(f"warning: {note}", err=True)
     for cycle in islice(found, limit):
         if as_json:
             _print_json(cycle.as_mapping())
@@ -355,9 +367,10 @@ def cycles_command(
         click.echo(f"the best one found, {proof}", err=True)
         return 0
     if as_json:
-        _print_json({"status": "none", "reason": reason})
+        unknown = {} if found.complete else {"bound": bound if isfinite(bound) else None}
+        _print_json({"status": "none" if found.complete else "unfinished", "reason": reason, **unknown})
     else:
-        click.echo(f"No cycle: {reason}")
+        click.echo(f"{'No cycle' if found.complete else 'Unfinished'}: {reason}")
     return 1
 
 
@@ -468,8 +481,11 @@ def _waypoint(text: str, number: int) -> list[str]:
     return [part.strip() for part in parts]
 
 
-def _progress() -> Callable[[str], None] | None:
-    """Return what shows progress on a terminal, or nothing for a pipe."""
+_MANY_DIVISIONS = 128
+
+
+def _progress(*, at_once: bool = False) -> Callable[[str], None] | None:
+    """Return what shows progress on a terminal once work takes longer than a second; nothing for a pipe."""
     if not sys.stderr.isatty():
         return None
 
@@ -478,7 +494,7 @@ def _progress() -> Callable[[str], None] | None:
     start = monotonic()
 
     def show(text: str) -> None:
-        if monotonic() - start > 1.0:
+        if at_once or monotonic() - start > 1.0:
             click.echo(f"{text} …", err=True)
 
     return show
@@ -594,6 +610,9 @@ def _stop(code: int, message: str = "") -> NoReturn:
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its code."""
+    if sys.stdout is None:
+        sys.stdout = io.StringIO()
+        _stop(2, "standard output is closed; allowed is an open one")
     for stream in (sys.stdout, sys.stderr):
         # An encoding without Greek letters gets question marks instead of a traceback.
         if isinstance(stream, io.TextIOWrapper):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
@@ -38,6 +38,7 @@ __all__ = [
     "request_fields",
     "request_from_mapping",
     "request_of",
+    "stated_fields",
 ]
 
 Point = tuple[float, float]
@@ -283,6 +284,17 @@ def holds_request(path: str | Path) -> bool:
     except InputError:
         return False  # reading it as a gait file says what is wrong
     return "waypoints" in content and not content.get("path") and "columns" not in content
+
+
+def stated_fields(path: str | Path) -> set[str]:
+    """Return the names that a request file states; empty if it cannot be read as one, which reading it explains."""
+    path = Path(path)
+    try:
+        content = _parsed(text_of(path, "request file", "TOML or JSON"), path.suffix.lower())
+    except GaitgraphError:
+        return set()
+    inner = content.get("request")
+    return set(inner if "status" in content and isinstance(inner, dict) else content)
 
 
 def _parsed(text: str, suffix: str) -> dict[str, Any]:

@@ -153,7 +153,8 @@ class Transition:
 
     def __str__(self) -> str:
         if self.report is None:
-            return f"No way: {self.reason}"
+            proof = f"\nProof: {self.proof['statement']}." if self.proof else ""
+            return f"No way: {self.reason}{proof}"
         ends = [
             HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
             for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
@@ -236,7 +237,7 @@ def transition(
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
-            f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start"
+            f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start: state one vehicle for both"
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
         raise InputError(
@@ -314,7 +315,9 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
         proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
         if all(report["R_sign"].decided for report in reports):
             where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
-            advice = "use the same sign of R, or start the flight in the gait"
+            limit = 2 * first.vehicle.signed_drag_ratio
+            home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
+            advice = f"plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
             return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"

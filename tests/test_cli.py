@@ -540,7 +540,7 @@ class TestCycles:
         assert apart.code == 1
         assert "waypoint" in apart.out or "stop" in apart.out
         for options, message in (
-            (["--max-length", "nan"], "max_length: nan; allowed"),
+            (["--max-length", "nan"], "--max-length: 'nan' is no angle"),
             (["--keep-in", "0,0 1"], "--keep-in: '0,0 1'; allowed is"),
             (["--divisions", "1"], "divisions: 1; allowed"),
             (["--color", "green"], "color: 'green'; allowed"),
@@ -557,6 +557,34 @@ class TestCycles:
         assert spent.code == 0
         assert spent.json["bound"] <= exact["length"] + 1e-9 <= spent.json["length"] + 2e-9
         assert "the best one found" in spent.err
+
+    def test_a_region_in_a_file_needs_no_waypoints(self, run: Any) -> None:
+        Path("region.toml").write_text(
+            'keep_in = [[[0.2, -0.2], [1.3, -0.2], [1.3, -1.3], [0.2, -1.3]]]\ncolor = "red"\n'
+        )
+        result = run("cycles", "region.toml", "--max-length", "0.8", "--limit", "500", "--json")
+        paths = [json.loads(line)["path"] for line in result.out.splitlines()]
+        assert result.code == 0
+        assert len(paths) > 50
+        assert all(0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2 for path in paths for row in path)
+        assert "all there are" in result.err
+
+    def test_more_than_nine_waypoints_in_any_order_are_a_heuristic_that_is_named(self, run: Any) -> None:
+        points = [part for k in range(10) for part in ("--waypoint", f"{0.3 + 0.06 * k},{-0.4 - (k * 7) % 10 * 0.04}")]
+        result = run("cycles", *points, "--any-order", "--color", "red", "--sign", "negative", "--limit", "1", "--json")
+        assert result.code == 0
+        assert "order of 10 waypoints by Christofides' heuristic (networkx)" in result.err
+        ordered = run(
+            "cycles", *points, "--color", "red", "--sign", "negative", "--limit", "1", "--effort", "1000", "--json"
+        )
+        assert ordered.code == 1 or ordered.json["length"] > result.json["length"]
+
+    def test_an_effort_too_small_is_no_answer(self, run: Any) -> None:
+        result = run("cycles", "--effort", "1", "--json")
+        assert result.code == 1
+        assert result.json["status"] == "unfinished"
+        assert result.json["bound"] >= 0
+        assert run("cycles", "--effort", "1").out.startswith("Unfinished: none found so far")
 
     def test_interrupting_keeps_what_is_printed(self, tmp_path: Path) -> None:
         command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
@@ -643,3 +671,23 @@ def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.
     result = run("plan", "--waypoint", "0,0")
     assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
     assert "not enough memory" in result.err
+
+
+def test_a_closed_standard_output_is_one_line(tmp_path: Path) -> None:
+    command = f"{sys.executable} -m gaitgraph roots 0.3 -0.4 >&-"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "standard output is closed" in done.stderr
+
+
+def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
+    for delay in (0.08, 0.15, 0.25):
+        command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000"]
+        with subprocess.Popen(
+            command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        ) as job:
+            time.sleep(delay)
+            job.send_signal(signal.SIGINT)
+            _, err = job.communicate()
+        if "gaitgraph" in err:  # Python itself may not have begun
+            assert (job.returncode, err.strip()) == (130, "gaitgraph: interrupted")

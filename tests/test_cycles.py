@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
+from gaitgraph.catalog import catalog
 from gaitgraph.circuits import Cycle, cycles
 from gaitgraph.enumeration import Enumeration
 from gaitgraph.graph import surface_graph
@@ -528,3 +529,23 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
     del graph.graph["floor"]
     with pytest.raises(gg.ContractError, match="'floor' is missing"):
         cycles(graph)
+
+
+@pytest.mark.parametrize("request_", ["x", None, {"waypoints": [(0, 0)]}])
+def test_a_catalogue_is_of_a_request(request_: Any) -> None:
+    with pytest.raises(gg.InputError, match="request: .*; allowed is a PlanRequest"):
+        catalog(request_)
+
+
+def test_a_catalogue_merges_both_signs_in_order() -> None:
+    request = gg.PlanRequest(waypoints=[(0.0, 0.0)], divisions=6)
+    merged = list(catalog(request, through=False, max_length=2.2))
+    parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
+    assert len(merged) == sum(map(len, parts))
+    assert [cycle.length for cycle in merged] == sorted(cycle.length for part in parts for cycle in part)
+    found = catalog(request, through=False, max_length=2.2)
+    for cycle in found:
+        assert found.bound >= cycle.length
+    assert found.complete
+    assert found.told() == f"{len(merged)} cycles: all there are"
+    assert "flyable" in str(merged[0]) or "valid" in str(merged[0])
