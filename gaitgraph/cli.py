@@ -231,7 +231,7 @@ def validate_command(
 @cli.command(name="colorings", short_help="Every Two-Color-consistent colouring of a loop.")
 @click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST")
 @click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
-@click.option("--limit", type=click.IntRange(min=0), metavar="N", help="List so many at most; all are counted.")
+@click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted.")
 @_crossing_option
 @_setting
 @_json_option
@@ -288,7 +288,7 @@ def colorings_command(
 @click.option("--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.')
 @click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")
 @click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
-@click.option("--limit", type=click.IntRange(min=1), default=20, metavar="N", help="So many.  [default: 20]")
+@click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
 @click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
 @click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
@@ -610,6 +610,8 @@ def _stop(code: int, message: str = "") -> NoReturn:
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its code."""
+    if sys.stderr is None:
+        sys.stderr = io.StringIO()
     if sys.stdout is None:
         sys.stdout = io.StringIO()
         _stop(2, "standard output is closed; allowed is an open one")

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import blocks_of, decoded, text_of
 from gaitgraph.surface import COLORS
-from gaitgraph.tables import ANGLES, DEGREES, ORDER, TEXTS, Table, known_suffix
+from gaitgraph.tables import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, known_suffix
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -29,6 +30,8 @@ FloatArray = npt.NDArray[np.float64]
 _WHAT, _ALLOWED = "gait file", "a .csv or .json gait table"
 _LONGEST_LINE = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
+_LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
+_FASTEST = 1e12
 _FARTHEST = 1e6  # beyond it floating point carries no angle
 _PRINTED_ROWS = 1000
 _FEWEST, _FULL = 3, 9
@@ -155,11 +158,20 @@ def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: 
 
 def _check_times(times: FloatArray, before: float, rows: int) -> None:
     """Raise InputError unless times increase; `rows` counts all rows up to the last one of these."""
+    far = np.abs(times) > _LONGEST_TIME
+    if far.any():
+        k = int(np.argmax(far))
+        row, time = rows - len(times) + k + 1, float(times[k])
+        raise InputError(f"row {row}: t = {time!r}; allowed are times up to {_LONGEST_TIME:g} s")
     step = np.diff(times, prepend=before)
     if (step <= 0).any():
         k = int(np.argmax(step <= 0))
         row, time = rows - len(times) + k + 1, float(times[k])
         raise InputError(f"row {row}: t = {time!r} does not increase; allowed are increasing times")
+    if (step < _SHORTEST_STEP).any():
+        k = int(np.argmax(step < _SHORTEST_STEP))
+        row, time = rows - len(times) + k + 1, float(times[k])
+        raise InputError(f"row {row}: t = {time!r} follows at once; allowed are steps of {_SHORTEST_STEP:g} s and more")
 
 
 class _Header:
@@ -167,9 +179,11 @@ class _Header:
 
     def __init__(self, names: list[str], plane_only: bool) -> None:
         self.names = names
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"column {name!r} appears twice; allowed is once")
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise InputError(
+                    f"column {name!r} appears {'twice' if count == 2 else f'{count} times'}; allowed is once"
+                )
         for degrees, name in DEGREES.items():
             if degrees in names and name in names:
                 raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
@@ -218,14 +232,13 @@ class _Header:
                 k = int(np.argmax(beyond))
                 value = float(found[name][k])
                 raise InputError(f"row {row + k + 1}: {name} is {value!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
-        for name in ANGLES[2:]:
-            beyond = np.abs(found.get(name, np.zeros(0))) > _FARTHEST
+        limits = dict.fromkeys(ANGLES[2:], _FARTHEST) | dict.fromkeys(("R", *RATES, *ACCELERATIONS), _FASTEST)
+        for name, limit in limits.items():
+            beyond = np.abs(found.get(name, np.zeros(0))) > limit
             if beyond.any():
                 k = int(np.argmax(beyond))
                 value = float(found[name][k])
-                raise InputError(
-                    f"row {row + k + 1}: {name} is {value!r} rad; allowed are angles up to {_FARTHEST:g} rad"
-                )
+                raise InputError(f"row {row + k + 1}: {name} is {value!r}; allowed is up to {limit:g}")
         return {name: found[name] for name in ORDER if name in found}
 
 
@@ -252,6 +265,8 @@ def _numeric(lines: list[str], header: _Header) -> list[Any] | None:
     text = "\n".join(lines)
     if not text.strip("\n"):
         return [[] for _ in header.names]
+    if not text.isascii() or "_" in text:
+        return None
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
         return None  # numpy's reader takes quotation marks that csv refuses
     try:
@@ -293,7 +308,7 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         try:
             if angle_texts and isinstance(value, str):
                 numbers[k] = angle_from_text(value)
-            elif isinstance(value, (bool, list, dict)) or (isinstance(value, str) and "_" in value):
+            elif isinstance(value, (bool, list, dict)) or (isinstance(value, str) and not _is_plain(value)):
                 numbers[k] = math.nan
             else:
                 numbers[k] = float(value)
@@ -303,6 +318,11 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
             allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
             raise InputError(f"row {row + k + 1}: {name} is {shown(value)}; allowed is {allowed}")
     return numbers
+
+
+def _is_plain(text: str) -> bool:
+    """Return whether a text may be a number: Python also reads 1_0, and the digits of other scripts."""
+    return text.isascii() and "_" not in text
 
 
 def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
@@ -330,9 +350,11 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
 
 def _from_json(text: str, plane_only: bool) -> Table:
     try:
-        content = json.loads(text, parse_constant=_no_constant)
+        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
     except RecursionError as error:
         raise InputError("it is nested too deeply; allowed is a gait table") from error
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError(f"it is not JSON ({str(error).splitlines()[0]}); {_JSON}") from error
     if isinstance(content, list):
@@ -364,6 +386,15 @@ def _from_json(text: str, plane_only: bool) -> Table:
 
 
 _JSON = "allowed is an object of columns, a list of rows, or a plan"
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object, or raise InputError if a name appears twice in it."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        name = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
+        raise InputError(f"{shown(name)} appears twice; allowed is once")
+    return content
 
 
 def _no_constant(name: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import distance_to_multiple
+from gaitgraph.angles import distance_to_multiple, wrapped
 from gaitgraph.coloring import neighbors_allowed
 from gaitgraph.invertibility import (
     Coefficients,
@@ -30,6 +30,7 @@ from gaitgraph.segments import (
     least_level_determinant,
     least_singular_value_of_all,
     thrust_shares_along,
+    where_thrusts_vanish,
 )
 from gaitgraph.stretches import Place, Rule, Setting, Stretch, Worst
 from gaitgraph.surface import COLORS, sheet_angles, sheet_distances, text_from_types, types_of
@@ -132,12 +133,16 @@ def jumps(
 ) -> FloatArray:
     """Return by how much (α3, α4) leave a continuous motion along segments, shape (m,) [rad].
 
-    Along one sheet: π where an angle wraps, else zero. Between sheets the color changes at one of the two ends:
-    the smaller of the distances between the sheets there, in the larger of the two angles.
+    Along one sheet: π where an angle wraps, else how far the segment ends beside the sheet, zero on it. Between sheets
+    the color changes at one of the two ends: the smaller of the distances between the sheets there, in the larger of
+    the two angles.
     """
     sign = np.where(red, 1.0, -1.0)
     step = ends - starts
-    out = np.maximum(np.abs(step[:, 2] - sign * step[:, 0]), np.abs(step[:, 3] - sign * step[:, 1]))
+    # What the start is off its sheet by changes linearly along the segment; whole wraps show at its end.
+    turn = np.where(red, 0.0, 2 * coefficients.delta)
+    off = wrapped(starts[:, 2:] - sign[:, None] * starts[:, :2] - np.column_stack([turn, -turn]))
+    out = np.abs(off + step[:, 2:] - sign[:, None] * step[:, :2]).max(axis=1)
     between = red != red_after
     if between.any():
         gaps = []
@@ -158,6 +163,7 @@ class Continuous(Rule):
         self.uncolored: Place | None = None
         self.distance, self.painted = 0.0, ""
         self.rounding = 0.0  # the largest distance that the tolerance takes for rounding
+        self.roundings = np.zeros(0)  # the same for each point of the latest stretch
         self.blue = False  # whether a point lies on the blue sheet alone, however it is painted
         self.farthest: Place | None = None
         self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False
@@ -167,6 +173,7 @@ class Continuous(Rule):
         """Take in the next stretch."""
         sheet, setting = stretch.sheet, self.setting
         bare = sheet == 0
+        self.roundings = np.zeros(len(sheet))
         if bare.any():
             point = int(np.argmax(bare))
             self.uncolored = self.uncolored or stretch.place(point)
@@ -175,8 +182,8 @@ class Continuous(Rule):
         on_red, on_blue = sheet_distances(stretch.alpha, setting.coefficients)
         self.blue |= bool(((on_blue <= setting.tolerance) & (on_red > setting.tolerance)).any())
         off = np.where(bare, 0.0, np.where(sheet > 0, on_red, on_blue))
-        rounded = off[(off > _EXACT) & (off <= setting.tolerance)]
-        self.rounding = max(self.rounding, float(rounded.max(initial=0.0)))
+        self.roundings = np.where((off > _EXACT) & (off <= setting.tolerance), off, 0.0)
+        self.rounding = max(self.rounding, float(self.roundings.max()))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, _EXACT):
             self.distance, self.farthest = float(off[farthest]), stretch.place(farthest)
@@ -203,7 +210,7 @@ class Continuous(Rule):
         if self.uncolored is not None:
             place, limit, value = self.uncolored, self.setting.tolerance, None
             message = f"at {noun} {place.point + 1} it is off the surfaces and follows no sheet"
-        elif self.distance > self.setting.tolerance and self.jump <= self.limit:
+        elif self.distance > self.setting.tolerance and self.jump <= max(self.limit, self.distance + _EXACT):
             place, limit, value = self.farthest, self.setting.tolerance, self.distance
             message = f"{self.painted}, by {value:.4f} rad: paint it as it lies, or take (α3, α4) from its sheet"
         elif self.jump > self.limit and place is not None:
@@ -228,6 +235,7 @@ class LevelSign(Rule):
         self.worst = {1.0: Worst(), -1.0: Worst()}
         self.largest = 0.0
         self.digits, self.slope = 0.0, 0.0
+        self.found = {1.0: False, -1.0: False}  # whether a point has this sign for certain
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
@@ -235,8 +243,14 @@ class LevelSign(Rule):
         value = np.asarray(level_determinant(alpha, coefficients))
         peak = float(value[np.argmax(np.abs(value))])
         self.largest = peak if abs(peak) > abs(self.largest) else self.largest
-        self.digits = max(self.digits, float(np.max(level_determinant_resolution(alpha, coefficients))))
-        self.slope = max(self.slope, float(level_determinant_slopes(alpha, coefficients).sum(axis=1).max()))
+        digits = np.asarray(level_determinant_resolution(alpha, coefficients))
+        slope = level_determinant_slopes(alpha, coefficients).sum(axis=1)
+        self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
+        known = self.setting.angle_rounding
+        rounding = np.maximum(self.continuous.roundings, self.setting.digits) if known is None else known
+        carried = digits + slope * rounding + self._second_order(rounding)
+        for sign in self.found:
+            self.found[sign] |= bool((sign * value > carried).any())
         resolution = self.resolution()
         for sign, worst in self.worst.items():
             found = least_level_determinant(
@@ -253,13 +267,14 @@ class LevelSign(Rule):
 
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
-        coefficients, rounding = self.setting.coefficients, self.setting.angle_rounding
+        rounding = self.setting.angle_rounding
         rounding = max(self.continuous.rounding, self.setting.digits) if rounding is None else rounding
+        return float(self.digits + self.slope * rounding + self._second_order(rounding))
+
+    def _second_order(self, rounding: Any) -> Any:
+        coefficients = self.setting.coefficients
         derived = coefficients.sheet_rounding
-        second_order = (rounding + derived) ** 2 - derived**2
-        return (
-            self.digits + self.slope * rounding + 8 * float(np.linalg.norm(coefficients.bilinear_form)) * second_order
-        )
+        return 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
 
     def checks(self) -> list[Check]:
         """Return the check `R_sign`."""
@@ -274,7 +289,7 @@ class LevelSign(Rule):
         elif lower > resolution:
             relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
             message = f"{relation} along the whole gait ({kind} coefficients)"
-        elif upper < -resolution:
+        elif upper < -resolution or all(self.found.values()):
             ok = False
             message = (
                 f"R changes its sign at {self.tell(place)} ({kind} coefficients): keep the loop in one region of R"
@@ -362,7 +377,7 @@ class HoverThrust(Rule):
         super().__init__(setting)
         self.continuous = continuous
         self.least, self.largest = Worst(), Worst()
-        self.broken: tuple[float, int, Place] | None = None
+        self.broken: tuple[float | None, int, Place] | None = None
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
@@ -377,6 +392,11 @@ class HoverThrust(Rule):
         segment = int(np.argmin(upward))
         shares = hover_thrust_shares(stretch.alpha[segment : segment + 2], vehicle)
         worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
+        if shares[worst].min() > 0:
+            # Both ends are fine: something vanishes between them.
+            fraction = where_thrusts_vanish(stretch.starts[segment], stretch.ends[segment], vehicle)
+            self.broken = (None, stretch.number(segment), stretch.place(segment, fraction))
+            return
         self.broken = (float(shares[worst].min()), stretch.number(segment), stretch.place(segment + worst))
 
     def checks(self) -> list[Check]:
@@ -387,9 +407,10 @@ class HoverThrust(Rule):
             return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
         if self.broken is not None:
             value, number, place = self.broken
+            passing = "" if value is not None else f", where they vanish on the way, at {self.tell(place)}"
             message = (
                 "a rotor pair would have to idle or push down to hover on the segment after "
-                f"{self.setting.noun} {number}: "
+                f"{self.setting.noun} {number}{passing}: "
                 "stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
             )
             where = self.at(place)

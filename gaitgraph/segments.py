@@ -35,6 +35,7 @@ __all__ = [
     "least_singular_value_of_all",
     "thrust_shares_along",
     "thrusts_push_up",
+    "where_thrusts_vanish",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -410,6 +411,17 @@ def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle
     """
     p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     return np.asarray(_inputs_along(p0, p1, vehicle)[2])
+
+
+def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
+    """Return where on a segment, as a fraction, a factor of the zero-moment inputs is least, zero if one vanishes."""
+    delta = math.atan(vehicle.signed_drag_ratio)
+    shift = np.array([-delta, delta, -delta, delta])
+    phases = []
+    for alpha in (start, end):
+        beta = alpha + shift
+        phases.append(np.concatenate([[beta[1] + beta[3], beta[0] + beta[2]], beta + math.pi / 2])[None])
+    return float(_where_least_sine(phases[0], phases[1])[0])
 
 
 def thrust_shares_along(

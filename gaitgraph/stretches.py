@@ -96,6 +96,8 @@ class Stretch:
         Number of the last point if it does not follow from `first`: 0 for the segment that closes a gait.
     t
         Times, shape (m + 1,) [s], or None.
+    after_t
+        Time of the point `after`, which is not when the closing segment ends [s].
     """
 
     alpha: FloatArray
@@ -103,6 +105,7 @@ class Stretch:
     first: int = 0
     after: int | None = None
     t: FloatArray | None = None
+    after_t: float | None = None
 
     def __getitem__(self, part: slice) -> Stretch:
         """Return some of the points, as a slice that begins somewhere and leaves none out."""
@@ -113,6 +116,7 @@ class Stretch:
             first=self.first + start,
             after=self.after if stop == len(self.alpha) else None,
             t=None if self.t is None else self.t[part],
+            after_t=self.after_t,
         )
 
     @property
@@ -130,6 +134,8 @@ class Stretch:
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at = self.alpha[index]
         t = None if self.t is None else float(self.t[index])
+        if self.after is not None and index == len(self.alpha) - 1:
+            t = self.after_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
             t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))

@@ -175,6 +175,8 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
             seen.add(resolved)
             if path.is_dir():
                 raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
+            if resolved.exists() and not resolved.is_file():
+                raise OutputExists(f"output: {str(path)!r} is no regular file; allowed is a file")
             if os.path.lexists(path) and not force:
                 raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
             if not folder.is_dir():

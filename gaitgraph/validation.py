@@ -234,7 +234,9 @@ class _TableJudge:
         if repeated:
             message = "the last row is the first again"
         else:
-            closing = replace(_joined(last, first), first=self.rows - 1, after=0, t=self._closing_times())
+            closing = replace(
+                _joined(last, first), first=self.rows - 1, after=0, t=self._closing_times(), after_t=_time_of(first)
+            )
             self.judge.see(closing)
             self._paint(last.alpha[:, :2])
             message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"

@@ -173,6 +173,13 @@ BAD_CSV = [
     (HEAD + "0,0,inf,0\n", "row 1: alpha3 is 'inf'"),
     (HEAD + "0,1.6,0,0\n", "row 1: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
     ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
+    (HEAD + "0,0,1_0,0\n", "row 1: alpha3 is '1_0'; allowed is a finite number"),
+    (HEAD + "0,0,١,0\n", "row 1: alpha3 is '١'; allowed is a finite number"),
+    (HEAD + "0,0,1e300,0\n", "row 1: alpha3 is 1e\\+300; allowed is up to 1e\\+06"),
+    ("t," + HEAD + "1e300,0,0,0,0\n", "row 1: t = 1e\\+300; allowed are times up to 1e\\+09 s"),
+    ("t," + HEAD + "0,0,0,0,0\n5e-324,0,0,0,0\n", "row 2: t = 5e-324 follows at once"),
+    (HEAD.strip() + ",alpha1_rate\n0,0,0,0,1e308\n", "row 1: alpha1_rate is 1e\\+308; allowed is up to"),
+    ("x," * 30_000 + HEAD + "0," * 30_003 + "0\n", "column 'x' appears 30000 times"),
     ("t,alpha1,alpha2,alpha3,alpha4\n0,0,0,0,0\n0,0,0,0,0\n", "row 2: t = .*0.0.* does not increase"),
     ("alpha1,alpha2,color\n0,0,green\n", "row 1: color is 'green'"),
     (HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n', "row 1: types: '\\(\\+,-\\)'"),
@@ -186,6 +193,7 @@ BAD_JSON = [
     ("[]", "it has no rows"),
     ("[1]", "a list whose entries are not all objects"),
     ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 has other fields than row 1"),
+    ('{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}', "'alpha1' appears twice"),
     ('{"columns": 3}', "'about' or 'columns' is no object"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}', "columns have 1 to 2 rows"),
     ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is True"),
@@ -273,6 +281,18 @@ def test_outputs_that_exist_stay_unless_forced(tmp_path: Path) -> None:
     timed.write(first, second, force=True)
     assert len(read_table(second)) == 101
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new.csv", "old.json"]
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_what_is_no_regular_file_is_not_replaced(tmp_path: Path, force: bool) -> None:
+    pipe, link = tmp_path / "pipe.csv", tmp_path / "link.csv"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    table = table_of(lift(G1.angles, "red").parametrize())
+    for path in (pipe, link):
+        with pytest.raises(gg.OutputExists, match="no regular file"):
+            write_tables(table, [path], force=force)
+    assert pipe.is_fifo()
 
 
 def test_outputs_that_cannot_be(tmp_path: Path) -> None:

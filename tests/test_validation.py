@@ -735,3 +735,55 @@ def test_a_transition_is_no_loop(tmp_path: Path) -> None:
     path = tmp_path / "entry.json"
     gg.transition("hover", lift(G4.angles, "red")).write(path)
     assert "this is a way from one place to another" in gg.validate(path).warnings[0]
+
+
+def test_inserting_rows_on_segments_changes_nothing() -> None:
+    """Ends 1.5 mrad beside the sheet on different sides: the segment between them is nowhere farther away."""
+    ends = [[-0.8, 0, -0.7985, 0], [-0.7, 0, -0.7015, 0]]
+    middle = [-0.75, 0, -0.75, 0]
+    short, full = validate(table_from(ends)), validate(table_from([ends[0], middle, ends[1], middle]))
+    assert short.valid
+    assert verdicts(short) == verdicts(full)
+
+
+@settings(deadline=None, max_examples=60)
+@given(table=tables(), times=st.integers(2, 4))
+def test_refining_a_table_changes_no_verdict(table: Table, times: int) -> None:
+    if "color" in table:  # without colors a row is judged by where it lies, and a new row may lie elsewhere
+        rows = table.alpha
+        s = np.linspace(0, 1, times, endpoint=False)[:, None]
+        fine = np.concatenate([a + s * (b - a) for a, b in itertools.pairwise([*rows, rows[0]])])
+        colors = tuple(color for color in table["color"] for _ in range(times))
+        same = len(set(table["color"])) == 1
+        for kind in ("exact", "published"):
+            mine, theirs = (validate(one, coefficients=kind) for one in (table, table_from(fine, color=colors)))
+            for name in ("on_surface", "least_singular_value", "hover_thrust") + (("continuous",) if same else ()):
+                assert mine[name].ok is theirs[name].ok, name
+
+
+def test_one_noisy_row_hides_no_change_of_sign() -> None:
+    rows = [[0.35, 0.034] * 2, [0.35, 0.030] * 2, [0.35, 0.026] * 2, [0.34, 0.04, 0.341, 0.04]]
+    R = level_determinant(np.array(rows), coefficients_of())
+    assert R.min() < 0 < R.max()
+    report = validate(table_from(rows))
+    assert not report["R_sign"].ok
+    assert "changes its sign" in report["R_sign"].message
+
+
+def test_thrusts_that_vanish_between_rows_are_told_where() -> None:
+    rows = lift([(-0.896, 1.14), (-1.12, 1.512)], "red").alpha
+    check = validate(table_from(rows))["hover_thrust"]
+    assert not check.ok
+    assert check.value is None
+    assert check.where is not None
+    beta2 = check.where["alpha"][1] + coefficients_of(kind="exact").delta
+    assert math.cos(beta2) == pytest.approx(0, abs=1e-9)
+    assert "where they vanish on the way, at row 1 and" in check.message
+
+
+def test_the_end_of_the_closing_segment_is_the_first_row_at_its_own_time() -> None:
+    rows = lift([(0.5, -0.5), (1.1, -1.1), (1.0, -1.1)], "red").alpha
+    report = validate(table_from(np.vstack([rows[1:], rows[:1]]), t=[-11.0, -8.0, -5.0]))
+    for check in report.checks:
+        if check.where is not None and check.where["fraction"] == 0:
+            assert check.where["t"] == [-11.0, -8.0, -5.0][check.where["row"] - 1]
