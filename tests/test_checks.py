@@ -731,3 +731,24 @@ def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch,
         for one, other in zip(whole.checks, pieces.checks, strict=True):
             assert one.value == pytest.approx(other.value, rel=1e-3), one.name
         assert (pieces.reachable_from_hover, pieces.reachability) == (whole.reachable_from_hover, whole.reachability)
+
+
+@pytest.mark.parametrize("block", [1, 2, 1 << 14])
+@pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "red", "red", "blue", "blue"]])
+def test_one_corner_on_blue_is_enough_wherever_it_comes(
+    monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
+) -> None:
+    monkeypatch.setattr(checks, "_BLOCK", block)
+    points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
+    for kind in ("published", "exact"):
+        report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()  # type: ignore[arg-type]
+        assert report["hover_thrust"].message == NO_THRUSTS
+        assert report["least_singular_value"].message.endswith(BLUE_IS_SINGULAR)
+        assert report.reachable_from_hover is False
+        assert ("R = 0 on the whole blue sheet" in report["R_sign"].message) is (kind == "exact")
+
+
+def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -> None:
+    vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
+    with pytest.raises(gg.MissingConstant, match="the check of the largest thrust"):
+        lift(GAITS[2].angles, "red", vehicle=vehicle).check()
