@@ -741,7 +741,7 @@ def test_one_corner_on_blue_is_enough_wherever_it_comes(
     monkeypatch.setattr(checks, "_BLOCK", block)
     points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
     for kind in ("published", "exact"):
-        report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()  # type: ignore[arg-type]
+        report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()
         assert report["hover_thrust"].message == NO_THRUSTS
         assert report["least_singular_value"].message.endswith(BLUE_IS_SINGULAR)
         assert report.reachable_from_hover is False
@@ -752,3 +752,78 @@ def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -
     vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
     with pytest.raises(gg.MissingConstant, match="the check of the largest thrust"):
         lift(GAITS[2].angles, "red", vehicle=vehicle).check()
+
+
+@pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.4])
+def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio: float) -> None:
+    """Off the sheets the bracket is about 1e-4 wide; the comparison with the floor is decided to within 1e-6."""
+    gait = lift(GAITS[2 if ratio < 0.2 else 3].angles, "red", vehicle=gg.Vehicle(drag_ratio=ratio)).biased(0.8)
+    s = np.linspace(0, 1, 4001)[:, None, None]
+    least = float(least_singular_value(gait.alpha + s * (gait.ends - gait.alpha), gait.vehicle).min())
+    for apart in (2e-6, 1e-5, 4e-5):
+        assert gait.check(floor=least - apart)["least_singular_value"].ok
+        assert not gait.check(floor=least + apart)["least_singular_value"].ok
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_the_first_segment_that_cannot_hover_is_named_wherever_the_gait_begins(turn: int) -> None:
+    """Between corners 1 and 2 of the unturned gait the thrusts are positive; at 3 alone they are not."""
+    points = np.roll([(0.9, -0.9), (1.0, -0.9), (0.9, 0.9), (0.8, -0.9)], turn, axis=0)
+    gait = lift(points, "red")
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    shares = hover_thrust_shares(gait.alpha + s * (gait.ends - gait.alpha)).min(axis=(0, 2))
+    check = gait.check()["hover_thrust"]
+    assert f"on the segment after corner {int(np.argmax(shares <= 0)) + 1}: stay" in check.message
+    assert check.where is not None
+    assert check.where["alpha"] == pytest.approx([0.9, 0.9, 0.9, 0.9])
+    assert check.value == pytest.approx(hover_thrust_shares(gait.alpha).min())
+
+
+def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allowed() -> None:
+    """Within one color the digits may be off by the tolerance; between colors nothing may."""
+    delta = coefficients_of().delta
+    gait = lift([(delta + 5e-5, -delta - 5e-5), (0.4, -0.4), (0.4, -0.3)], ["blue", "red", "red"])
+    printed = Gait(alpha=gait.alpha + np.outer([0, 0, 1], [0, 0, 1e-3, 0]), colors=gait.colors)
+    check = printed.check()["continuous"]
+    assert not check.ok
+    assert check.value == pytest.approx(1e-4, rel=1e-6)
+    assert (check.limit, check.where and check.where["segment"]) == (1e-9, 0)
+    assert "changes color" in check.message
+
+
+def test_small_tilts_are_the_largest_where_there_are_no_larger_ones() -> None:
+    check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=gg.PAPER.replace(max_tilt=0.25)).check()["tilt_range"]
+    assert (check.ok, check.value, check.limit) == (False, 0.3, 0.25)
+    assert check.message.startswith("largest tilt 17.2°, limit 14.3°, exceeded by α2 at (0.200, -0.300, 0.200, -0.300)")
+    assert check.where is not None
+    assert check.where["segment"] == 1
+
+
+def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
+    """R is 1e-5, far more than floating point makes of zero, and far less than three printed digits carry."""
+    a2 = -0.2
+    kappa = gg.PAPER.drag_ratio
+    a1 = brentq(
+        lambda x: float(level_determinant([x, a2, x, a2], coefficients_of(kind="exact"))) - 1e-5,
+        -0.2,
+        np.arctan(2 * kappa + np.tan(a2)),
+    )
+    report = lift([(a1, a2)], "red").check()
+    assert not report["R_sign"].decided
+    assert report.reachable_from_hover is True
+    beyond = lift([(a1 + 1e-4, a2)], "red").check()
+    assert beyond.reachable_from_hover is False
+
+
+@pytest.mark.parametrize("point", [(-1.55, 1.5), (-1.5, 1.55), (-1.56, 1.0), (-1.0, 1.56)])
+def test_the_component_is_that_of_both_angles(point: tuple[float, float]) -> None:
+    """R > 0 with a straight way from α = 0 is home; the small components in the corner are not."""
+    gait = lift([point], "red")
+    exact = coefficients_of(kind="exact")
+    straight = np.linspace(0, 1, 4001)[:, None] * gait.alpha[0]
+    R = np.asarray(level_determinant(straight, exact))
+    assert R[0] == pytest.approx(4.0, abs=0.01)
+    expected = bool(R[-1] > 0) and point not in {(-1.55, 1.5), (-1.5, 1.55)}
+    if R[-1] > 0:
+        assert expected is bool((R > 0).all())
+    assert gait.check().reachable_from_hover is expected

@@ -151,3 +151,11 @@ def test_where_a_closed_loop_starts_and_which_way_it_runs_does_not_matter(types:
     keeps = first_violation(types) is None
     assert (first_violation(types[start:] + types[:start]) is None) == keeps
     assert (first_violation(types[::-1]) is None) == keeps
+
+
+@pytest.mark.parametrize("label", [3, None, ("+", "+"), b"(+,+)", 1.5])
+def test_what_is_no_text_is_no_label(label: Any) -> None:
+    with pytest.raises(InputError, match="^types: .*; allowed are "):
+        types_from_text(label)
+    with pytest.raises(InputError, match="^types: "):
+        first_violation(["(+,+)", label])
