@@ -867,3 +867,21 @@ def test_powers_and_products_of_steps_are_those_of_matrices() -> None:
     for first, second in itertools.product([(1, 2, 3, 4), (5, 7, 11, 13), (0, 1, 0, 2)], repeat=2):
         whole = np.array(first).reshape(2, 2) @ np.array(second).reshape(2, 2)
         assert _product(first, second) == tuple(whole.ravel().tolist())
+
+
+@pytest.mark.parametrize("pieces", [[], [1], [2], [1, 2, 3]])
+def test_the_first_obstacle_is_told_also_right_before_a_point_without_a_root(pieces: list[int]) -> None:
+    nothing: Point = (-3 * pi / 8, 3 * pi / 8)
+    assert offers([nothing], "negative", PUBLISHED) == [{}]
+    for loop, expected in (
+        ([RED_ONLY, BLUE_ONLY, nothing, MEETING], ("pair", (1, 2))),
+        ([RED_ONLY, RED_ONLY, BLUE_ONLY, nothing], ("pair", (2, 3))),
+        ([RED_ONLY, RED_ONLY, nothing, BLUE_ONLY], ("point", (3,))),
+        ([RED_ONLY, nothing, RED_ONLY, BLUE_ONLY], ("point", (2,))),
+        ([nothing, nothing, RED_ONLY, BLUE_ONLY], ("point", (1,))),
+    ):
+        chain = counted(loop, pieces, "negative", PUBLISHED)
+        assert chain.closed() == 0
+        assert chain.obstacle is not None
+        assert (chain.obstacle.kind, chain.obstacle.points) == expected
+        check_obstacle(loop, "negative", chain.obstacle, PUBLISHED)
