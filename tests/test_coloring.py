@@ -100,6 +100,7 @@ def test_other_labels_are_refused_with_the_seven_allowed_ones(label: str) -> Non
         types_from_text(label)
     message = str(caught.value)
     assert message.startswith(f"types: {label!r}; allowed are")
+    assert message.endswith("; allowed are " + ", ".join(PLANE_TYPES))
     assert all(one in message for one in ORDER)
     for first, second in (("(+,+)", label), (label, "(+,+)")):
         with pytest.raises(InputError):

@@ -885,3 +885,16 @@ def test_the_first_obstacle_is_told_also_right_before_a_point_without_a_root(pie
         assert chain.obstacle is not None
         assert (chain.obstacle.kind, chain.obstacle.points) == expected
         check_obstacle(loop, "negative", chain.obstacle, PUBLISHED)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_loop_that_is_forced_to_end_on_the_other_color_is_refused_at_its_end(mirrored: bool) -> None:
+    """The first point may be both, the second forces its color, and over (?,?) the last one has the other."""
+    both = (pi / 8, -pi / 8)
+    start, end = (RED_ONLY, BLUE_ONLY) if mirrored else (BLUE_ONLY, RED_ONLY)
+    loop = [both, start, MEETING, end]
+    chain = counted(loop, [], "negative", PUBLISHED)
+    assert chain.closed() == 0
+    assert chain.obstacle is not None
+    assert (chain.obstacle.kind, chain.obstacle.points) == ("pair", (4, 1))
+    check_obstacle(loop, "negative", chain.obstacle, PUBLISHED)
