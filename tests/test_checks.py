@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import gaitgraph as gg
+from gaitgraph import checks
 from gaitgraph.checks import stretch_of
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import (
@@ -19,6 +20,9 @@ from gaitgraph.invertibility import (
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
+    level_determinant_resolution,
+    pitch_sensitivity,
+    roll_sensitivity,
 )
 from gaitgraph.reports import Check, Report
 from gaitgraph.rules import limit_check
@@ -432,3 +436,394 @@ def test_gaits_are_judged_by_what_they_are_for() -> None:
     assert sharp.limit is not None
     assert blunt.limit is not None
     assert sharp.limit < blunt.limit
+
+
+HOME = "the component of α = 0 (tan α1 − tan α2 < 0.3373)"
+CLOSED_OFF = (
+    "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in "
+    f"{HOME}, or start the flight in the gait"
+)
+NO_SHEET = "take (α3, α4) from the roots of (α1, α2)"
+BLUE_IS_SINGULAR = "; in exact physics the whole blue sheet is singular at every attitude: use red"
+NO_THRUSTS = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
+
+
+def told(report: Report) -> list[tuple[str, str, bool, str]]:
+    assert all(check.ok in (True, False) and isinstance(check.ok, bool) for check in report.checks)
+    return [(check.name, check.kind, check.ok, check.message) for check in report.checks]
+
+
+def segments_of(report: Report) -> dict[str, int | None]:
+    return {check.name: None if check.where is None else check.where["segment"] for check in report.checks}
+
+
+def test_all_that_is_said_of_a_gait_that_breaks_the_limits_of_its_vehicle() -> None:
+    vehicle = gg.PAPER.replace(max_tilt="60deg", max_thrust=2.0)
+    gait = lift(GAITS[2].angles, "red", vehicle=vehicle)
+    report = gait.check()
+    first = "(1.178, -1.178, 1.178, -1.178)"
+    assert told(report) == [
+        ("closed", "valid", True, "closed by construction"),
+        ("on_surface", "valid", True, "max(|Rφ|, |Rθ|) = 0, allowed 0.002"),
+        ("two_color", "valid", True, "all neighbours allowed by Figure 15 (red)"),
+        ("continuous", "valid", True, "every segment stays on its sheet"),
+        ("R_sign", "valid", True, "R ≤ -2.26 < 0 along the whole gait (published coefficients)"),
+        ("least_singular_value", "flyable", True, "least singular value 0.454 (at least 0.454), floor 0.05"),
+        ("hover_thrust", "flyable", True, "hover thrusts 0.129 to 0.653 of m·g per rotor, all positive"),
+        (
+            "thrust_limit",
+            "flyable",
+            False,
+            f"largest hover thrust 2.75 N, limit 2 N, exceeded at {first}: tilt less there",
+        ),
+        (
+            "tilt_range",
+            "flyable",
+            False,
+            f"largest tilt 67.5°, limit 60.0°, exceeded by α1 at {first}: move the waypoints nearer to 0",
+        ),
+    ]
+    assert (report.reachable_from_hover, report.reachability) == (False, CLOSED_OFF)
+    shares, R = hover_thrust_shares(gait.alpha), np.asarray(gait.R)
+    sigma = least_singular_value(gait.alpha)
+    expected = {
+        "closed": (0.0, 0.0, None),
+        "on_surface": (0.0, 2e-3, 0),
+        "two_color": (0.0, 0.0, None),
+        "continuous": (0.0, 2e-3, 0),
+        "R_sign": (R.max(), None, int(R.argmax())),
+        "least_singular_value": (sigma.min(), 0.05, int(sigma.argmin())),
+        "hover_thrust": (shares.min(), 0.0, int(shares.min(axis=1).argmin())),
+        "thrust_limit": (shares.max() * 0.429 * 9.8, 2.0, int(shares.max(axis=1).argmax())),
+        "tilt_range": (3 * np.pi / 8, np.pi / 3, 0),
+    }
+    assert list(segments_of(report)) == list(expected)
+    for name, (value, limit, segment) in expected.items():
+        check = report[name]
+        assert check.decided
+        assert check.value == pytest.approx(value, abs=1e-3), name
+        assert limit is None or check.limit == pytest.approx(limit, rel=1e-12, abs=1e-15), name
+        assert (check.where is None) == (segment is None), name
+        if check.where is not None:
+            assert check.where == {"segment": segment, "fraction": 0.0, "alpha": list(gait.alpha[segment])}, name
+
+
+def test_all_that_is_said_of_a_gait_that_keeps_them() -> None:
+    vehicle = gg.PAPER.replace(max_tilt="70deg", max_thrust=3.0)
+    report = lift(GAITS[3].angles, "red", vehicle=vehicle).check()
+    assert told(report)[4:] == [
+        ("R_sign", "valid", True, "R ≥ 0.462 > 0 along the whole gait (published coefficients)"),
+        ("least_singular_value", "flyable", True, "least singular value 0.321 (at least 0.321), floor 0.05"),
+        ("hover_thrust", "flyable", True, "hover thrusts 0.233 to 0.653 of m·g per rotor, all positive"),
+        ("thrust_limit", "flyable", True, "largest hover thrust 2.75 N, limit 3 N"),
+        ("tilt_range", "flyable", True, "largest tilt 67.5°, limit 70.0°"),
+    ]
+    assert report.flyable
+    in_home = "in the component of α = 0, which ordinary hover can enter and leave"
+    assert (report.reachable_from_hover, report.reachability) == (True, in_home)
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_all_that_is_said_of_blue(kind: str) -> None:
+    gait = lift(GAITS[0].angles, "blue", coefficients=coefficients_of(kind=kind))  # type: ignore[arg-type]
+    report = gait.check()
+    sign, sigma, thrust = (report[name] for name in ("R_sign", "least_singular_value", "hover_thrust"))
+    assert (sign.kind, sigma.kind, sigma.ok, sigma.limit) == ("valid", "flyable", False, 0.05)
+    worst = least_singular_value(gait.alpha).min()
+    assert sigma.value == pytest.approx(worst, rel=1e-6, abs=1e-15)
+    assert sigma.message.startswith("the decoupling matrix is nearly singular: least singular value ")
+    assert sigma.message.endswith(")" + BLUE_IS_SINGULAR)
+    assert sigma.where is not None
+    place = ", ".join(f"{angle:.3f}" for angle in sigma.where["alpha"])
+    assert f"{sigma.value:.2g}, floor 0.05, at ({place}); in" in sigma.message
+    assert (thrust.kind, thrust.ok, thrust.value, thrust.limit, thrust.where) == ("flyable", False, None, 0.0, None)
+    assert thrust.message == NO_THRUSTS
+    assert (report.reachable_from_hover, report.reachability) == (False, CLOSED_OFF)
+    if kind == "exact":
+        assert (sign.ok, sign.decided) == (False, True)
+        assert sign.message == "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
+        return
+    assert (sign.ok, sign.decided) == (True, False)
+    assert sign.value is not None
+    assert sign.limit is not None
+    assert abs(sign.value) < sign.limit
+    assert sign.message == (
+        f"sign of R undecided: |R| falls to {abs(sign.value):.2g}, within the {sign.limit:.2g} that the published "
+        "coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
+    )
+
+
+def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
+    """Gait 3, tilted less with its opposite arms: nothing but the paper's rules is broken."""
+    gait = lift(GAITS[2].angles, "red").biased(0.8)
+    report = gait.check()
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    along = gait.alpha + s * (gait.ends - gait.alpha)
+    residual = np.maximum(
+        np.abs(roll_sensitivity(along, gait.coefficients)), np.abs(pitch_sensitivity(along, gait.coefficients))
+    ).max()
+    surface, colors, continuous = (report[name] for name in ("on_surface", "two_color", "continuous"))
+    assert [(check.kind, check.ok) for check in (surface, colors, continuous)] == [("valid", False)] * 3
+    assert surface.value == pytest.approx(residual, abs=1e-4)
+    assert surface.where is not None
+    place = ", ".join(f"{angle:.3f}" for angle in surface.where["alpha"])
+    assert surface.message == (
+        f"max(|Rφ|, |Rθ|) = {residual:.2g}, allowed 0.002, worst at ({place}): {NO_SHEET}, or allow more"
+    )
+    there = np.abs([f(surface.where["alpha"], gait.coefficients) for f in (roll_sensitivity, pitch_sensitivity)])
+    assert there.max() == pytest.approx(surface.value, abs=2e-5)  # the bracket is as narrow as that
+    assert (colors.value, colors.limit) == (1.0, 0.0)
+    assert colors.message == (
+        f"corner 1 lies off the surfaces, on neither sheet, so it has no color to compare: {NO_SHEET}"
+    )
+    assert (continuous.value, continuous.limit) == (None, 2e-3)
+    assert continuous.message == "at corner 1 it is off the surfaces and follows no sheet"
+    at_first = {"segment": 0, "fraction": 0.0, "alpha": list(gait.alpha[0])}
+    assert colors.where == continuous.where == at_first
+    assert "R ≤ -3.54 < 0 along" in report["R_sign"].message
+    other = lift(GAITS[3].angles, "red").biased(0.9).check()
+    assert other.reachability == "off the red sheet with R > 0: whether hover can reach it is not decided here"
+
+
+def test_all_that_is_said_of_a_change_of_sign() -> None:
+    gait = lift([(-1.2, 1.2), (1.35, 1.2), (-1.5, -1.0)], "red")
+    report = gait.check()
+    sign, sigma, thrust = (report[name] for name in ("R_sign", "least_singular_value", "hover_thrust"))
+    s = np.linspace(0, 1, 4001)[:, None, None]
+    along = gait.alpha + s * (gait.ends - gait.alpha)
+    R = level_determinant(along, gait.coefficients)
+    assert sign.where is not None
+    assert (sign.ok, sign.decided, sign.where["segment"]) == (False, True, 1)
+    # The sign of the largest |R| at a corner is the gait's; the value is the farthest on the other side of zero.
+    largest = gait.R[np.argmax(np.abs(gait.R))]
+    assert sign.value == pytest.approx(R.max() if largest < 0 else R.min(), abs=1e-4)
+    place = ", ".join(f"{angle:.3f}" for angle in sign.where["alpha"])
+    assert sign.message == (
+        f"R changes its sign at ({place}) (published coefficients): keep the loop in one region of R"
+    )
+    assert level_determinant(sign.where["alpha"], gait.coefficients) == pytest.approx(sign.value, rel=1e-12)
+    assert not sigma.ok
+    assert sigma.where is not None
+    place = ", ".join(f"{angle:.3f}" for angle in sigma.where["alpha"])
+    assert sigma.message == (
+        f"the decoupling matrix is nearly singular: least singular value {sigma.value:.2g}, floor 0.05, at ({place})"
+    )
+    assert (thrust.kind, thrust.ok, thrust.limit) == ("flyable", False, 0.0)
+    assert thrust.value is not None
+    assert thrust.value < 0
+    assert thrust.where is not None
+    assert thrust.value == pytest.approx(hover_thrust_shares(thrust.where["alpha"]).min())
+    # The first segment with a share that is not positive, and the worse one of its ends.
+    shares = hover_thrust_shares(along).min(axis=(0, 2))
+    segment = int(np.argmax(shares <= 0))
+    assert thrust.where["segment"] in (segment, segment + 1)
+    assert thrust.message == (
+        "a rotor pair would have to idle or push down to hover on the segment after corner "
+        f"{segment + 1}: stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
+    )
+
+
+def test_all_that_is_said_of_jumps() -> None:
+    wrapped = lift([(-1.3, 0.4), (-1.1, 0.4)], "blue").check()["continuous"]
+    assert wrapped.message == (
+        "(α3, α4) jumps by 3.1416 rad after corner 1, where it wraps by π or leaves its sheet: stay on one sheet"
+    )
+    assert (wrapped.kind, wrapped.ok, wrapped.limit) == ("valid", False, 2e-3)
+    near = (np.pi / 16, -np.pi / 16)
+    changed = lift([near, (np.pi / 8, -np.pi / 16)], ["blue", "red"]).check()["continuous"]
+    assert changed.message == ("(α3, α4) jumps by 0.0585 rad after corner 1, where it changes color: stay on one sheet")
+    assert (changed.ok, changed.limit) == (False, 1e-9)
+    assert changed.where is not None
+    assert changed.where["segment"] == 0
+    forbidden = lift([(0.9, -0.9), (1.1, -0.9)], ["red", "blue"]).check()["two_color"]
+    assert forbidden.message == (
+        "corners 1 (+,+) and 2 (-,-) may not be neighbours (Figure 15): paint both in one color, or pass a (?,?) point "
+        "between them"
+    )
+
+
+@pytest.mark.parametrize(("lies", "painted"), [("red", "blue"), ("blue", "red")])
+@pytest.mark.parametrize("off", [0.0, 0.1])
+def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) -> None:
+    """One corner that lies on one sheet and is painted as the other; or that lies on neither."""
+    gait = lift([(0.5, -0.7)], lies)
+    other = lift([(0.5, -0.7)], painted)
+    alpha = gait.alpha + np.array([0, 0, off, 0])
+    check = Gait(alpha=alpha, colors=(painted,)).check()["continuous"]
+    distance = np.abs(alpha - other.alpha).max()
+    beside = f", on the {lies} one" if not off else ""
+    assert (check.kind, check.ok, check.limit) == ("valid", False, 2e-3)
+    assert check.value == pytest.approx(distance, rel=1e-12)
+    assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
+    assert check.message == (
+        f"corner 1 is painted {painted} but lies off that sheet{beside}, by {distance:.4f} rad: paint it as it lies, "
+        "or take (α3, α4) from its sheet"
+    )
+
+
+@pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+@pytest.mark.parametrize("shift", [(0, 0), (np.pi, 0), (0, np.pi), (np.pi, np.pi)])
+def test_hover_reaches_red_only_with_opposite_arms_alike(spin: str, shift: tuple[float, float]) -> None:
+    """An opposite arm turned by π is on red too, but on another part of it."""
+    vehicle = gg.PAPER.replace(first_rotor_spin=spin)
+    turn = 1 if spin == "clockwise" else -1
+    gait = lift(turn * np.array(GAITS[3].angles), "red", vehicle=vehicle)
+    moved = Gait(alpha=gait.alpha + np.array([0, 0, *shift]), colors=gait.colors, vehicle=vehicle)
+    report = moved.check()
+    reached = shift == (0, 0)
+    assert report.reachable_from_hover is reached
+    relation = "< 0.3373" if spin == "clockwise" else "> -0.3373"
+    home = f"the component of α = 0 (tan α1 − tan α2 {relation})"
+    positive = bool((np.asarray(level_determinant(moved.alpha, coefficients_of(vehicle, "exact"))) > 0).all())
+    if reached:
+        assert report.reachability == "in the component of α = 0, which ordinary hover can enter and leave"
+    elif positive:
+        assert report.reachability == (
+            f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+        )
+    else:
+        assert report.reachability == CLOSED_OFF.replace(HOME, home)
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+@pytest.mark.parametrize("rounding", [0.0, 1e-12, 5e-4, 0.02])
+def test_what_the_digits_of_a_point_carry(kind: str, rounding: float) -> None:
+    """Of one point it is what is documented there; of a gait at least that of each of its corners."""
+    coefficients = coefficients_of(kind=kind)  # type: ignore[arg-type]
+    limits = []
+    for point in GAITS[3].angles:
+        gait = lift([point], "red", coefficients=coefficients)
+        limit = gait.check(angle_rounding=rounding)["R_sign"].limit
+        carried = level_determinant_resolution(gait.alpha, coefficients, rounding)[0]
+        assert limit == pytest.approx(carried, rel=1e-9, abs=0.0)
+        limits.append(carried)
+    whole = lift(GAITS[3].angles, "red", coefficients=coefficients).check(angle_rounding=rounding)["R_sign"].limit
+    assert whole is not None
+    assert max(limits) * (1 - 1e-9) <= whole < 4 * max(limits)
+
+
+def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
+    """The largest distance from the sheet, as far as the tolerance takes it for rounding."""
+    gait = lift(GAITS[3].angles, "red")
+    printed = Gait(alpha=gait.alpha + np.array([0, 0, 3e-4, -7e-4]), colors=gait.colors)
+    limits = [printed.check(angle_rounding=rounding)["R_sign"].limit for rounding in (None, 7e-4, 3e-4, 0.0)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-9)
+    assert limits[0] > limits[2] > limits[3]  # type: ignore[operator]
+    bent = Gait(alpha=gait.alpha + np.outer([0, 1, 0, 0], [0, 0, 0, 0.1]), colors=gait.colors)
+    assert bent.check()["R_sign"].limit == bent.check(angle_rounding=0.0)["R_sign"].limit
+
+
+@pytest.mark.parametrize("block", [1, 2, 3, 7])
+def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
+    gait = lift(np.tile(GAITS[2].angles, (2, 1)), "red", vehicle=gg.PAPER.replace(max_tilt=1.1, max_thrust=2.0))
+    for bad in range(len(gait.alpha)):
+        alpha = gait.alpha.copy()
+        alpha[bad, 2] += 0.1
+        bent = Gait(alpha=alpha, colors=gait.colors, vehicle=gait.vehicle)
+        whole = bent.check()
+        with monkeypatch.context() as small:
+            small.setattr(checks, "_BLOCK", block)
+            pieces = bent.check()
+        assert not whole.valid
+        assert [(name, kind, ok) for name, kind, ok, _ in told(pieces)] == [
+            (name, kind, ok) for name, kind, ok, _ in told(whole)
+        ]
+        for one, other in zip(whole.checks, pieces.checks, strict=True):
+            assert one.value == pytest.approx(other.value, rel=1e-3), one.name
+        assert (pieces.reachable_from_hover, pieces.reachability) == (whole.reachable_from_hover, whole.reachability)
+
+
+@pytest.mark.parametrize("block", [1, 2, 1 << 14])
+@pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "red", "red", "blue", "blue"]])
+def test_one_corner_on_blue_is_enough_wherever_it_comes(
+    monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
+) -> None:
+    monkeypatch.setattr(checks, "_BLOCK", block)
+    points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
+    for kind in ("published", "exact"):
+        report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()
+        assert report["hover_thrust"].message == NO_THRUSTS
+        assert report["least_singular_value"].message.endswith(BLUE_IS_SINGULAR)
+        assert report.reachable_from_hover is False
+        assert ("R = 0 on the whole blue sheet" in report["R_sign"].message) is (kind == "exact")
+
+
+def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -> None:
+    vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
+    with pytest.raises(gg.MissingConstant, match="the check of the largest thrust"):
+        lift(GAITS[2].angles, "red", vehicle=vehicle).check()
+
+
+@pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.4])
+def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio: float) -> None:
+    """Off the sheets the bracket is about 1e-4 wide; the comparison with the floor is decided to within 1e-6."""
+    gait = lift(GAITS[2 if ratio < 0.2 else 3].angles, "red", vehicle=gg.Vehicle(drag_ratio=ratio)).biased(0.8)
+    s = np.linspace(0, 1, 4001)[:, None, None]
+    least = float(least_singular_value(gait.alpha + s * (gait.ends - gait.alpha), gait.vehicle).min())
+    for apart in (2e-6, 1e-5, 4e-5):
+        assert gait.check(floor=least - apart)["least_singular_value"].ok
+        assert not gait.check(floor=least + apart)["least_singular_value"].ok
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_the_first_segment_that_cannot_hover_is_named_wherever_the_gait_begins(turn: int) -> None:
+    """Between corners 1 and 2 of the unturned gait the thrusts are positive; at 3 alone they are not."""
+    points = np.roll([(0.9, -0.9), (1.0, -0.9), (0.9, 0.9), (0.8, -0.9)], turn, axis=0)
+    gait = lift(points, "red")
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    shares = hover_thrust_shares(gait.alpha + s * (gait.ends - gait.alpha)).min(axis=(0, 2))
+    check = gait.check()["hover_thrust"]
+    assert f"on the segment after corner {int(np.argmax(shares <= 0)) + 1}: stay" in check.message
+    assert check.where is not None
+    assert check.where["alpha"] == pytest.approx([0.9, 0.9, 0.9, 0.9])
+    assert check.value == pytest.approx(hover_thrust_shares(gait.alpha).min())
+
+
+def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allowed() -> None:
+    """Within one color the digits may be off by the tolerance; between colors nothing may."""
+    delta = coefficients_of().delta
+    gait = lift([(delta + 5e-5, -delta - 5e-5), (0.4, -0.4), (0.4, -0.3)], ["blue", "red", "red"])
+    printed = Gait(alpha=gait.alpha + np.outer([0, 0, 1], [0, 0, 1e-3, 0]), colors=gait.colors)
+    check = printed.check()["continuous"]
+    assert not check.ok
+    assert check.value == pytest.approx(1e-4, rel=1e-6)
+    assert (check.limit, check.where and check.where["segment"]) == (1e-9, 0)
+    assert "changes color" in check.message
+
+
+def test_small_tilts_are_the_largest_where_there_are_no_larger_ones() -> None:
+    check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=gg.PAPER.replace(max_tilt=0.25)).check()["tilt_range"]
+    assert (check.ok, check.value, check.limit) == (False, 0.3, 0.25)
+    assert check.message.startswith("largest tilt 17.2°, limit 14.3°, exceeded by α2 at (0.200, -0.300, 0.200, -0.300)")
+    assert check.where is not None
+    assert check.where["segment"] == 1
+
+
+def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
+    """R is 1e-5, far more than floating point makes of zero, and far less than three printed digits carry."""
+    a2 = -0.2
+    kappa = gg.PAPER.drag_ratio
+    a1 = brentq(
+        lambda x: float(level_determinant([x, a2, x, a2], coefficients_of(kind="exact"))) - 1e-5,
+        -0.2,
+        np.arctan(2 * kappa + np.tan(a2)),
+    )
+    report = lift([(a1, a2)], "red").check()
+    assert not report["R_sign"].decided
+    assert report.reachable_from_hover is True
+    beyond = lift([(a1 + 1e-4, a2)], "red").check()
+    assert beyond.reachable_from_hover is False
+
+
+@pytest.mark.parametrize("point", [(-1.55, 1.5), (-1.5, 1.55), (-1.56, 1.0), (-1.0, 1.56)])
+def test_the_component_is_that_of_both_angles(point: tuple[float, float]) -> None:
+    """R > 0 with a straight way from α = 0 is home; the small components in the corner are not."""
+    gait = lift([point], "red")
+    exact = coefficients_of(kind="exact")
+    straight = np.linspace(0, 1, 4001)[:, None] * gait.alpha[0]
+    R = np.asarray(level_determinant(straight, exact))
+    assert R[0] == pytest.approx(4.0, abs=0.01)
+    expected = bool(R[-1] > 0) and point not in {(-1.55, 1.5), (-1.5, 1.55)}
+    if R[-1] > 0:
+        assert expected is bool((R > 0).all())
+    assert gait.check().reachable_from_hover is expected

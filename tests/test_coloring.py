@@ -100,6 +100,7 @@ def test_other_labels_are_refused_with_the_seven_allowed_ones(label: str) -> Non
         types_from_text(label)
     message = str(caught.value)
     assert message.startswith(f"types: {label!r}; allowed are")
+    assert message.endswith("; allowed are " + ", ".join(PLANE_TYPES))
     assert all(one in message for one in ORDER)
     for first, second in (("(+,+)", label), (label, "(+,+)")):
         with pytest.raises(InputError):
@@ -151,3 +152,11 @@ def test_where_a_closed_loop_starts_and_which_way_it_runs_does_not_matter(types:
     keeps = first_violation(types) is None
     assert (first_violation(types[start:] + types[:start]) is None) == keeps
     assert (first_violation(types[::-1]) is None) == keeps
+
+
+@pytest.mark.parametrize("label", [3, None, ("+", "+"), b"(+,+)", 1.5])
+def test_what_is_no_text_is_no_label(label: Any) -> None:
+    with pytest.raises(InputError, match="^types: .*; allowed are "):
+        types_from_text(label)
+    with pytest.raises(InputError, match="^types: "):
+        first_violation(["(+,+)", label])

@@ -22,7 +22,17 @@ from gaitgraph.coloring import first_violation, neighbors_allowed, types_from_te
 from gaitgraph.exchange import colorings_of_file
 from gaitgraph.invertibility import noise_of
 from gaitgraph.paintings import MOST_LISTED, Coloring, ColoringListing
-from gaitgraph.palettes import SIGNS, ChainCount, ColoringObstacle, Palette, palette_of
+from gaitgraph.palettes import (
+    SIGNS,
+    STEPS,
+    ChainCount,
+    ColoringObstacle,
+    Palette,
+    _power,
+    _product,
+    _step,
+    palette_of,
+)
 from gaitgraph.surface import text_from_types
 from tests.published import GAITS, PublishedGait
 
@@ -831,3 +841,60 @@ def test_the_function_is_there_whatever_was_loaded_before() -> None:
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "2\n")
     assert not {path.stem for path in Path(gg.__file__).parent.glob("*.py")} & set(gg.__all__)
+
+
+# The parts of the count
+
+
+def test_a_step_joins_what_figure_15_joins() -> None:
+    """Every step between two points, from its definition: stay, or change where α3 and α4 are ? at either."""
+    for bits in itertools.product([False, True], repeat=8):
+        available, crossing = np.array(bits[:4]).reshape(2, 2), np.array(bits[4:]).reshape(2, 2)
+        (code,) = Palette(available=available, crossing=crossing).codes.tolist()
+        expected = []
+        for before, after in itertools.product(range(2), repeat=2):
+            signs = [(1, 1), (-1, -1)]
+            types = [np.where(crossing[k], 0, signs[color]) for k, color in enumerate((before, after))]
+            joined = neighbors_allowed((types[0][0], types[0][1]), (types[1][0], types[1][1]))
+            expected.append(int(available[0, before] and available[1, after] and bool(joined)))
+        assert tuple(expected) == STEPS[code] == _step(code)
+
+
+def test_powers_and_products_of_steps_are_those_of_matrices() -> None:
+    for matrix, exponent in itertools.product(set(STEPS), range(12)):
+        expected = np.linalg.matrix_power(np.array(matrix, dtype=object).reshape(2, 2), exponent)
+        assert _power(matrix, exponent) == tuple(expected.ravel().tolist())
+    for first, second in itertools.product([(1, 2, 3, 4), (5, 7, 11, 13), (0, 1, 0, 2)], repeat=2):
+        whole = np.array(first).reshape(2, 2) @ np.array(second).reshape(2, 2)
+        assert _product(first, second) == tuple(whole.ravel().tolist())
+
+
+@pytest.mark.parametrize("pieces", [[], [1], [2], [1, 2, 3]])
+def test_the_first_obstacle_is_told_also_right_before_a_point_without_a_root(pieces: list[int]) -> None:
+    nothing: Point = (-3 * pi / 8, 3 * pi / 8)
+    assert offers([nothing], "negative", PUBLISHED) == [{}]
+    for loop, expected in (
+        ([RED_ONLY, BLUE_ONLY, nothing, MEETING], ("pair", (1, 2))),
+        ([RED_ONLY, RED_ONLY, BLUE_ONLY, nothing], ("pair", (2, 3))),
+        ([RED_ONLY, RED_ONLY, nothing, BLUE_ONLY], ("point", (3,))),
+        ([RED_ONLY, nothing, RED_ONLY, BLUE_ONLY], ("point", (2,))),
+        ([nothing, nothing, RED_ONLY, BLUE_ONLY], ("point", (1,))),
+    ):
+        chain = counted(loop, pieces, "negative", PUBLISHED)
+        assert chain.closed() == 0
+        assert chain.obstacle is not None
+        assert (chain.obstacle.kind, chain.obstacle.points) == expected
+        check_obstacle(loop, "negative", chain.obstacle, PUBLISHED)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_loop_that_is_forced_to_end_on_the_other_color_is_refused_at_its_end(mirrored: bool) -> None:
+    """The first point may be both, the second forces its color, and over (?,?) the last one has the other."""
+    both = (pi / 8, -pi / 8)
+    start, end = (RED_ONLY, BLUE_ONLY) if mirrored else (BLUE_ONLY, RED_ONLY)
+    loop = [both, start, MEETING, end]
+    chain = counted(loop, [], "negative", PUBLISHED)
+    assert chain.closed() == 0
+    assert chain.obstacle is not None
+    assert (chain.obstacle.kind, chain.obstacle.points) == ("pair", (4, 1))
+    check_obstacle(loop, "negative", chain.obstacle, PUBLISHED)
