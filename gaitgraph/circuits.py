@@ -194,7 +194,8 @@ class Ground:
 
     def blocks(self) -> list[set[int]]:
         """Return the two-connected parts with three or more nodes: each cycle lies in one of them."""
-        whole = nx.Graph((k, other) for k, row in enumerate(self.rows) for other, _ in row if k < other)
+        whole: nx.Graph[int] = nx.Graph()
+        whole.add_edges_from((k, other) for k, row in enumerate(self.rows) for other, _ in row if k < other)
         found: list[set[int]] = list(nx.biconnected_components(whole))  # type: ignore[arg-type]
         return [block for block in found if len(block) > 2]
 

@@ -689,5 +689,6 @@ def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
             time.sleep(delay)
             job.send_signal(signal.SIGINT)
             _, err = job.communicate()
-        if "gaitgraph" in err:  # Python itself may not have begun
-            assert (job.returncode, err.strip()) == (130, "gaitgraph: interrupted")
+        # Before that Python itself, or its run of the module, is what is interrupted.
+        assert "cli.py" not in err
+        assert job.returncode != 130 or err.strip() == "gaitgraph: interrupted"
