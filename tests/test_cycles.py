@@ -68,9 +68,9 @@ def brute_items(edges: dict[tuple[int, int], int], most: float = math.inf) -> li
     lengths = edges | {(b, a): length for (a, b), length in edges.items()}
     bound = int(most // min(edges.values())) if math.isfinite(most) else None
     found = []
-    whole: nx.Graph[Any] = nx.Graph()
-    whole.add_edges_from(edges)
-    for path in nx.simple_cycles(whole, length_bound=bound):
+    joined: nx.Graph[Any] = nx.Graph()
+    joined.add_edges_from(edges)
+    for path in nx.simple_cycles(joined, length_bound=bound):
         whole = sum(lengths[pair] for pair in zip(path, (*path[1:], path[0]), strict=True))
         if whole <= most:
             found.append((whole, canonical(path)))
