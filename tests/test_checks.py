@@ -734,7 +734,7 @@ def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch,
 
 
 @pytest.mark.parametrize("block", [1, 2, 1 << 14])
-@pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "red", "red", "blue", "blue"]])
+@pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "blue", "blue", "red", "red"]])
 def test_one_corner_on_blue_is_enough_wherever_it_comes(
     monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
 ) -> None:
@@ -750,14 +750,16 @@ def test_one_corner_on_blue_is_enough_wherever_it_comes(
 
 def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -> None:
     vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
-    with pytest.raises(gg.MissingConstant, match="the check of the largest thrust"):
+    with pytest.raises(
+        gg.MissingConstant, match="states no mass \\(kg\\), which the check of the largest thrust needs"
+    ):
         lift(GAITS[2].angles, "red", vehicle=vehicle).check()
 
 
-@pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.4])
+@pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.05, 0.25])
 def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio: float) -> None:
     """Off the sheets the bracket is about 1e-4 wide; the comparison with the floor is decided to within 1e-6."""
-    gait = lift(GAITS[2 if ratio < 0.2 else 3].angles, "red", vehicle=gg.Vehicle(drag_ratio=ratio)).biased(0.8)
+    gait = lift(GAITS[2].angles, "red", vehicle=gg.Vehicle(drag_ratio=ratio)).biased(0.8)
     s = np.linspace(0, 1, 4001)[:, None, None]
     least = float(least_singular_value(gait.alpha + s * (gait.ends - gait.alpha), gait.vehicle).min())
     for apart in (2e-6, 1e-5, 4e-5):

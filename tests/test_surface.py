@@ -831,3 +831,29 @@ class TestSheetsAlong:
 def test_ends_of_the_range() -> None:
     angles = [-HALF_PI, HALF_PI - 1e-13, HALF_PI - 1e-11, 0.0]
     assert at_end_of_range(angles).tolist() == [True, True, False, False]
+
+
+def test_sheets_are_small_integers_and_follow_nothing_unless_told() -> None:
+    exact = coefficients_of(kind="exact")
+    meeting, beside = (exact.delta, -exact.delta), (0.5, -0.7)
+    for color, sign in zip(COLORS, (1, -1), strict=True):
+        rows = []
+        for a1, a2 in (meeting, beside):
+            a3, a4 = sheet_angles(color, a1, a2, exact)
+            rows.append([a1, a2, float(a3), float(a4)])
+        for alpha, expected in ((rows, [sign, sign]), (rows[1:], [sign]), (rows[:1], [1]), (rows[::-1], [sign, sign])):
+            sheet = sheets_along(alpha, exact, 1e-6)
+            assert sheet.tolist() == expected
+            assert sheet.dtype == np.int8
+
+
+def test_distances_from_the_sheets_keep_the_shape_of_the_points() -> None:
+    exact = coefficients_of(kind="exact")
+    alpha = np.random.default_rng(3).uniform(-1.2, 1.2, (2, 3, 4))
+    red, blue = sheet_distances(alpha, exact)
+    assert red.shape == blue.shape == (2, 3)
+    for k in np.ndindex(2, 3):
+        np.testing.assert_allclose([float(one) for one in sheet_distances(alpha[k], exact)], [red[k], blue[k]])
+    flat = alpha.reshape(-1, 4)
+    off = np.abs(flat[:, 2:] - flat[:, :2])
+    np.testing.assert_allclose(red.ravel(), np.minimum(off % np.pi, np.pi - off % np.pi).max(axis=1))
