@@ -210,7 +210,9 @@ class Continuous(Rule):
         if self.uncolored is not None:
             place, limit, value = self.uncolored, self.setting.tolerance, None
             message = f"at {noun} {place.point + 1} it is off the surfaces and follows no sheet"
-        elif self.distance > self.setting.tolerance and self.jump <= max(self.limit, self.distance + _EXACT):
+        elif self.distance > self.setting.tolerance and (
+            not self.changes or self.jump <= max(self.limit, self.distance + _EXACT)
+        ):
             place, limit, value = self.farthest, self.setting.tolerance, self.distance
             message = f"{self.painted}, by {value:.4f} rad: paint it as it lies, or take (α3, α4) from its sheet"
         elif self.jump > self.limit and place is not None:

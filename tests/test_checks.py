@@ -829,3 +829,10 @@ def test_the_component_is_that_of_both_angles(point: tuple[float, float]) -> Non
     if R[-1] > 0:
         assert expected is bool((R > 0).all())
     assert gait.check().reachable_from_hover is expected
+
+
+def test_a_gait_painted_wholly_in_the_wrong_color_is_told_so() -> None:
+    red = lift([(0.9, -0.9), (1.1, -0.9), (1.1, -1.1)], "red")
+    check = replace(red, colors=("blue",) * 3).check()["continuous"]
+    assert not check.ok
+    assert "is painted blue but lies off that sheet, on the red one" in check.message
