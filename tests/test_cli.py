@@ -22,6 +22,11 @@ from tests.published import GAITS, PublishedGait
 G1, _, G3, G4 = GAITS
 
 
+def interruptible() -> None:
+    """Let a process be interrupted even if the tests run in the background, where a shell has that ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Result:
     def __init__(self, code: int, out: str, err: str) -> None:
         self.code, self.out, self.err = code, out, err
@@ -320,7 +325,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
 def test_interruption_is_130(tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "512"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path, preexec_fn=interruptible,
     )  # fmt: skip
     time.sleep(3.0)
     process.send_signal(signal.SIGINT)
@@ -588,7 +593,8 @@ class TestCycles:
 
     def test_interrupting_keeps_what_is_printed(self, tmp_path: Path) -> None:
         command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
-        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+        streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        with subprocess.Popen(command, cwd=tmp_path, preexec_fn=interruptible, **streams) as job:
             assert job.stdout is not None
             assert job.stderr is not None
             first = job.stdout.readline()
