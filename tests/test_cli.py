@@ -690,7 +690,12 @@ def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
     for delay in (0.08, 0.15, 0.25):
         command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000"]
         with subprocess.Popen(
-            command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+            command,
+            cwd=tmp_path,
+            preexec_fn=interruptible,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
         ) as job:
             time.sleep(delay)
             job.send_signal(signal.SIGINT)
