@@ -9,9 +9,10 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, coloring, palettes, paintings, regions, segments, gait, reports, stretches, rules,
-checks, timing, graph, contract, search, requests, summary, plans, planning, ways, enumeration, circuits,
-simplecycles, catalog, tables, reading, validation, exchange, transitions, cli.
+vehicle, invertibility, surface, coloring, palettes, paintings, regions, segments, gait, margins, attitudes, reports,
+stretches, rules, checks, timing, graph, contract, search, requests, summary, plans, planning, ways, enumeration,
+circuits, simplecycles, catalog, tables, reading, validation, exchange, transitions, robustness, drawing, plots,
+figures, cli.
 """
 
 from __future__ import annotations

@@ -13,9 +13,10 @@ PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
     "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "palettes", "paintings",
-    "regions", "segments", "gait", "reports", "stretches", "rules", "checks", "timing", "graph", "contract",
+    "regions", "segments", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing", "graph", "contract",
     "search", "requests", "summary", "plans", "planning", "ways", "enumeration", "circuits", "simplecycles",
-    "catalog", "tables", "reading", "validation", "exchange", "transitions", "cli", "__main__",
+    "catalog", "tables", "reading", "validation", "exchange", "transitions", "robustness", "drawing",
+    "plots", "figures", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
