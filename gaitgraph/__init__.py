@@ -24,6 +24,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from gaitgraph.angles import angle_from_text
+    from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
     from gaitgraph.circuits import Cycle, Cycles, cycles
     from gaitgraph.coloring import types_may_be_adjacent
     from gaitgraph.contract import validate_graph
@@ -53,6 +54,12 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
+    from gaitgraph.margins import (
+        attitude_sensitivities,
+        least_singular_value_within,
+        nearest_singular_attitude,
+        tilt_margin,
+    )
     from gaitgraph.paintings import Coloring, Colorings, colorings
     from gaitgraph.palettes import ColoringObstacle
     from gaitgraph.planning import plan_loop
@@ -60,6 +67,7 @@ if TYPE_CHECKING:
     from gaitgraph.reading import read_table
     from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
+    from gaitgraph.robustness import Robustness, RobustnessReport, robustness_of
     from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.timing import TimedGait, parametrize
@@ -69,6 +77,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "angles": ("angle_from_text",),
+    "attitudes": ("AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"),
     "coloring": ("types_may_be_adjacent",),
     "paintings": ("Coloring", "Colorings", "colorings"),
     "palettes": ("ColoringObstacle",),
@@ -100,10 +109,17 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
+    "margins": (
+        "attitude_sensitivities",
+        "least_singular_value_within",
+        "nearest_singular_attitude",
+        "tilt_margin",
+    ),
     "planning": ("plan_loop",),
     "plans": ("Plan",),
     "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
+    "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
     "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "reading": ("read_table",),
@@ -116,6 +132,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "PAPER",
+    "AcceptableAttitudes",
     "Check",
     "Coefficients",
     "Coloring",
@@ -135,12 +152,17 @@ __all__ = [
     "Plan",
     "PlanRequest",
     "Report",
+    "Robustness",
+    "RobustnessReport",
     "SimpleCycle",
+    "SingularCurve",
     "TimedGait",
     "Transition",
     "Vehicle",
     "__version__",
+    "acceptable_attitudes",
     "angle_from_text",
+    "attitude_sensitivities",
     "coefficients_of",
     "colorings",
     "control_force_matrix",
@@ -151,19 +173,24 @@ __all__ = [
     "gait_of",
     "hover_thrust_shares",
     "least_singular_value",
+    "least_singular_value_within",
     "level_determinant",
     "lift",
+    "nearest_singular_attitude",
     "parametrize",
     "pitch_sensitivity",
     "plan_loop",
     "preset_names",
     "read_table",
+    "robustness_of",
     "roll_sensitivity",
     "root_arrays",
     "roots",
     "sheet_grid",
     "simple_cycle",
+    "singular_curve",
     "surface_graph",
+    "tilt_margin",
     "transition",
     "types_may_be_adjacent",
     "validate",

@@ -382,6 +382,49 @@ def _polygon(text: str, name: str) -> list[list[str]]:
     return corners
 
 
+@cli.command(name="robustness", short_help="Tilt margin and acceptable attitudes, beside biased gaits.")
+@click.argument("gait_file", metavar="GAIT_FILE")
+@click.option("--bias", type=float, multiple=True, metavar="ETA", help="Scale α3 and α4 by η in (0, 1]; repeatable.")
+@click.option("--scale", type=float, multiple=True, metavar="ETA", help="Scale all four by η; repeatable.")
+@click.option("--tilt", metavar="ANGLE", help="Tilt to ask the least singular value within.  [default: 30deg]")
+@click.option("--tolerance", type=float, metavar="X", help="Fraction of attitudes that may be missed.  [default: 1e-4]")
+@click.option("--curves", type=int, metavar="N", help="Singular curves at so many places.  [default: 24]")
+@click.option("--angle-rounding", metavar="ANGLE", help="What each angle may be off by.  [default: what is seen]")
+@_setting
+@_json_option
+def robustness_command(
+    gait_file: str,
+    tilt: str | None,
+    angle_rounding: str | None,
+    vehicle: str | None,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """Say how far a gait can be tilted before its decoupling matrix is singular.
+
+    Works on any table of alpha1 to alpha4, on the gait surfaces or not. Judged with exact coefficients unless published
+    ones are asked for. The file's rows are joined by straight segments, and the last with the first.
+    """
+    from gaitgraph.angles import angle_from_text
+    from gaitgraph.robustness import robustness_of
+    from gaitgraph.vehicle import vehicle_named
+
+    if tilt is not None:
+        options["tilt"] = angle_from_text(tilt, "--tilt")
+    if angle_rounding is not None:
+        options["angle_rounding"] = _angle_not_negative(angle_rounding, "angle_rounding")
+    report = robustness_of(
+        gait_file,
+        vehicle=None if vehicle is None else vehicle_named(vehicle),
+        **{name: value for name, value in options.items() if value is not None},
+    )
+    if as_json:
+        _print_json(report.as_mapping())
+    else:
+        click.echo(str(report))
+    return 0
+
+
 @cli.command(name="transition", short_help="A way from hover to a gait, back, or from gait to gait.")
 @click.argument("start", metavar="FROM")
 @click.argument("end", metavar="TO")

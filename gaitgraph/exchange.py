@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import merged, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.requests import holds_request, read_request
+from gaitgraph.stretches import Stretch
 from gaitgraph.surface import COLORS, sheets_along, text_from_types, types_of
 from gaitgraph.tables import (
     ACCELERATIONS,
@@ -34,11 +36,10 @@ from gaitgraph.timing import LAWS, parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-    from pathlib import Path
 
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["colorings_of_file", "export", "gait_of", "read_gait"]
+__all__ = ["closed_rows", "colorings_of_file", "export", "gait_of", "read_gait"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -67,6 +68,39 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
+
+
+def closed_rows(
+    table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None, source: object = None
+) -> tuple[Stretch, Vehicle, Coefficients]:
+    """Return a table's rows as one closed stretch, and what it is for.
+
+    Rows of alpha1, alpha2 and color alone are lifted. A last row that equals the first closes the table; else the way
+    back takes one mean step of time.
+
+    Parameters
+    ----------
+    table, vehicle, coefficients
+        As for :func:`gait_of`.
+    source
+        The file that it was read from, if any; messages name it.
+    """
+    with _of_file(source) if isinstance(source, (str, Path)) else nullcontext():
+        vehicle, numbers, _ = setting_of(table, vehicle, coefficients)
+        if "alpha3" in table:
+            alpha = table.alpha
+        else:
+            plane = np.column_stack([table["alpha1"], table["alpha2"]])
+            alpha = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers).alpha
+    t = table.columns.get("t")
+    if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP:
+        alpha = np.vstack([alpha[:-1], alpha[:1]])
+    else:
+        alpha = np.vstack([alpha, alpha[:1]])
+        t = None if t is None else np.append(t, t[-1] + (t[-1] - t[0]) / max(len(t) - 1, 1))
+    sheet = np.zeros(len(alpha), dtype=np.int8)
+    after_t = None if t is None else float(t[0])
+    return Stretch(alpha=alpha, sheet=sheet, after=0, t=t, after_t=after_t), vehicle, numbers
 
 
 @contextmanager

@@ -323,7 +323,7 @@ def _per_rotor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     return np.asarray(arms, dtype=float), lift
 
 
-def _directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
     angles = np.stack(_columns(alpha), axis=-1)
     arms, lift = _per_rotor(vehicle)
@@ -343,7 +343,7 @@ def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Floa
         If the vehicle states no thrust coefficient.
     """
     (thrust,) = vehicle.require("thrust_coefficient", purpose="the control force matrix")
-    return np.asarray(thrust * _directions(alpha, vehicle)[0])
+    return np.asarray(thrust * rotor_directions(alpha, vehicle)[0])
 
 
 def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -355,7 +355,7 @@ def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
         If the vehicle states no thrust coefficient or arm length.
     """
     thrust, arm = vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
-    return np.asarray(arm * thrust * _directions(alpha, vehicle)[1])
+    return np.asarray(arm * thrust * rotor_directions(alpha, vehicle)[1])
 
 
 def scaled_decoupling_matrix(
@@ -369,7 +369,7 @@ def scaled_decoupling_matrix(
     It is the decoupling matrix without mass, inertia and Euler kinematics, none of which can make it singular
     for |pitch| < π/2. Needs no constant but κ.
     """
-    force, moment = _directions(alpha, vehicle)
+    force, moment = rotor_directions(alpha, vehicle)
     up = body_vertical(roll, pitch)
     vertical = np.sum(up[..., :, None] * force, axis=-2)[..., None, :]
     shape = np.broadcast_shapes(vertical.shape[:-2], moment.shape[:-2])
@@ -436,7 +436,7 @@ def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
     A configuration is singular at an attitude exactly where N is horizontal there, or zero. On the gait surfaces
     N is parallel to body z. Its length means nothing; its direction is that of the hover thrust, or opposite.
     """
-    force, _ = _directions(alpha, vehicle)
+    force, _ = rotor_directions(alpha, vehicle)
     return np.squeeze(force @ zero_moment_inputs(alpha, vehicle)[..., None], axis=-1)
 
 

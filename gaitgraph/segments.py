@@ -213,8 +213,8 @@ def least_level_determinant(
     )
 
 
-def _lipschitz_bound(vehicle: Vehicle) -> Bound:
-    """Return a bound from values at both ends that hold for the least singular value, or lie below it.
+def singular_value_bound(vehicle: Vehicle) -> Bound:
+    """Return a bound from values at both ends that hold for the least singular value, or lie below it, at any attitude.
 
     Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
     ‖Δα‖ with that constant.
@@ -254,7 +254,7 @@ def least_singular_value_along(
         As for :func:`least_along`.
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    bound, on_red = _lipschitz_bound(vehicle), _on_red(starts, ends)
+    bound, on_red = singular_value_bound(vehicle), _on_red(starts, ends)
     asked: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
 
     def value(alpha: FloatArray) -> FloatArray:
@@ -306,7 +306,7 @@ def _bounds_without_decomposition(
 ) -> tuple[FloatArray, FloatArray]:
     """Return lower bounds of the least singular value at the starts, and along the segments."""
     low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
-    return low0, _lipschitz_bound(vehicle)(low0, low1, starts, ends)
+    return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
 
 
 def keeps_singular_value_above(
@@ -325,7 +325,7 @@ def keeps_singular_value_above(
     return np.asarray(above)
 
 
-def _largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
     """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
     return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
@@ -373,7 +373,7 @@ def largest_residual(
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         ends0, ends1 = _residual_phases(p0, coefficients.delta), _residual_phases(p1, coefficients.delta)
-        x, y, u, v = (_largest_sine(a, b) for a, b in zip(ends0, ends1, strict=True))
+        x, y, u, v = (largest_sine(a, b) for a, b in zip(ends0, ends1, strict=True))
         return -scale * np.maximum(x * y, u * v)
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
@@ -394,7 +394,7 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
         s0, s1 = sines[rotor % 2]
         c0, c1 = b0[:, opposite] + quarter, b1[:, opposite] + quarter
         least.append(_least_sine(s0, s1) * _least_sine(c0, c1))
-        largest.append(_largest_sine(s0, s1) * _largest_sine(c0, c1))
+        largest.append(largest_sine(s0, s1) * largest_sine(c0, c1))
         sign.append((-1) ** rotor * np.sign(np.sin((s0 + s1) / 2) * np.sin((c0 + c1) / 2)))
     low, signs = np.stack(least, axis=-1), np.stack(sign, axis=-1)
     turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
@@ -456,7 +456,7 @@ def thrust_shares_along(
     def extremes(p0: FloatArray, p1: FloatArray, *, smallest: bool) -> FloatArray:
         low, high, _ = _inputs_along(p0, p1, vehicle)
         quarter = math.pi / 2
-        cosine = (_largest_sine if smallest else _least_sine)(p0 + quarter, p1 + quarter)
+        cosine = (largest_sine if smallest else _least_sine)(p0 + quarter, p1 + quarter)
         own, others = (low, high) if smallest else (high, low)
         carried = others * cosine
         rest = carried.sum(axis=-1, keepdims=True) - carried
