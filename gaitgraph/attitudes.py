@@ -36,7 +36,7 @@ FloatArray = npt.NDArray[np.float64]
 DIAGRAM_AREA = math.pi**2
 """Area of the roll–pitch diagram (−π/2, π/2)² [rad²]."""
 
-_MOST_PIECES = 200_000
+_MOST_PIECES = 50_000
 _LONGEST_PIECE = 0.1  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
 _SAME_RAY = 1e-9
@@ -319,12 +319,14 @@ def _narrowed(
         touching = np.zeros(len(sweep.starts), dtype=bool)
         touching[index[index >= 0] // rays.shape[1]] = True
         touching &= (sweep.across > 0) | (sweep.level > 0)
-        last = not touching.any() or len(sweep.starts) + touching.sum() > _MOST_PIECES
-        if last or _gap(extreme, outer) <= tolerance:
-            polygon, largest = _polygon_of(extreme), _polygon_of(outer)
+        gap = _gap(extreme, outer)
+        # What straight sides leave open bounds what finer pieces can gain.
+        last = not touching.any() or len(sweep.starts) + touching.sum() > _MOST_PIECES or gap <= 2 * _SAG
+        if last or gap <= tolerance:
+            polygon = _polygon_of(extreme)
             chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
-            error = max(largest.area - polygon.area, 0.0) / DIAGRAM_AREA + chords
-            if last or error <= tolerance or _gap(extreme, outer) <= _SAG:
+            error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
+            if last or error <= tolerance:
                 return polygon, error, len(sweep.starts)
         sweep = sweep.cut(touching, coefficients)
 
