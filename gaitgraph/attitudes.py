@@ -39,6 +39,7 @@ DIAGRAM_AREA = math.pi**2
 _MOST_PIECES = 50_000
 _LONGEST_PIECE = 0.1  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
+_FEW_RAYS = 64
 _SAME_RAY = 1e-9
 _SAG = 1e-6
 """How far straight sides of a polygon may stray from the curves [rad]."""
@@ -61,12 +62,19 @@ class SingularCurve:
     kind: Literal["curve", "none", "everywhere"]
     normal: FloatArray
 
+    def __post_init__(self) -> None:
+        normal = np.array(self.normal, dtype=float)
+        normal.flags.writeable = False
+        object.__setattr__(self, "normal", normal)
+
     def points(self, count: int = 181) -> FloatArray:
         """Return points of the curve from border to border of the diagram, (roll, pitch), shape (count, 2) [rad].
 
         They are spaced evenly on the unit sphere of verticals; both ends are on the border. Shape (0, 2) if there is
         no curve.
         """
+        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
+            raise InputError(f"count: {shown(count)}; allowed is a whole number from 2 on")
         if self.kind != "curve":
             return np.zeros((0, 2))
         x, y, z = self.normal
@@ -229,7 +237,8 @@ def acceptable_attitudes(
     polygon, error, reason = _empty(), 0.0, "R changes its sign or vanishes: level flight itself is singular at times"
     sides = [-sign, sign]
     if around and (found := _narrowed(sweep, coefficients, sign, _UP, tolerance)):
-        polygon, error, pieces, reason = *found, ""
+        polygon, error, pieces = found
+        reason = "" if error < 1 else f"R is too near to zero for a decision with {pieces} pieces"
         sides = [-sign]
     others = []
     for side in sides:
@@ -263,7 +272,9 @@ class _Sweep:
     def of(cls, points: FloatArray, coefficients: Coefficients) -> _Sweep:
         """Cut the closed polyline through points into short pieces."""
         step = np.roll(points, -1, axis=0) - points
-        count = np.maximum(np.ceil(np.abs(step).max(axis=1) / _LONGEST_PIECE), 1).astype(int)
+        size = np.abs(step).max(axis=1)
+        longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
+        count = np.maximum(np.ceil(size / longest), 1).astype(int)
         segment = np.repeat(np.arange(len(points)), count)
         number = np.arange(len(segment)) - np.repeat(np.cumsum(count) - count, count)
         starts = points[segment] + (number / count[segment])[:, None] * step[segment]
@@ -300,19 +311,19 @@ def _narrowed(
 ) -> tuple[Polygon, float, int] | None:
     """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces; None if there is none.
 
-    Only the pieces whose cone touches the boundary are cut finer.
+    Only the pieces whose cone touches the boundary are cut finer. An error of 1 says that nothing was decided.
     """
+    given = len(sweep.starts)
     while True:
         rays = sweep.safe_rays(sign)
         doubtful = np.any(rays @ inside <= 0, axis=1)
         if doubtful.any():
             lost = sign * np.concatenate([sweep.v0, sweep.v1]) @ inside <= 0
-            if lost.any() or len(sweep.starts) + doubtful.sum() > _MOST_PIECES:
+            if lost.any():
                 return None
-            finer = sweep.cut(doubtful, coefficients)
-            if np.array_equal(finer.starts, finer.ends):
-                return None
-            sweep = finer
+            if len(sweep.starts) + doubtful.sum() > max(_MOST_PIECES, 2 * given):
+                return _empty(), 1.0, len(sweep.starts)
+            sweep = sweep.cut(doubtful, coefficients)
             continue
         extreme, index = _extreme_rays(rays.reshape(-1, 3), inside)
         outer, _ = _extreme_rays(sign * np.concatenate([sweep.v0, sweep.v1]), inside)
@@ -321,7 +332,9 @@ def _narrowed(
         touching &= (sweep.across > 0) | (sweep.level > 0)
         gap = _gap(extreme, outer)
         # What straight sides leave open bounds what finer pieces can gain.
-        last = not touching.any() or len(sweep.starts) + touching.sum() > _MOST_PIECES or gap <= 2 * _SAG
+        last = (
+            not touching.any() or len(sweep.starts) + touching.sum() > max(_MOST_PIECES, 2 * given) or gap <= 2 * _SAG
+        )
         if last or gap <= tolerance:
             polygon = _polygon_of(extreme)
             chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
@@ -345,13 +358,26 @@ def _inside(rays: FloatArray) -> FloatArray | None:
     """Return a vertical above the horizon with a positive product with every ray, the deepest one, or None."""
     from scipy.optimize import linprog
 
-    rows = np.vstack([rays, _UP])
-    size = np.linalg.norm(rows, axis=1)
-    found = linprog(
-        [0.0, 0.0, 0.0, -1.0], A_ub=np.column_stack([-rows, size]), b_ub=np.zeros(len(rows)), bounds=[(-1.0, 1.0)] * 4
-    )
-    best = np.asarray(found.x)
-    return np.asarray(best[:3] / np.linalg.norm(best[:3])) if best[3] > _SAME_RAY else None
+    rows = np.vstack([_UP, rays])
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    # A few rays decide: begin with some, and add those that the best vertical so far is least inside of.
+    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
+    while True:
+        found = linprog(
+            [0.0, 0.0, 0.0, -1.0],
+            A_ub=np.column_stack([-rows[chosen], np.ones(len(chosen))]),
+            b_ub=np.zeros(len(chosen)),
+            bounds=[(-1.0, 1.0)] * 4,
+        )
+        best = np.asarray(found.x)
+        if best[3] <= _SAME_RAY:
+            return None
+        depth = rows @ best[:3] - best[3]
+        worst = np.argsort(depth, kind="stable")[:_FEW_RAYS]
+        worst = np.setdiff1d(worst[depth[worst] < -_SAME_RAY], chosen)
+        if not worst.size:
+            return np.asarray(best[:3] / np.linalg.norm(best[:3]))
+        chosen = np.concatenate([chosen, worst])
 
 
 def _extreme_rays(rays: FloatArray, inside: FloatArray) -> tuple[FloatArray, npt.NDArray[np.int64]]:

@@ -102,9 +102,7 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
     array([90.  , 86.79])
     """
-    angles = np.asarray(alpha, dtype=float)
-    if angles.ndim == 0 or angles.shape[-1] != 4:
-        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
+    angles = _tilt_angles(alpha)
     rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
     noise = noise_of(coefficients)
@@ -120,6 +118,14 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
                 found[near[none]] = np.nan
             margin[k : k + _BLOCK] = found
     return margin.reshape(angles.shape[:-1])[()]
+
+
+def _tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
+    """Return tilt angles as an array of shape (..., 4), NaN where they are not finite, or raise InputError."""
+    angles = np.asarray(alpha, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != 4:
+        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
+    return np.where(np.isfinite(angles), angles, np.nan)
 
 
 def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -150,7 +156,8 @@ def singular_everywhere(
     The matrix is then singular at every attitude, as on all of the blue sheet; what floating point or rounded
     coefficients leave of v says nothing.
     """
-    a1, a2, a3, a4 = np.moveaxis(np.asarray(alpha, dtype=float), -1, 0)
+    alpha = _tilt_angles(alpha)
+    a1, a2, a3, a4 = np.moveaxis(alpha, -1, 0)
     v = np.abs(attitude_sensitivities(alpha, coefficients))
     delta, noise = coefficients.delta, noise_of(coefficients)
     # Each phase adds two angles, and 2δ or nothing.
@@ -173,7 +180,7 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
     >>> bool(abs(determinant(alpha, exact, roll, pitch)) < 1e-12)
     True
     """
-    v = attitude_sensitivities(alpha, coefficients)
+    v = attitude_sensitivities(_tilt_angles(alpha), coefficients)
     across = np.hypot(v[..., 0], v[..., 1])
     noise = noise_of(coefficients)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -254,6 +261,11 @@ def least_tilt_margin(
     tolerance
         Width at which the bracket is narrow enough [rad].
 
+    Raises
+    ------
+    InputError
+        If the angles are not finite, the shapes differ, or the tolerance is no positive number.
+
     Examples
     --------
     >>> from gaitgraph.invertibility import coefficients_of
@@ -261,7 +273,14 @@ def least_tilt_margin(
     >>> round(math.degrees(least_tilt_margin(corners[:1], corners[1:], coefficients_of(kind="exact")).lower), 2)
     74.46
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    starts, ends = np.atleast_2d(_tilt_angles(starts)), np.atleast_2d(_tilt_angles(ends))
+    if starts.shape != ends.shape or starts.ndim != 2 or not len(starts) or np.isnan(starts + ends).any():
+        raise InputError(
+            f"starts, ends: arrays of shapes {starts.shape} and {ends.shape}; allowed are two of (m, 4), m at least 1, "
+            "of finite angles"
+        )
+    if not 0 < number_of(tolerance) < math.inf:
+        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0 (rad)")
     none = _segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
     if none is not None:
         return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=NO_MARGIN)
@@ -369,7 +388,7 @@ def least_singular_value_within(
     Returns
     -------
     value
-        Dimensionless, shape (...); zero where the tilt margin is not above `tilt`.
+        Dimensionless, shape (...); zero where the tilt margin is not above `tilt`, NaN where an angle is not finite.
     attitude
         (roll, pitch) of the worst attitude, shape (..., 2) [rad].
 
@@ -390,17 +409,19 @@ def least_singular_value_within(
     True
     """
     tilt = checked_tilt(tilt)
-    angles = np.asarray(alpha, dtype=float)
-    rows = angles.reshape(-1, 4)
+    angles = _tilt_angles(alpha)
+    known = np.asarray(np.isfinite(angles).all(axis=-1))
+    rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
     force, moment = rotor_directions(rows, vehicle)
     value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, coefficients_of(vehicle, "exact"))
     attitude[np.isnan(attitude)] = 0.0
+    # The direction of the nearest singular attitude is a good one to begin with.
+    azimuth = np.arctan2(np.sin(attitude[:, 0]) * np.cos(attitude[:, 1]), -np.sin(attitude[:, 1]))
     margin = tilt_margin(rows, coefficients_of(vehicle, "exact"))
     open_ = np.flatnonzero(margin > tilt)
     _, size, right = np.linalg.svd(moment)
     size = np.append(size**2, np.zeros((len(rows), 1)), axis=1)
     turned = np.einsum("kij,klj->kli", force, right)  # rows fᵢ = F·uᵢ
-    azimuth = np.zeros(len(rows))
     value[open_] = _value_at(force[open_], moment[open_], tilt, azimuth[open_])
     while open_.size:
         best = _best_azimuth(turned[open_], size[open_], value[open_] ** 2, tilt)
@@ -411,7 +432,8 @@ def least_singular_value_within(
     within = margin > tilt
     up = _verticals(tilt, azimuth[within])
     attitude[within] = np.stack([np.arctan2(up[:, 1], up[:, 2]), -np.arcsin(up[:, 0])], axis=-1)
-    return value.reshape(angles.shape[:-1])[()], attitude.reshape(*angles.shape[:-1], 2)
+    worst = np.where(known, value.reshape(known.shape), np.nan)
+    return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)
 
 
 def _verticals(tilt: float, azimuth: FloatArray) -> FloatArray:

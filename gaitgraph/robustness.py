@@ -31,7 +31,7 @@ from gaitgraph.margins import (
     nearest_singular_attitude,
 )
 from gaitgraph.reading import read_table
-from gaitgraph.segments import least_along, singular_value_bound
+from gaitgraph.segments import Bound, Value, least_along, singular_value_bound
 from gaitgraph.stretches import Place, Stretch
 from gaitgraph.tables import Table
 from gaitgraph.timing import TimedGait
@@ -381,11 +381,38 @@ def _singular_value(
     def value(alpha: FloatArray) -> FloatArray:
         return least_singular_value_within(alpha, tilt, vehicle)[0]
 
-    found = least_along(stretch.starts, stretch.ends, value, singular_value_bound(vehicle), tolerance=_BRACKET)
+    bound = singular_value_bound(vehicle)
+    matters = _near_the_least(stretch, value, bound)
+    found = least_along(stretch.starts[matters], stretch.ends[matters], value, bound, tolerance=_BRACKET)
     lower, upper, segment, fraction = found.worst()
-    place = stretch.place(segment, fraction)
+    place = stretch.place(int(matters[segment]), fraction)
     roll, pitch = least_singular_value_within(place.alpha, tilt, vehicle)[1]
     return (lower, upper), place, (float(roll), float(pitch))
+
+
+def _near_the_least(stretch: Stretch, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
+    """Return the segments that may hold the least of a costly value, whose bound holds from any one place to another.
+
+    Most rows of a long table are near others: from a few of them, then from more, it is known which cannot matter.
+    """
+    starts, ends = stretch.starts, stretch.ends
+    rows = np.arange(len(starts))
+    least = math.inf
+    for stride in (4096, 512, 64, 8):
+        anchors = np.unique(rows - rows % stride)
+        if len(anchors) * 2 > len(rows):
+            continue
+        found = value(starts[anchors])
+        least = min(least, float(found.min()))
+        nearest = np.searchsorted(anchors, rows - rows % stride)
+        lower = np.stack(
+            [
+                2 * bound(found[nearest], np.zeros(len(rows)), starts[anchors][nearest], side[rows])
+                for side in (starts, ends)
+            ]
+        )
+        rows = rows[lower.min(axis=0) <= least]
+    return rows
 
 
 def _spread(stretch: Stretch, count: int) -> list[Place]:
