@@ -1,8 +1,15 @@
-"""Every colouring of the paper's loops, of a loop that may change its color, and of one that has none."""
+"""
+Colour a loop
+=============
+
+Every colouring of the paper's loops by the Two Color rule, of a loop that may change its color, and of one that has
+none.
+"""
 
 from math import pi
 
 import gaitgraph as gg
+from gaitgraph import plots
 
 loops = {
     "Gait 1": [(5 * pi / 16, pi / 8), (5 * pi / 16, 3 * pi / 8), (pi / 16, 3 * pi / 8), (pi / 16, pi / 8)],
@@ -10,13 +17,31 @@ loops = {
     "Gait 4": [(-pi / 8, pi / 8), (-pi / 8, 3 * pi / 8), (-3 * pi / 8, 3 * pi / 8), (-3 * pi / 8, pi / 8)],
     "where the planes cross": [(pi / 16, -pi / 16), (pi / 8, -pi / 8), (3 * pi / 16, -pi / 8)],
 }
+
+# %%
+# Which types may stand side by side, by Figure 15 of the paper. (?,?) may stand beside all.
+
+plots.adjacency_rule()
+
+# %%
+# A colouring chooses one root above each point, so that all have one sign of R and no angle steps from its + plane to
+# its − plane. A change of color at a ``?`` obeys the rule, and jumps.
+
 for name, loop in loops.items():
     found = gg.colorings(loop)
     print(f"{name}: {found.count}")
     for coloring in found:
         print(f"    {coloring}")
 
+# %%
+# Colourings are listed as they are asked for, and counted without being listed.
+
 print(gg.colorings([(pi / 16, -pi / 16)] * 100).count, "for 100 points that are all (?,?): 2 to the power of 100")
 
-# Left of α1 = 2δ − π/2 blue has R > 0, above the diagonal red has: with R < 0 no color fits both.
-print(gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative"))
+# %%
+# Left of α1 = 2δ − π/2 blue has R > 0, above the diagonal red has: with R < 0 no color fits both points, and the pair
+# that forbids it is told.
+
+found = gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative")
+print(found)
+print(found.obstacles["negative"].points, found.obstacles["negative"].types)

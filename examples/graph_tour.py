@@ -1,19 +1,46 @@
-"""The graph is plain networkx: look at it, cut it, search it with any algorithm, and plan on what is left."""
+"""
+A tour of the graph
+===================
+
+The surfaces as a graph of plain networkx: look at it, cut it, search it with any algorithm, and plan on what is left.
+"""
 
 from collections import Counter
 
 import networkx as nx
 
 import gaitgraph as gg
+from gaitgraph import plots
+
+# %%
+# A node is a root with R < 0 above a point of the paper's grid. Its seven types are those of the paper's Figure 16.
 
 graph = gg.surface_graph("negative")
-print(graph, dict(Counter(types for _, types in graph.nodes(data="types"))))
+print(graph)
+print(dict(Counter(types for _, types in graph.nodes(data="types"))))
+print((12, 6, "red"), graph.nodes[12, 6, "red"])
+plots.type_map("negative")
+
+# %%
+# An edge obeys Figure 15. Where it leaves the sheets it says by how much: no valid gait uses it.
 
 jumps = [(a, b, data["jump"]) for a, b, data in graph.edges(data=True) if not data["continuous"]]
 print(f"{len(jumps)} edges obey Figure 15 but jump, the least by {min(jump for *_, jump in jumps):.4f} rad")
 
+# %%
+# What can fly is one connected piece, all of it red.
+
 flyable = graph.edge_subgraph([(a, b) for a, b, data in graph.edges(data=True) if data["flyable"]])
 print(f"{nx.number_connected_components(flyable)} flyable component of {len(flyable)} nodes")
+print({color for _, color in flyable.nodes(data="color")})
+
+# %%
+# Any algorithm of networkx runs on it: the shortest way between two nodes, by length.
+
+print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length"))
+
+# %%
+# Take nodes away, have the contract checked, and plan on what is left.
 
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
 gg.validate_graph(graph)

@@ -1,8 +1,17 @@
-"""Judge a table that somebody else made: one angle is off, and the report says which, where, and what would help."""
+"""
+Judge a table
+=============
+
+A table that somebody else made: one angle is off, and the report says which, where, and what would help.
+"""
 
 from pathlib import Path
 
 import gaitgraph as gg
+from gaitgraph import plots
+
+# %%
+# A table needs the columns alpha1 to alpha4; t is used if it is there. The last row may repeat the first.
 
 rows = """t,alpha1,alpha2,alpha3,alpha4
 0.00,1.178,-1.178,1.178,-1.178
@@ -14,9 +23,26 @@ rows = """t,alpha1,alpha2,alpha3,alpha4
 Path("broken.csv").write_text(rows)
 report = gg.validate("broken.csv")
 print(report)
+
+# %%
+# Three checks fail for one reason. ``two_color`` names row 2; the surface is left furthest between rows 1 and 2,
+# because every check holds on the segments too.
+
 print("first reason:", report.reason)
+place = report["on_surface"].where
+if place:
+    print(f"row {place['row']}, {place['fraction']:.2f} of the way to the next, t = {place['t']:.3f} s")
+
+# %%
+# What should have been there: the roots above (α1, α2) of row 2.
+
+for root in gg.roots(1.178, -0.393, gg.coefficients_of()):
+    print(f"{root.color:5}{root.types}  α3 = {root.alpha3:+.3f}, α4 = {root.alpha4:+.3f}, R = {root.R:+.4f}")
+
+# %%
+# With the red one the table is valid, and flyable.
 
 red = gg.roots(1.178, -0.393, gg.coefficients_of())[0]
-print(f"the {red.color} root of row 2: ({red.alpha3:.3f}, {red.alpha4:.3f})")
 Path("mended.csv").write_text(rows.replace("1.278", f"{red.alpha3:.3f}"))
 print("mended: flyable", gg.validate("mended.csv").flyable)
+plots.gait_loop(gg.gait_of(gg.read_table("mended.csv")), ax=plots.regions_map())

@@ -1,22 +1,41 @@
-"""Closed cycles of the surface graph: the shortest in a region, and the shortest simple one through waypoints."""
+"""
+List closed cycles
+==================
+
+Closed cycles of the surface graph: the shortest in a region, and the shortest simple one through waypoints.
+"""
 
 from itertools import islice
 
 import gaitgraph as gg
+from gaitgraph import plots
 from gaitgraph.graph import nodes_above
 from gaitgraph.regions import Zones
 
 square = [("pi/8", "-3pi/8"), ("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8")]
 waypoints = [[gg.angle_from_text(text) for text in point] for point in square]
 
+# %%
+# The graph of a region, R < 0. Cycles come one by one, the shortest first, each with its verdict.
+
 region = gg.surface_graph("negative", zones=Zones(keep_in=[square]))
 found = gg.cycles(region, use="flyable", max_length=0.8)
+ax = plots.singular_value_map()
 for cycle in islice(found, 3):
     print(cycle)
+    plots.gait_loop(cycle.path, ax=ax)
+
+# %%
+# The rest of them are counted. ``complete`` says whether all were found, or an effort ran out before.
+
 print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, all of them: {found.complete}")
+
+# %%
+# Through given nodes, none twice. The order may be left open; the answer says whether it is proven to be the shortest.
 
 graph = gg.surface_graph("negative")
 answer = gg.simple_cycle(graph, nodes_above(graph, waypoints), any_order=True)
 if isinstance(answer, gg.SimpleCycle):
     print(f"through its corners, in any order: {answer.cycle.length:.4f} rad, proven shortest: {answer.exact}")
     print(f"flyable {answer.cycle.report.flyable}, by the whole report")
+    plots.gait_loop(answer.cycle.path, ax=plots.singular_value_map())

@@ -1,6 +1,15 @@
-"""A vehicle of your own: only the drag ratio shapes the surfaces; limits decide what it can fly."""
+"""
+A vehicle of your own
+=====================
+
+Only the drag ratio κ = Km/(Kf·L) and the spin shape the surfaces; limits decide what the vehicle can fly.
+"""
 
 import gaitgraph as gg
+from gaitgraph import plots
+
+# %%
+# What is not stated is not judged: without ``max_thrust`` there is no check of thrust limits.
 
 mine = gg.Vehicle(
     name="mine",
@@ -13,7 +22,27 @@ mine = gg.Vehicle(
 )
 print(f"κ = {mine.drag_ratio:.3f}, δ = {gg.coefficients_of(mine).delta:.4f} rad")
 
+# %%
+# The coefficients of formula (1) are those of the vehicle, exact. The paper's four digits belong to its own vehicle.
+
+for vehicle in (gg.PAPER, mine):
+    numbers = gg.coefficients_of(vehicle, "exact")
+    print(f"{vehicle.name:6}", *(f"{value:8.4f}" for value in (numbers.attitude, numbers.single, numbers.double)))
+
+# %%
+# Too fast for its arms at first: the plan has the reason, and the period that would do.
+
 waypoints = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
 for period in (1.0, 2.0):
     plan = gg.plan_loop(waypoints, vehicle=mine, period=period)
     print(f"T = {period} s: {'flyable' if plan.report.flyable else plan.reason}")
+
+# %%
+# The regions of its red sheet, with the loop. A smaller κ brings R = 0 nearer to the diagonal and to the sides.
+
+plots.gait_loop(plan.gait, ax=plots.regions_map(mine))
+
+# %%
+# The verdict in full, with the limits that the vehicle states.
+
+print(plan.report)

@@ -645,6 +645,60 @@ def vehicles(vehicle: str | None, coefficients: Any, as_json: bool) -> int:
     return 0
 
 
+@cli.command(name="figures", short_help="Draw the figures of the paper, and two that it lacks.")
+@click.option("--only", multiple=True, metavar="N", help="1 to 22, 9-14, regions or gait; repeatable.  [default: all]")
+@click.option("--out", metavar="DIR", default="figures", help="Folder, made if need be.  [default: figures]")
+@click.option(
+    "--format", "formats", multiple=True, metavar="NAME", help="png, svg or pdf; repeatable.  [default: png, svg]"
+)
+@click.option("--gait", "gait_file", metavar="GAIT_FILE", help="What the figure gait shows.  [default: Gait 3]")
+@_force_option
+@_setting
+@_json_option
+def figures_command(
+    only: Sequence[str],
+    out: str,
+    formats: Sequence[str],
+    gait_file: str | None,
+    vehicle: str | None,
+    coefficients: Any,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
+
+    With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
+    Needs matplotlib: pip install 'gaitgraph[plot]'.
+    """
+    from gaitgraph.exchange import read_gait
+    from gaitgraph.figures import FIGURES, write_figures
+    from gaitgraph.reading import read_table
+    from gaitgraph.vehicle import vehicle_named
+
+    setting = {"vehicle": None if vehicle is None else vehicle_named(vehicle), "coefficients": coefficients}
+    given: dict[str, Any] = {"formats": tuple(name.lower() for name in formats)} if formats else {}
+    if gait_file is not None:
+        read_gait(gait_file, **setting)  # what is wrong with it is told with its name
+        given["gait"] = read_table(gait_file)
+    written = write_figures(
+        out,
+        only=only or None,
+        **setting,
+        force=force,
+        progress=_progress(),
+        **given,
+    )
+    titles = {figure.stem: (name, figure.title, figure.caption) for name, figure in FIGURES.items()}
+    if as_json:
+        keys = ("figure", "title", "caption")
+        rows = [{"file": str(path), **dict(zip(keys, titles[path.stem], strict=True))} for path in written]
+        _print_json({"files": rows})
+        return 0
+    for path in written:
+        click.echo(f"wrote {path}: {titles[path.stem][1]}")
+    return 0
+
+
 def _stop(code: int, message: str = "") -> NoReturn:
     if message:
         click.echo("gaitgraph: " + " ".join(message.split()), err=True)

@@ -6,11 +6,16 @@ import re
 import runpy
 import tomllib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import matplotlib.pyplot as plt
 import pytest
 
 from gaitgraph.cli import main
 from gaitgraph.reading import read_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -31,7 +36,17 @@ EXPECTED = {
     "enter_from_hover": "No way: R = +4 at the start and -5.559 at the end",
     "list_cycles": "80 flyable cycles up to 0.8 rad in the square, all of them: True",
     "graph_tour": "Graph with 294 nodes and 1038 edges",
+    "robustness_of_a_gait": "biased by 0.8          74.46°      85.15 %   0.3754",
+    "draw_a_gait": "figure_15.svg",
 }
+
+
+@pytest.fixture(autouse=True)
+def pictures_without_windows() -> Iterator[None]:
+    """Pictures are drawn in memory, and let go after each test."""
+    plt.switch_backend("agg")
+    yield
+    plt.close("all")
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -1,0 +1,147 @@
+"""The directive ``api-listing``: every public name, room by room in the order in which they tell the method."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sphinx.pycode import ModuleAnalyzer
+from sphinx.util.docutils import SphinxDirective
+
+import gaitgraph
+
+if TYPE_CHECKING:
+    from docutils import nodes
+    from sphinx.addnodes import pending_xref
+    from sphinx.application import Sphinx
+    from sphinx.environment import BuildEnvironment
+
+MODULES = ("plots", "figures")  # used as modules: their names are not names of the package
+CODE = re.compile(r"(``.*?``|`[^`]*`)")
+
+
+def rooms() -> list[str]:
+    """Return the modules in the order that the package's docstring states."""
+    order = re.search(r"tell the method in order: (.*?)\.", inspect.getdoc(gaitgraph) or "", re.S)
+    if order is None:
+        raise LookupError("gaitgraph/__init__.py does not state its modules in order")
+    return [name.strip() for name in order[1].split(",")]
+
+
+def names_of(room: str) -> list[tuple[str, str]]:
+    """Return a module's public names and where they are found: classes first, then functions, then the rest."""
+    if room in MODULES:
+        found = [(f"gaitgraph.{room}", name) for name in import_module(f"gaitgraph.{room}").__all__]
+    else:
+        found = [("gaitgraph", name) for name in gaitgraph.__all__ if gaitgraph._HOME.get(name) == room]
+
+    def place(pair: tuple[str, str]) -> tuple[bool, bool, str]:
+        value = getattr(import_module(pair[0]), pair[1])
+        return not inspect.isclass(value), not inspect.isroutine(value), pair[1]
+
+    return sorted(found, key=place)
+
+
+def described(module: str, name: str, room: str) -> list[str]:
+    """Return the lines that describe one name."""
+    value = getattr(import_module(module), name)
+    if inspect.isclass(value):
+        options = ["   :show-inheritance:"] if issubclass(value, BaseException) else ["   :members:"]
+        return [f".. autoclass:: {module}.{name}", *options, ""]
+    if inspect.isroutine(value):
+        return [f".. autofunction:: {module}.{name}", ""]
+    about = ModuleAnalyzer.for_module(f"gaitgraph.{room}").find_attr_docs().get(("", name), [])
+    body = [f"   {line}" for line in about]
+    return [f".. py:data:: {name}", f"   :type: {type(value).__name__}", "", *body, ""]
+
+
+def section_of(room: str) -> list[str]:
+    """Return the lines of one module's section, the first paragraph of its docstring and its names, or nothing."""
+    names = names_of(room)
+    if not names:
+        return []
+    module, home = f"gaitgraph.{room}", names[0][0]
+    about = (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
+    lines = [module, "-" * len(module), "", f".. module:: {module}", "", f".. currentmodule:: {home}", "", *about, ""]
+    for where, name in names:
+        lines += described(where, name, room)
+    return lines
+
+
+class ApiListing(SphinxDirective):
+    """One section for each module that has public names."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the sections."""
+        text = "\n".join(line for room in rooms() for line in section_of(room))
+        return self.parse_text_to_nodes(text, allow_section_headings=True)
+
+
+def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Keep reStructuredText from reading |α| in a docstring as a substitution."""
+    for k, line in enumerate(lines):
+        if not line.lstrip().startswith((">>>", "...")):
+            parts = CODE.split(line)
+            parts[::2] = [re.sub(r"(?<!\\)\|", r"\\|", part) for part in parts[::2]]
+            lines[k] = "".join(parts)
+
+
+def find_public_name(
+    app: Sphinx, env: BuildEnvironment, node: pending_xref, contnode: nodes.TextElement
+) -> nodes.Node | None:
+    """Resolve a name by its home, as docstrings write it; what exists and has no entry here stays plain text."""
+    if node.get("refdomain") != "py":
+        return None
+    path = node["reftarget"].split(".")
+    if path[-1] in gaitgraph.__all__ and path[0] in ("gaitgraph", path[-1]):
+        python = env.get_domain("py")
+        target = f"gaitgraph.{path[-1]}"
+        return python.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], target, node, contnode)
+    return contnode if is_known(path) else None
+
+
+def is_known(path: list[str]) -> bool:
+    """Return whether a dotted name exists: in the package, in a class of it, or where the package imports from."""
+    if path[0] == "gaitgraph":
+        return any(holds(".".join(path[:k]), path[k:]) for k in range(1, len(path)))
+    return path[0] in imported_names() or any(holds(f"gaitgraph.{room}", path) for room in rooms())
+
+
+def holds(module: str, path: list[str]) -> bool:
+    """Return whether a module has an attribute of an attribute … of that name; a field of a record is one."""
+    try:
+        value: Any = import_module(module)
+    except ImportError:
+        return False
+    for name in path:
+        if not hasattr(value, name):
+            return False
+        value = getattr(value, name)
+    return True
+
+
+@cache
+def imported_names() -> frozenset[str]:
+    """Return the names that the package imports from elsewhere, for type checking too, and where from."""
+    names: set[str] = set()
+    for file in Path(gaitgraph.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                home = node.module if isinstance(node, ast.ImportFrom) else None
+                if home is None or not home.startswith("gaitgraph"):
+                    names |= {(home or alias.name).partition(".")[0] for alias in node.names}
+                    names |= {alias.asname or alias.name for alias in node.names}
+    return frozenset(names)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Make the directive known, and read docstrings as they are written."""
+    app.add_directive("api-listing", ApiListing)
+    app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("missing-reference", find_public_name)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,37 @@
+"""
+Draw a gait
+===========
+
+Every picture takes axes or makes its own, and returns them. What it shows is the package's own result.
+"""
+
+import matplotlib.pyplot as plt
+
+import gaitgraph as gg
+from gaitgraph import figures, plots
+
+gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
+
+# %%
+# How well the matrix can be inverted on the red sheet, with the gait on it. R = 0 on the black curves.
+
+plots.gait_loop(gait, ax=plots.singular_value_map())
+
+# %%
+# All four angles of it.
+
+plots.gait_in_four_dimensions(gait.parametrize(period=1.5))
+
+# %%
+# Pictures go onto axes of your own, side by side. The second one is the gait's loop among the nodes with R > 0.
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.5), layout="constrained")
+plots.vehicle_sketch(gait.vehicle, ax=left)
+plots.gait_loop(gait, ax=plots.type_map("positive", labels=False, ax=right))
+
+# %%
+# The figures of the paper, and two that it lacks, are written by their names. Without ``force`` a file that exists is
+# refused; the same call gives the same bytes.
+
+for path in figures.write_figures("figures", only=["15", "regions"], formats=["svg"], force=True):
+    print(path.name)

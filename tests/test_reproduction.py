@@ -1,0 +1,221 @@
+"""The reproduction page: everything that it says of ours is computed again, and its commands are run."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from gaitgraph.cli import main
+from tests.published import GAITS
+from tests.test_invertibility import MISPRINTS, PRINTED, term_of, terms_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "reproduction.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be told")
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The cells of one or several rows that say what is ours, and the line that shows them."""
+
+    line: int
+    told: list[list[str]]
+    expression: str
+
+
+def cells_of(line: str) -> list[str]:
+    return [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line.strip())[1:-1]]
+
+
+def tables() -> Iterator[tuple[int, list[str], list[list[str]], str]]:
+    """Yield the line number, header, rows and the expression below of each table."""
+    lines = BLOCK.sub(lambda found: "\n" * found[0].count("\n"), TEXT).splitlines()
+    number = 0
+    while number < len(lines):
+        if not lines[number].startswith("|"):
+            number += 1
+            continue
+        start = number
+        while number < len(lines) and lines[number].startswith("|"):
+            number += 1
+        below = re.fullmatch(r"Shown by: `(.*)`", lines[number + 1]) if number + 1 < len(lines) else None
+        rows = [cells_of(line) for line in lines[start + 2 : number]]
+        yield start + 3, cells_of(lines[start]), rows, below[1] if below else ""
+
+
+def claims() -> Iterator[Claim]:
+    for line, header, rows, below in tables():
+        ours = [k for k, name in enumerate(header) if name.startswith("ours")]
+        if not ours:
+            continue
+        told = [[row[k] for k in ours] for row in rows]
+        if below:
+            yield Claim(line, told, below)
+            continue
+        assert header[-1] == "shown by", f"line {line}: nothing shows the column ours"
+        for number, (row, cells) in enumerate(zip(rows, told, strict=True)):
+            assert re.fullmatch(r"`[^`]+`", row[-1]), f"line {line + number}: {row[-1]}"
+            yield Claim(line + number, [cells], row[-1][1:-1])
+
+
+def text_of(value: Any) -> str:
+    """Return a value as the page writes it."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return ", ".join(map(text_of, value))
+    return str(value.item() if isinstance(value, np.generic) else value)
+
+
+def rows_of(value: Any, claim: Claim) -> list[list[str]]:
+    """Return a value in the shape of the cells that it has to fill."""
+    if len(claim.told) > 1:
+        return [[text_of(cell) for cell in row] for row in value]
+    if len(claim.told[0]) > 1:
+        return [[text_of(cell) for cell in value]]
+    return [[text_of(value)]]
+
+
+@pytest.fixture(scope="module")
+def names() -> dict[str, Any]:
+    """What the page's Python blocks define, one after the other."""
+    found: dict[str, Any] = {"__name__": "reproduction"}
+    for language, block in BLOCK.findall(TEXT):
+        if language == "python":
+            exec(compile(block, str(PAGE), "exec"), found)
+    return found
+
+
+@pytest.mark.parametrize("claim", list(claims()), ids=lambda claim: f"line {claim.line}")
+def test_what_is_ours_is_what_its_line_gives(claim: Claim, names: dict[str, Any]) -> None:
+    value = eval(compile(claim.expression, f"{PAGE.name}:{claim.line}", "eval"), names)
+    assert rows_of(value, claim) == claim.told
+
+
+def shell_blocks() -> Iterator[tuple[list[str], list[str]]]:
+    blocks = BLOCK.findall(TEXT)
+    for (language, commands), (after, shown) in itertools.zip_longest(blocks, blocks[1:], fillvalue=("", "")):
+        if language == "sh":
+            yield commands.strip().splitlines(), shown.splitlines() if after == "text" else []
+
+
+def unmatched(shown: list[str], lines: list[str]) -> str:
+    """Return the first shown line that the output does not have in its place; "..." stands for any lines."""
+    at, anywhere = 0, False
+    for line in shown:
+        if line == "...":
+            anywhere = True
+            continue
+        found = next((k for k in range(at, len(lines) if anywhere else at + 1) if lines[k : k + 1] == [line]), None)
+        if found is None:
+            return line
+        at, anywhere = found + 1, False
+    return "" if anywhere or at == len(lines) else lines[at]
+
+
+def test_the_commands_print_what_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    seen = 0
+    for commands, shown in shell_blocks():
+        for command in commands:
+            program, *arguments = command.split()
+            assert program == "gaitgraph", command
+            with pytest.raises(SystemExit) as stopped:
+                main(arguments)
+            assert stopped.value.code == 0, command
+        lines = capsys.readouterr().out.splitlines()
+        if shown:
+            assert unmatched(shown, lines) == "", commands
+            seen += 1
+    assert seen >= 4
+
+
+def test_every_verdict_is_a_word_that_is_explained_and_counted() -> None:
+    told = [row[header.index("verdict")] for _, header, rows, _ in tables() if "verdict" in header[1:] for row in rows]
+    assert set(told) == set(VERDICTS)
+    summary = next(rows for _, header, rows, _ in tables() if header[0] == "verdict")
+    assert [row[0] for row in summary] == list(VERDICTS)
+    assert [int(row[-1]) for row in summary] == [told.count(verdict) for verdict in VERDICTS]
+
+
+def test_every_figure_of_the_paper_is_shown_and_judged() -> None:
+    shown = re.findall(r"!\[Figure (\d+)\]\(_figures/figure_(\d\d)\.png\)", TEXT)
+    assert sorted(int(number) for number, _ in shown) == list(range(1, 23))
+    assert all(int(number) == int(file) for number, file in shown)
+    judged: set[int] = set()
+    for words in re.findall(r"^\*\*Figures? ([\d, toand]+)\*\*", TEXT, re.M):
+        spans = re.findall(r"(\d+)(?: to (\d+))?", words)
+        judged.update(number for first, last in spans for number in range(int(first), int(last or first) + 1))
+    assert judged == set(range(1, 23))
+
+
+def test_the_table_of_terms_holds_the_paper_as_printed() -> None:
+    header, rows = next((header, rows) for _, header, rows, _ in tables() if header[0] == "product")
+    attitudes = {"sφ cθ": "sφcθ", "sθ": "sθ", "cφ cθ": "cφcθ"}
+    parts = {"(4)": "sφcθ", "(5)": "sθ", "(2)": "cφcθ", "(6)": "cφcθ"}
+    seen = 0
+    for k, name in enumerate(header):
+        equation, _, attitude = name.partition(", ")
+        if equation not in PRINTED:
+            continue
+        part = attitudes[attitude] if attitude else parts[equation]
+        terms = [term for term in terms_of(PRINTED[equation]) if term[2] == part]
+        wrong = [term_of(line) for place, line, _ in MISPRINTS if place == equation]
+        right = [term_of(line) for place, _, line in MISPRINTS if place == equation]
+        for row in rows:
+            word = re.sub(r"[\d ]", "", row[0])
+            cell = [f"**{term[0]}**" if term in wrong else term[0] for term in terms if term[1] == word]
+            bold = any("*" in part for part in cell)
+            missing = any(term[1:] == (word, part) for term in right) and not bold
+            assert row[k] == " ".join([*cell, *["**missing**"] * missing]), (name, row[0])
+            seen += len(cell)
+    assert seen == sum(len(terms_of(text)) for text in PRINTED.values())
+
+
+def test_the_paper_s_vertices_are_the_published_ones(names: dict[str, Any]) -> None:
+    rows = next(rows for _, header, rows, _ in tables() if header[0] == "gait")
+    minus = str.maketrans("−", "-")
+    told = [tuple(cell.translate(minus).replace("π", "pi") for cell in row[:3]) for row in rows]
+    expected = [
+        (str(gait.number), ", ".join(waypoint), ", ".join(f"{angle:.3f}" for angle in pair))
+        for gait in GAITS
+        for waypoint, pair in zip(gait.waypoints, gait.printed, strict=True)
+    ]
+    assert told == expected
+    angles = [[*a, *pair] for gait in GAITS for a, pair in zip(gait.angles, gait.printed, strict=True)]
+    assert np.allclose(names["vertices"], angles, atol=1e-15)
+    ours = np.array([row[3:] for row in rows], dtype=float)
+    assert np.abs(ours - names["vertices"][:, 2:]).max() <= 5e-4
+
+
+def test_numbers_in_the_text_are_in_a_table_or_a_block_too() -> None:
+    """Prose only repeats what is checked elsewhere on the page."""
+    prose = BLOCK.sub("", TEXT)
+    kept = "\n".join(line for line in prose.splitlines() if not line.startswith(("|", "#", "!", "Shown by")))
+    for known in (
+        r"\((?:\d+)\)",
+        r"\]\([^)]*\)",
+        r"(?:Figures?|[Ss]ections?|Sections?|Gaits?|Propositions?)(?:[ \n]+(?:\d+|and|to|,))+(?:,[ \n]\d+)*(?:[ \n]and[ \n]\d+)?",
+        r"[a-zα]\w*_?\d\b",
+    ):
+        kept = re.sub(known, " ", kept)
+    numbers = set(re.findall(r"\d+(?:\.\d+)?", kept))
+    checked = " ".join(
+        [*(line for line in prose.splitlines() if line.startswith("|")), *(b for _, b in BLOCK.findall(TEXT))]
+    )
+    unknown = {number for number in numbers if not re.search(rf"(?<![\d.]){re.escape(number)}(?![\d.])", checked)}
+    assert unknown <= {"2022"}

@@ -1,0 +1,147 @@
+"""The documentation builds as a site, with warnings as errors, and loads nothing from elsewhere."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import gaitgraph
+from gaitgraph import figures, plots
+
+pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
+
+ROOT = Path(__file__).parent.parent
+GENERATED = ("_build", "_examples", "gallery")  # figures too, but those that are newer than the code are kept
+NOWHERE = "http://127.0.0.1:9"  # nothing listens there
+
+# What makes a browser load something, by element; links that a reader clicks are not among them.
+LOADED = {
+    "script": ("src",),
+    "link": ("href",),
+    "img": ("src", "srcset"),
+    "source": ("src", "srcset"),
+    "iframe": ("src",),
+    "object": ("data",),
+    "embed": ("src",),
+    "video": ("src", "poster"),
+    "audio": ("src",),
+    "track": ("src",),
+    "input": ("src",),
+    "image": ("href", "xlink:href"),
+    "use": ("href", "xlink:href"),
+    "base": ("href",),
+    "form": ("action",),
+}
+
+
+class Page(HTMLParser):
+    """What a page loads, and what stands on it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.loads: list[str] = []
+        self.ids: set[str] = set()
+        self.counts: dict[str, int] = {}
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.counts[tag] = self.counts.get(tag, 0) + 1
+        for name, value in attrs:
+            if name == "id":
+                self.ids.add(value or "")
+            if name in LOADED.get(tag, ()) or (name == "style" and "url(" in (value or "")):
+                self.loads.append(value or "")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The built site; the tree that is built is a copy, so that nothing is written beside the sources."""
+    tree = tmp_path_factory.mktemp("site")
+    for folder in ("docs", "examples"):
+        shutil.copytree(ROOT / folder, tree / folder, ignore=shutil.ignore_patterns(*GENERATED, "__pycache__"))
+    proxies = dict.fromkeys(
+        ("http_proxy", "https_proxy", "all_proxy", "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"), NOWHERE
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "docs", "html"],
+        cwd=tree,
+        env={**os.environ, **proxies, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return tree / "html"
+
+
+@pytest.fixture(scope="module")
+def pages(site: Path) -> dict[str, Page]:
+    return {str(path.relative_to(site)): Page(path.read_text()) for path in sorted(site.glob("**/*.html"))}
+
+
+def test_every_page_is_there(site: Path, pages: dict[str, Page]) -> None:
+    written = {f"{path.stem}.html" for path in (ROOT / "docs").glob("*.md")}
+    shown = {f"gallery/{path.stem}.html" for path in (ROOT / "examples").glob("*.py")}
+    assert written | shown | {"gallery/index.html", "search.html", "genindex.html"} <= set(pages)
+    index = (site / "searchindex.js").read_text()
+    assert index.startswith("Search.setIndex(")
+    assert '"gallery/plan_a_gait"' in index
+
+
+def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[str, Page]) -> None:
+    elsewhere = re.compile(r"^\s*(\w+:)?//")
+    loaded = {(name, target) for name, page in pages.items() for target in page.loads}
+    assert not {pair for pair in loaded if elsewhere.match(pair[1])}
+    for name, target in loaded:
+        path = target.partition("#")[0].partition("?")[0]
+        assert not path or path.startswith("data:") or ((site / name).parent / path).exists(), (name, target)
+    for sheet in site.glob("**/*.css"):
+        targets = re.findall(r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)", sheet.read_text())
+        assert not [pair for pair in targets if elsewhere.match("".join(pair))], sheet.name
+    for script in site.glob("**/*.js"):
+        text = script.read_text()
+        assert not re.findall(r"(?:fetch|importScripts|import)\(\s*['\"`](?:\w+:)?//", text), script.name
+
+
+def test_formulas_are_mathml(site: Path, pages: dict[str, Page]) -> None:
+    theory = (ROOT / "docs" / "theory.md").read_text()
+    prose = re.sub(r"^```.*?^```", "", theory, flags=re.M | re.S)
+    prose, blocks = re.subn(r"\$\$.*?\$\$", "", prose, flags=re.S)
+    inline = len(re.findall(r"(?<!\\)\$[^$]+\$", prose))
+    assert pages["theory.html"].counts["math"] == blocks + inline > 400
+    for path in site.glob("*.html"):
+        text = path.read_text()
+        article = text.partition('<article role="main"')[2].partition("</article>")[0]
+        outside = re.sub(r"<(pre|code)\b.*?</\1>", "", article, flags=re.S)
+        assert not re.search(r"[$\\]", outside), path.name
+        assert not re.search("[\ue000-\uf8ff]", text), path.name
+
+
+def test_the_api_is_whole(pages: dict[str, Page]) -> None:
+    names = {f"gaitgraph.{name}" for name in gaitgraph.__all__ if name != "__version__"}
+    for module in (plots, figures):
+        names |= {f"{module.__name__}.{name}" for name in module.__all__}
+    assert names <= pages["api.html"].ids
+
+
+def test_examples_show_what_they_print_and_no_times(site: Path) -> None:
+    for example in (ROOT / "examples").glob("*.py"):
+        text = (site / "gallery" / f"{example.stem}.html").read_text()
+        assert "sphx-glr-script-out" in text or "sphx-glr-single-img" in text, example.name
+        assert not re.search("running time|memory usage", text), example.name
+    assert not list(site.glob("**/sg_execution_times*"))
+
+
+def test_the_same_sources_give_the_same_site(site: Path) -> None:
+    for path in site.glob("**/*.html"):
+        text = path.read_text()
+        for told in (str(ROOT), str(site.parent), "Last updated"):
+            assert told not in text, path.name
