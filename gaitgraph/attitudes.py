@@ -23,7 +23,13 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import Coefficients, noise_of
-from gaitgraph.margins import NO_MARGIN, attitude_sensitivities, sensitivity_deviations, singular_everywhere
+from gaitgraph.margins import (
+    EVERYWHERE,
+    attitude_sensitivities,
+    segment_singular_everywhere,
+    sensitivity_deviations,
+    singular_everywhere,
+)
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -45,6 +51,7 @@ _SAG = 1e-6
 """How far straight sides of a polygon may stray from the curves [rad]."""
 
 _UP = np.array([0.0, 0.0, 1.0])
+_NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular at times"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,15 +233,21 @@ def acceptable_attitudes(
     sweep = _Sweep.of(points, coefficients)
     lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
     if lost.any():
+        held = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None
         nothing = _empty()
         return AcceptableAttitudes(
-            polygon=nothing, beyond=nothing, error=0.0, tolerance=tolerance, pieces=len(sweep.starts), reason=NO_MARGIN
+            polygon=nothing,
+            beyond=nothing,
+            error=0.0,
+            tolerance=float(tolerance),
+            pieces=len(sweep.starts),
+            reason=EVERYWHERE if held else _NOT_LEVEL,
         )
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
     sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
     around = (sign * heights > 0).all()
     pieces = len(sweep.starts)
-    polygon, error, reason = _empty(), 0.0, "R changes its sign or vanishes: level flight itself is singular at times"
+    polygon, error, reason = _empty(), 0.0, _NOT_LEVEL
     sides = [-sign, sign]
     if around and (found := _narrowed(sweep, coefficients, sign, _UP, tolerance)):
         polygon, error, pieces = found
@@ -380,27 +393,33 @@ def _inside(rays: FloatArray) -> FloatArray | None:
         chosen = np.concatenate([chosen, worst])
 
 
+def _convex_hull(points: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the corners of the convex hull of points in the plane, counter-clockwise, by number.
+
+    Qhull keeps its hulls convex where points are within rounding of each other. Points on a line have two corners.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(ConvexHull(points).vertices, dtype=np.intp)
+    except (QhullError, ValueError):  # all on a line, or fewer than three
+        offset = points - points[0]
+        farthest = offset[np.argmax(np.sum(offset**2, axis=1))]
+        along = offset @ farthest
+        return np.unique([np.argmin(along), np.argmax(along)])
+
+
 def _extreme_rays(rays: FloatArray, inside: FloatArray) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """Return the extreme rays of a cone and the horizon's, counter-clockwise about `inside`, and their numbers.
 
     The number of the horizon is −1. Rays within 1e-9 rad of each other are one.
     """
-    import shapely
-
     everything = np.vstack([_UP, rays])
     everything /= np.linalg.norm(everything, axis=1, keepdims=True)
     first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
     first /= np.linalg.norm(first)
     plane = everything @ np.column_stack([first, np.cross(inside, first)]) / (everything @ inside)[:, None]
-    ring = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(plane)))
-    if len(ring) > 2:
-        ring = ring[:-1]
-        x, y = (ring - ring[0]).T
-        if np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) < 0:
-            ring = ring[::-1]
-    key = plane[:, 0] + 1j * plane[:, 1]
-    order = np.argsort(key, kind="stable")
-    index = order[np.searchsorted(key[order], ring[:, 0] + 1j * ring[:, 1])]
+    index = _convex_hull(plane)
     kept = [int(index[0])]
     for k in [*index[1:].tolist(), kept[0]]:
         if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
@@ -442,7 +461,7 @@ def _largest_part(shape: BaseGeometry) -> Polygon:
     """Return the largest polygon of a geometry; an empty one if there is none."""
     import shapely
 
-    parts = [part for part in shapely.get_parts(shape).tolist() if isinstance(part, shapely.Polygon)]
+    parts = [part for part in shapely.get_parts(shapely.get_parts(shape)).tolist() if isinstance(part, shapely.Polygon)]
     return max(parts, key=lambda part: float(part.area), default=shapely.Polygon())
 
 

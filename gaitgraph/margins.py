@@ -39,11 +39,13 @@ from gaitgraph.segments import Least, largest_sine, least_along, level_determina
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
+    "EVERYWHERE",
     "LeastMargin",
     "attitude_sensitivities",
     "least_singular_value_within",
     "least_tilt_margin",
     "nearest_singular_attitude",
+    "segment_singular_everywhere",
     "sensitivity_deviations",
     "singular_everywhere",
     "tilt_margin",
@@ -52,6 +54,11 @@ __all__ = [
 FloatArray = npt.NDArray[np.float64]
 
 _BLOCK = 1 << 13
+EVERYWHERE = (
+    "the matrix is singular at every attitude, to within what the coefficients and the digits of the angles carry"
+)
+"""Why a gait has no tilt margin and no acceptable attitudes."""
+
 _LARGEST_RESOLUTION = 0.1
 """Above it v is never in doubt: coefficients of four digits and angles of three carry less than that."""
 
@@ -281,9 +288,9 @@ def least_tilt_margin(
         )
     if not 0 < number_of(tolerance) < math.inf:
         raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0 (rad)")
-    none = _segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
+    none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
     if none is not None:
-        return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=NO_MARGIN)
+        return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=EVERYWHERE)
     level = np.asarray(level_determinant(starts, coefficients))
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
 
@@ -303,15 +310,16 @@ def least_tilt_margin(
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
     segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)
-    reason = "R changes its sign" if crossed else "the matrix is singular at every attitude there, and nowhere beside"
+    at = starts[segment] + fraction * (ends - starts)[segment]
+    alone = not crossed and bool(singular_everywhere(at, coefficients, angle_rounding=angle_rounding))
+    reason = (
+        "R changes its sign"
+        if crossed
+        else "the matrix is singular at every attitude there, and not beside"
+        if alone
+        else "R vanishes there"
+    )
     return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
-
-
-NO_MARGIN = (
-    "the matrix is singular at every attitude, to within what the coefficients and the digits of the angles carry, "
-    "so there is no tilt margin"
-)
-"""Why a gait has no tilt margin."""
 
 
 def _lowered(margin: FloatArray, alpha: FloatArray, off: FloatArray, coefficients: Coefficients) -> FloatArray:
@@ -326,7 +334,7 @@ def _lowered(margin: FloatArray, alpha: FloatArray, off: FloatArray, coefficient
     return np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0)
 
 
-def _segment_singular_everywhere(
+def segment_singular_everywhere(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients, rounding: float
 ) -> int | None:
     """Return the first segment along which v vanishes, if there is one."""

@@ -193,7 +193,7 @@ def _told(one: Robustness) -> list[str]:
     """Return where the worst is met and why, in words."""
     place = one.where.told(one.noun)
     if one.tilt_margin is None:
-        return [f"{one.margin.reason}, at {place}"]
+        return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
     if one.tilt_margin == 0:
         lines = [f"tilt margin 0° at {place}: {one.margin.reason}"]
     elif one.direction is None:
