@@ -14,7 +14,7 @@ found by a convex hull in the plane. No raster and no root finding is needed.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -234,6 +234,7 @@ def acceptable_attitudes(
     lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
     if lost.any():
         held = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None
+        held |= not singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
         nothing = _empty()
         return AcceptableAttitudes(
             polygon=nothing,

@@ -53,8 +53,12 @@ Format = Literal["png", "svg", "pdf"]
 FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
 """What a picture can be saved as."""
 
-RED, BLUE, GREY = "#e0301e", "#0b3c9c", "#8a8a8a"
-"""The two sheets, also where prints lose their hue (red is much the lighter one), and what is singular or absent."""
+RED = "#e0301e"
+BLUE = "#0b3c9c"
+"""The two sheets; red is much the lighter one, where a print loses its hue."""
+
+GREY = "#8a8a8a"
+"""What is singular, or absent."""
 
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
@@ -250,6 +254,8 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
         handletextpad=0.4,
         borderaxespad=over / STYLE["legend.fontsize"],
     )
+    for line in ax.get_legend().get_lines():
+        line.set_linewidth(min(line.get_linewidth(), 6.0))
 
 
 def legend_below(ax: Axes, **options: Any) -> None:

@@ -185,10 +185,14 @@ def _loops(setting: _Setting) -> Figure:
     figure = blank_figure(170, 177)
     ax = figure.add_subplot()
     plots.type_map("negative", coefficients=setting.coefficients, divisions=setting.divisions, ax=ax)
-    # Gaits 2 and 3 share their loop: the red band lies on the wider blue one.
-    for number, width in ((1, 8.0), (2, 12.0), (3, 6.0)):
+    # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
+    for number, width in ((1, 18.0), (2, 18.0), (3, 10.0)):
         gait = _paper_gait(number, setting.vehicle, setting.coefficients)
         plots.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
+        if number != 3:
+            x, y = gait.alpha[:, :2].mean(axis=0)
+            name = "Gait 1" if number == 1 else "Gaits 2 and 3"
+            ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
     legend_above(ax, columns=3)
     return figure
 
@@ -372,7 +376,7 @@ def _catalog() -> dict[str, PaperFigure]:
     blue = (
         "The blue sheet turns on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
         "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
-        "between the vertices as printed, with exact coefficients. "
+        "between the vertices as printed, with exact coefficients. For another vehicle there is (a) alone. "
     )
     lines = (
         "Thin lines are singular attitudes, red solid for the gait, blue dashed for the biased gait; thick ones border "

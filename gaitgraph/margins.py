@@ -17,7 +17,7 @@ direction to be searched, and that is a quartic equation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -257,7 +257,7 @@ def least_tilt_margin(
     """Bracket the least tilt margin along straight segments of tilt angles.
 
     Zero where R changes its sign, or where v vanishes at a place alone; there is none if v vanishes along a whole
-    segment, or if a single place is all there is.
+    segment, if a single place is all there is, or if digits do not tell v from zero somewhere.
 
     Parameters
     ----------
@@ -312,6 +312,9 @@ def least_tilt_margin(
     segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)
     at = starts[segment] + fraction * (ends - starts)[segment]
     alone = not crossed and bool(singular_everywhere(at, coefficients, angle_rounding=angle_rounding))
+    if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
+        # Only rounding makes it so: no margin can be told.
+        return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
     reason = (
         "R changes its sign"
         if crossed

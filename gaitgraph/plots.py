@@ -45,6 +45,7 @@ from gaitgraph.invertibility import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value_on_red,
+    level_determinant,
     noise_of,
 )
 from gaitgraph.regions import red_label
@@ -141,7 +142,7 @@ def interior_roots(coefficients: Coefficients | None = None, *, divisions: int =
     --------
     >>> found = interior_roots()
     >>> len(found.R), int((found.sign > 0).sum()), round(float(found.alpha[0, 2]), 4), found.types[0]
-    (450, 156, -1.4388, '(?,-)')
+    (450, 156, -1.4329, '(?,-)')
     """
     coefficients = coefficients or coefficients_of()
     axis = grid_axis(checked_divisions(divisions))[1:-1]
@@ -182,7 +183,8 @@ def vehicle_sketch(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     vehicle
         Its `first_arm_angle` and `first_rotor_spin` are all that shows.
     ax
-        Plane axes, which lose their frame; by default those of a new figure.
+        Plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
+        "lean 1" as its ``gid``, and so on.
     """
     ax = axes_or_new(ax, size=(170, 92))
     ax.set_axis_off()
@@ -213,7 +215,7 @@ def _draw_from_above(ax: Axes, vehicle: Vehicle) -> None:
         _arrow(ax, (1 + _DISC) * outward, (1.62 + _DISC) * outward, "0.35")
         _label(ax, (1.82 + _DISC) * outward, rf"$e_{number}$")
         start = outward + _DISC * leaning
-        _arrow(ax, start, start + 0.5 * leaning, _LEAN, width=1.8)
+        _arrow(ax, start, start + 0.5 * leaning, _LEAN, width=1.8, gid=f"lean {number}")
         _label(
             ax, start + (0.5 + 0.42 * abs(leaning[0]) + 0.2 * abs(leaning[1])) * leaning, rf"$\alpha_{number}>0$", _LEAN
         )
@@ -241,9 +243,11 @@ def _draw_spin(ax: Axes, center: FloatArray, clockwise: bool) -> None:
     ax.add_patch(head)
 
 
-def _arrow(ax: Axes, start: Any, end: Any, color: str, width: float = 1.0, size: float = 9.0) -> None:
+def _arrow(
+    ax: Axes, start: Any, end: Any, color: str, width: float = 1.0, size: float = 9.0, gid: str | None = None
+) -> None:
     style = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=style | {"mutation_scale": size}, zorder=5)
+    ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=style | {"mutation_scale": size}, zorder=5, gid=gid)
 
 
 def _label(ax: Axes, place: Any, text: str, color: str = "black", offset: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -368,7 +372,7 @@ def root_angle(
         _points_in_space(ax, heights, COLOR_OF[color], MARKER_OF[color], _PLANE_NAME[color])
     space_axes(ax)
     angle_axis(ax.zaxis, _SYMBOL[angle])
-    legend_above(ax, columns=2, over=-8.0)
+    legend_above(ax, columns=2, over=-16.0)
     return ax
 
 
@@ -406,7 +410,7 @@ def signed_roots(
         _points_in_space(ax, points, color, marker, rf"$\alpha_{column + 1}$, $R {'>' if wanted > 0 else '<'} 0$")
     space_axes(ax)
     angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    legend_above(ax, columns=3 if not (chosen & none).any() else 2, over=-8.0)
+    legend_above(ax, columns=3 if not (chosen & none).any() else 2, over=-16.0)
     return ax
 
 
@@ -445,7 +449,7 @@ def level_determinants(
         _points_in_space(ax, points, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
     space_axes(ax)
     ax.set_zlabel("$R$ (dimensionless)")
-    legend_above(ax, columns=2, over=-8.0)
+    legend_above(ax, columns=2, over=-16.0)
     return ax
 
 
@@ -524,17 +528,15 @@ def type_map(
     found = interior_roots(coefficients, divisions=divisions)
     ax = axes_or_new(ax, size=(170, 176))
     painted: dict[tuple[str, str], list[FloatArray]] = {}
-    axis = grid_axis(divisions)
-    for i in range(1, divisions):
-        for j in range(1, divisions):
-            rows = np.flatnonzero((found.node == (i, j)).all(axis=1)).tolist()
+    starts = np.flatnonzero(found.number == 0).tolist()
+    for start, stop in zip(starts, [*starts[1:], len(found.R)], strict=True):
+        rows = [k for k in range(start, stop) if found.sign[k] in (wanted, 0)]
+        place = found.alpha[start, :2]
+        if labels and any("?" in found.types[k] for k in rows):
+            _write_types(ax, place, rows, found)
+        else:
             red, blue = (_state(found, rows, sheet, wanted) for sheet in (1, -1))
-            place = np.array([axis[i], axis[j]])
-            counted = [k for k in rows if found.sign[k] in (wanted, 0)]
-            if labels and any("?" in found.types[k] for k in counted):
-                _write_types(ax, place, counted, found)
-            else:
-                painted.setdefault((red, blue), []).append(place)
+            painted.setdefault((red, blue), []).append(place)
     size = 42.0 if labels else 5.0
     for state in sorted(painted, reverse=True):
         _paint_nodes(ax, np.array(painted[state]), state, size, "R > 0" if wanted > 0 else "R < 0")
@@ -642,7 +644,7 @@ def gait_loop(
 def _line_look(color: str, *, band: bool) -> dict[str, Any]:
     """Return how a gait's segments of a color are drawn; "none" is off the surfaces."""
     if band:
-        pale = {"red": "#f8b4ab", "blue": "#b4c4f0", "none": "0.8"}
+        pale = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
         return {
             "color": pale[color],
             "linestyle": "-",
@@ -654,7 +656,7 @@ def _line_look(color: str, *, band: bool) -> dict[str, Any]:
     return {"color": COLOR_OF.get(color, "black"), "linestyle": dash[color], "zorder": 4}
 
 
-_FINE = 361
+_FINE = 201
 """Points along each axis of a contoured region; curves and borders themselves are drawn in closed form."""
 
 _POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0, in no color of a sheet
@@ -677,8 +679,8 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax, size=(85, 96))
     axis = np.linspace(-HALF_PI, HALF_PI, _FINE)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
-    sign = red_label(a1, a2, vehicle).prod(axis=-1)
-    ax.contourf(a1, a2, sign, levels=[-2, 0, 2], colors=[_NEGATIVE, _POSITIVE])
+    value = level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
+    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[_NEGATIVE, _POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
@@ -698,6 +700,7 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
 def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, float], vehicle: Vehicle) -> None:
     """Draw contours of the largest hover thrust within one rectangle of the (α1, α2) plane."""
     inside = np.linspace(0.0, 1.0, _FINE // 2)[1:-1]
+    inside = inside**2 * (3 - 2 * inside)  # denser at the ends: all contours meet in one corner
     a1, a2 = (low + (high - low) * inside for low, high in (first, second))
     b1, b2 = np.meshgrid(a1, a2, indexing="ij")
     largest = hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
@@ -814,6 +817,8 @@ def roll_pitch_diagram(
         Plane axes; by default those of a new figure. Singular curves have "singular" as their ``gid``, borders
         "acceptable".
     """
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise InputError(f"count: {shown(count)}; allowed is a whole number from 1")
     ax = axes_or_new(ax, size=(85, 95))
     numbers = at_face_value(coefficients or gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]

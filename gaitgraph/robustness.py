@@ -31,8 +31,10 @@ from gaitgraph.margins import (
     nearest_singular_attitude,
 )
 from gaitgraph.reading import read_table
+from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.segments import Bound, Value, least_along, singular_value_bound
 from gaitgraph.stretches import Place, Stretch
+from gaitgraph.surface import sheet_distances
 from gaitgraph.tables import Table
 from gaitgraph.timing import TimedGait
 
@@ -204,10 +206,10 @@ def _told(one: Robustness) -> list[str]:
     if acceptable.reason:
         lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
     else:
-        short = "" if acceptable.met else f" (asked for: {acceptable.tolerance:g}; this is as far as it came)"
+        short = "" if acceptable.met else f"; asked for was {acceptable.tolerance:g}, this is as far as it came"
         lines.append(
-            f"acceptable around level: {acceptable.area:.4f} rad² of the roll–pitch diagram, "
-            f"{acceptable.error:.1g} of it may be missing{short}"
+            f"acceptable around level: {acceptable.area:.4f} rad², a fraction of {acceptable.fraction:.4f} of the "
+            f"roll–pitch diagram that may lack {_rounded_up(acceptable.error)}{short}"
         )
     if one.singular_value[1] == 0:
         lines.append(f"within {math.degrees(one.tilt):g}° of tilt there are singular attitudes")
@@ -218,6 +220,14 @@ def _told(one: Robustness) -> list[str]:
             f"{worst}, {_attitude(one.singular_attitude)}"
         )
     return lines
+
+
+def _rounded_up(bound: float) -> str:
+    """Return a bound with one digit, not below it."""
+    if not bound:
+        return "0"
+    unit = 10.0 ** math.floor(math.log10(bound))
+    return f"{math.ceil(bound / unit) * unit:.1g}"
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -257,7 +267,8 @@ def robustness_of(
     tolerance
         Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
     angle_rounding
-        What each angle may be off by [rad]; by default what a table's digits or the paper's coefficients leave open.
+        What each angle may be off by [rad]; by default what is seen, as in :func:`gaitgraph.validation.validate`: what a
+        table's digits or the paper's coefficients leave open, and how far rows are from a sheet that they lie on.
     curves
         At how many places singular curves are given.
 
@@ -314,7 +325,8 @@ def _closed(
     if isinstance(gait, (Gait, TimedGait)):
         bare = gait if isinstance(gait, Gait) else gait.gait
         alpha, sheet = np.vstack([bare.alpha, bare.alpha[:1]]), np.zeros(len(bare.alpha) + 1, dtype=np.int8)
-        return Stretch(alpha=alpha, sheet=sheet, after=0), bare.vehicle, bare.coefficients.sheet_rounding, "corner"
+        rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
+        return Stretch(alpha=alpha, sheet=sheet, after=0), bare.vehicle, rounding, "corner"
     if isinstance(gait, (str, Path)):
         table = read_table(gait)
     elif isinstance(gait, Table):
@@ -322,7 +334,14 @@ def _closed(
     else:
         raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table or a file's path")
     stretch, vehicle, numbers = closed_rows(table, vehicle=vehicle, source=gait)
-    return stretch, vehicle, max(table.rounding, numbers.sheet_rounding), "row"
+    rounding = max(table.rounding, numbers.sheet_rounding, _seen(stretch.alpha, numbers))
+    return stretch, vehicle, rounding, "row"
+
+
+def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
+    """Return how far rows are from the sheets that they all lie on, which is what they seem to be off by, or zero."""
+    near = np.minimum(*sheet_distances(alpha, coefficients))
+    return float(near.max()) if near.max() <= DEFAULT_TOLERANCE else 0.0
 
 
 def _of(
