@@ -1,0 +1,355 @@
+"""The figures of the paper: what is on them, how they are named and written, and the command that does it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+import gaitgraph as gg
+from gaitgraph import figures
+from gaitgraph.cli import main
+from gaitgraph.drawing import FORMATS, paper_style, picture_bytes
+from gaitgraph.figures import FIGURES, draw, names_of_figures, write_figures
+from gaitgraph.tables import table_of
+from tests.published import GAITS
+
+BEETLE = gg.vehicle_named("beetle_omni")
+GAIT4 = gg.lift(GAITS[3].angles, "red")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def lines_of(ax: Any, gid: str) -> list[Any]:
+    return [line for line in ax.lines if line.get_gid() == gid]
+
+
+def legend_of(figure: Any) -> list[str]:
+    return [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+
+
+def verdicts(figure: Any) -> list[list[str]]:
+    return [ax.get_title().split("\n") for ax in figure.axes]
+
+
+# The table, and names
+
+
+def test_every_figure_of_the_paper_is_there_and_two_more() -> None:
+    assert tuple(FIGURES) == (*(str(number) for number in range(1, 23)), "regions", "gait")
+    assert [FIGURES[name].stem for name in ("1", "16", "regions")] == ["figure_01", "figure_16", "figure_regions"]
+    for name, figure in FIGURES.items():
+        assert figure.name == name
+        assert figure.title
+        assert figure.caption.startswith(figure.title)
+    for name in ("3", "4", "5", "6", "9", "10", "11", "12", "13", "14"):
+        assert "solver's order in the paper is not known" in FIGURES[name].caption
+
+
+def test_names_of_figures() -> None:
+    assert names_of_figures([16, "3"]) == ("3", "16")
+    assert names_of_figures([" 9 - 11 , regions", "GAIT", "03", 3]) == ("3", "9", "10", "11", "regions", "gait")
+    assert names_of_figures([]) == ()
+
+
+@pytest.mark.parametrize(
+    "text", ["0", "23", "-1", "9-23", "5-3", "1-", "", "x", "3.5", "１", True, None, 1.0, "10" * 40]
+)
+def test_names_that_are_none(text: Any) -> None:
+    with pytest.raises(gg.InputError, match=r"^only: .*; allowed are 1 to 22, ranges such as 9-14, regions and gait"):
+        names_of_figures([text])
+    with pytest.raises(gg.InputError):
+        draw(text)
+
+
+def test_a_name_that_is_nearly_one() -> None:
+    with pytest.raises(gg.InputError, match="did you mean 'regions'"):
+        names_of_figures(["region"])
+    with pytest.raises(gg.InputError, match=r"^name: '3,4'; allowed is one of 1, 2"):
+        draw("3,4")
+
+
+def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
+    for known in GAITS:
+        gait = figures._paper_gait(known.number, gg.PAPER, gg.coefficients_of())
+        np.testing.assert_allclose(gait.alpha[:, :2], known.angles)
+        assert gait.color == known.color
+        printed = figures._printed_gait(known.number, gg.coefficients_of()).alpha
+        np.testing.assert_allclose(printed, np.column_stack([known.angles, known.printed]))
+
+
+# Every figure
+
+
+@pytest.mark.parametrize(
+    ("name", "vehicle"),
+    [
+        *((name, gg.PAPER) for name in FIGURES),
+        *((name, BEETLE) for name in ("1", "9", "12", "16", "17", "18", "regions")),
+    ],
+)
+def test_figures_fit_a_page_and_no_text_lies_on_another(name: str, vehicle: gg.Vehicle) -> None:
+    before = dict(mpl.rcParams)
+    figure = draw(name, vehicle=vehicle)
+    assert round(figure.get_figwidth() * 25.4, 6) in (85.0, 170.0)
+    assert figure.get_figheight() * 25.4 < 230
+    with paper_style():
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.draw()
+        texts: list[Any] = [text for text in figure.findobj(Text) if text.get_visible()]
+        boxes = {text: text.get_window_extent(canvas.get_renderer()) for text in texts if text.get_text().strip()}
+    # Ticks outside the range of their axis have labels too, which are not drawn.
+    page = figure.bbox
+    boxes = {text: box for text, box in boxes.items() if box.overlaps(page)}
+    for (one, p), (other, q) in combinations(boxes.items(), 2):
+        common = min(p.x1, q.x1) - max(p.x0, q.x0), min(p.y1, q.y1) - max(p.y0, q.y0)
+        assert min(common) <= 1, (one.get_text(), other.get_text())
+    for text, box in boxes.items():
+        assert page.x0 <= box.x0 <= box.x1 <= page.x1, text
+        assert page.y0 <= box.y0 <= box.y1 <= page.y1, text
+    assert pyplot.get_fignums() == []
+    assert dict(mpl.rcParams) == before
+
+
+def test_figures_take_the_grid_and_the_coefficients() -> None:
+    assert legend_of(draw(2, divisions=8))[0] == "2 roots, 49 nodes"
+    assert "(−,−): $R = 0$" in legend_of(draw(16, coefficients="exact"))
+    with pytest.raises(gg.InputError, match="published"):
+        draw(1, vehicle=BEETLE, coefficients="published")
+
+
+def test_figure_17_holds_three_loops() -> None:
+    (ax,) = draw(17).axes
+    for known in GAITS[:3]:
+        (line,) = (one for one in ax.lines if one.get_label() == f"Gait {known.number}: {known.color}")
+        np.testing.assert_allclose(np.asarray(line.get_xydata())[:4], known.angles)
+    mirrored = draw(17, vehicle=BEETLE).axes[0]
+    np.testing.assert_allclose(np.asarray(mirrored.lines[0].get_xydata())[:4], -np.array(GAITS[0].angles))
+
+
+@pytest.mark.parametrize(
+    ("name", "agreeing"), [("18", [False, True, False]), ("19", [False, True, False]), ("22", [False, False, True])]
+)
+def test_blue_gaits_have_three_readings(name: str, agreeing: list[bool]) -> None:
+    """Figures 18 and 19 look like the paper's claim with four digits alone, Figure 22 with the printed vertices."""
+    told = verdicts(draw(name))
+    assert [lines[0] for lines in told] == [
+        "(a) exact coefficients", "(b) four-digit coefficients", "(c) printed vertices",
+    ]  # fmt: skip
+    assert [lines[2] == "as the paper says" for lines in told] == agreeing
+    assert told[0][1].startswith("tilt margin none, biased ")
+    assert told[1][1].startswith("tilt margin 90.0°, biased ")
+
+
+def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
+    left, middle, right = draw(19).axes
+    assert [patch.get_gid() for patch in left.patches] == ["singular"]
+    assert [len(lines_of(ax, "singular")) for ax in (left, middle, right)] == [48, 48, 96]
+    exact = gg.coefficients_of(kind="exact")
+    printed = figures._printed_gait(2, exact)
+    alpha = printed.parametrize(law="constant-speed").at(np.arange(48) / 48)[0]
+    for row, line in zip(alpha, lines_of(right, "singular")[:48], strict=True):
+        assert np.abs(gg.determinant(row, exact, *np.asarray(line.get_xydata()).T)).max() < 1e-12
+
+
+def test_figures_20_and_21_agree_with_the_paper() -> None:
+    for name, margin in (("20", "74.5"), ("21", "61.7")):
+        assert verdicts(draw(name)) == [
+            ["four-digit coefficients", f"tilt margin 90.0°, biased {margin}°", "as the paper says"]
+        ]
+
+
+@pytest.mark.parametrize("name", ["18", "19", "20", "21", "22"])
+def test_another_vehicle_has_one_reading(name: str) -> None:
+    ((title, margin),) = verdicts(draw(name, vehicle=BEETLE))
+    assert title == "exact coefficients"
+    assert margin.startswith("tilt margin ")
+
+
+def test_the_gait_that_is_given_is_drawn() -> None:
+    timed = GAIT4.parametrize(2.0, law="equal-time", samples=20)
+    for given in (timed, table_of(timed)):
+        time = draw("gait", gait=given).axes[0]
+        np.testing.assert_array_equal(time.lines[1].get_ydata(), timed.alpha[:, 1])
+    assert draw("gait", gait=GAIT4).axes[0].get_xlim() == (0.0, 1.0)
+    assert draw("gait").axes[1].get_title() == "nodes with $R < 0$"
+    for odd in (gg.lift([(0.4, -0.4)], "red"), GAIT4.biased(0.5), gg.lift([(0.3, -0.2), (0.9, -0.2)], "blue")):
+        picture_bytes(draw("gait", gait=odd), "png")
+
+
+# The same bytes
+
+
+def test_the_same_bytes_whatever_was_drawn_before() -> None:
+    for name in ("15", "9", "20"):
+        kinds = FORMATS if name == "15" else FORMATS[:2]
+        found: list[dict[str, bytes]] = []
+        for order, width in ((kinds, 1.0), (kinds[::-1], 7.0)):
+            with mpl.rc_context({"lines.linewidth": width, "axes.grid": width > 1}):
+                figure = draw(name)
+                found.append({kind: picture_bytes(figure, kind) for kind in order})
+        assert found[0] == found[1]
+        assert b"CreationDate" not in found[0].get("pdf", b"")
+
+
+def test_the_same_bytes_in_every_process(folder: Path) -> None:
+    for seed in ("1", "2"):
+        command = [sys.executable, "-m", "gaitgraph", "figures", "--out", seed, "--only", "2,9"]
+        subprocess.run(command, check=True, capture_output=True, env=os.environ | {"PYTHONHASHSEED": seed})
+    names = sorted(path.name for path in Path("1").iterdir())
+    assert len(names) == 4
+    for name in names:
+        content = Path("1", name).read_bytes()
+        assert content == Path("2", name).read_bytes()
+        assert b"Matplotlib v" not in content
+        assert b"<dc:date>" not in content
+
+
+# Files
+
+
+def test_files_are_written_whole(folder: Path) -> None:
+    seen: list[str] = []
+    written = write_figures("new/deep", only=["15", 2], formats=["svg", "png", "svg"], progress=seen.append)
+    names = ["figure_02.svg", "figure_02.png", "figure_15.svg", "figure_15.png"]
+    assert written == [Path("new/deep", name) for name in names]
+    assert sorted(path.name for path in Path("new/deep").iterdir()) == sorted(names)
+    assert Path("new/deep/figure_02.png").read_bytes()[:4] == b"\x89PNG"
+    assert b"<svg" in Path("new/deep/figure_02.svg").read_bytes()
+    assert seen == ["drawing figure_02", "drawing figure_15"]
+
+
+def test_files_that_exist_are_kept_without_force(folder: Path) -> None:
+    Path("figure_15.svg").write_text("mine")
+    with pytest.raises(gg.OutputExists, match=r"^output: 'figure_15.svg' exists; allowed is a new file, or --force"):
+        write_figures(".", only=["2", "15"])
+    assert sorted(path.name for path in folder.iterdir()) == ["figure_15.svg"]
+    assert Path("figure_15.svg").read_text() == "mine"
+    write_figures(".", only=["15"], force=True)
+    assert Path("figure_15.svg").read_text() != "mine"
+    Path("figure_02.png").mkdir()
+    with pytest.raises(gg.OutputExists, match="is a folder"):
+        write_figures(".", only=["2"], force=True)
+
+
+@pytest.mark.parametrize("out", ["file", "file/inside", "nul\0", "x" * 300, "", None, "link"])
+def test_places_that_are_no_folder(folder: Path, out: Any) -> None:
+    Path("file").write_text("mine")
+    Path("link").symlink_to("nowhere")
+    with pytest.raises(gg.GaitgraphError, match=r"^out: .*; allowed is ") as caught:
+        write_figures(out, only=["15"], formats=["svg"])
+    assert "\n" not in str(caught.value)
+    assert sorted(path.name for path in folder.iterdir()) == ["file", "link"]
+
+
+@pytest.mark.parametrize("formats", [["tiff"], [], "gif", [1]])
+def test_formats_that_are_none(folder: Path, formats: Any) -> None:
+    with pytest.raises(gg.InputError, match=r"^format: .*; allowed are png, svg, pdf"):
+        write_figures("out", only=["2"], formats=formats)
+    assert not Path("out").exists()
+
+
+def test_nothing_to_draw(folder: Path) -> None:
+    with pytest.raises(gg.InputError, match=r"^only: no figure"):
+        write_figures("out", only=[])
+
+
+# The command
+
+
+def run(capsys: pytest.CaptureFixture[str], *args: str) -> tuple[Any, str, str]:
+    with pytest.raises(SystemExit) as stopped:
+        main(["figures", *args])
+    captured = capsys.readouterr()
+    return stopped.value.code, captured.out, captured.err
+
+
+def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = run(capsys, "--only", "15", "--only", "2")
+    assert (code, err) == (0, "")
+    titles = {"2": FIGURES["2"].title, "15": FIGURES["15"].title}
+    assert out.splitlines() == [
+        f"wrote {Path('figures', name)}: {title}"
+        for name, title in (
+            ("figure_02.png", titles["2"]),
+            ("figure_02.svg", titles["2"]),
+            ("figure_15.png", titles["15"]),
+            ("figure_15.svg", titles["15"]),
+        )
+    ]
+    code, out, err = run(capsys, "--only", "15", "--force", "--json", "--format", "PDF", "--vehicle", "beetle_omni")
+    (row,) = json.loads(out)["files"]
+    assert (code, row["file"], row["figure"]) == (0, str(Path("figures", "figure_15.pdf")), "15")
+    assert row["caption"].startswith(row["title"])
+
+
+def test_command_draws_a_gait_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    GAIT4.parametrize(2.0).write("gait4.csv")
+    code, _, err = run(capsys, "--only", "gait", "--gait", "gait4.csv", "--format", "svg", "--out", "a")
+    assert (code, err) == (0, "")
+    write_figures("b", only=["gait"], gait=gg.read_table("gait4.csv"), formats=["svg"])
+    write_figures("c", only=["gait"], formats=["svg"])
+    first, second, third = (Path(name, "figure_gait.svg").read_bytes() for name in "abc")
+    assert first == second != third
+
+
+@pytest.mark.parametrize(
+    ("args", "told"),
+    [
+        (("--only", "23"), "only: '23'; allowed are 1 to 22"),
+        (("--only", "2", "--format", "gif"), "format: 'gif'; allowed are png, svg, pdf"),
+        (("--only", "2", "--out", "file.csv"), "out: 'file.csv' is no folder; allowed is a folder"),
+        (("--only", "gait", "--gait", "none.csv"), "gait file: cannot read 'none.csv'"),
+        (("--only", "gait", "--gait", "file.csv"), "file.csv"),
+        (("--only", "1", "--vehicle", "beetle"), "vehicle: 'beetle' is neither a preset"),
+        (
+            ("--only", "1", "--vehicle", "beetle_omni", "--coefficients", "published"),
+            "coefficients: 'published' belong",
+        ),
+        (("--only", "1", "--coefficients", "rounded"), "'rounded' is not one of"),
+    ],
+)
+def test_command_refuses_in_one_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], args: tuple[str, ...], told: str
+) -> None:
+    Path("file.csv").write_text("mine")
+    code, out, err = run(capsys, *args)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert told in err
+    assert sorted(path.name for path in folder.iterdir()) == ["file.csv"]
+
+
+def test_command_says_what_to_install(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = run(capsys)
+    assert (code, out) == (2, "")
+    assert err == (
+        "gaitgraph: matplotlib: not installed, and drawing needs it; allowed is with the extra plot: "
+        "pip install 'gaitgraph[plot]'\n"
+    )
+    assert not list(folder.iterdir())
+    with pytest.raises(gg.InputError, match=r"gaitgraph\[plot\]"):
+        draw("2")
+
+
+def test_matplotlib_is_imported_only_when_drawing() -> None:
+    code = "import sys, gaitgraph.figures, gaitgraph.plots, gaitgraph.drawing; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

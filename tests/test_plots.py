@@ -1,0 +1,544 @@
+"""Pictures, by what is on their axes: data, marks, labels; and by what drawing leaves alone."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.testing.compare import compare_images
+from matplotlib.text import Annotation, Text
+
+import gaitgraph as gg
+from gaitgraph import plots
+from gaitgraph.angles import HALF_PI, wrapped
+from gaitgraph.coloring import PLANE_TYPES
+from gaitgraph.drawing import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
+from gaitgraph.invertibility import least_singular_value_on_red
+from gaitgraph.tables import Table, table_of
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from matplotlib.axes import Axes
+
+BASELINE = Path(__file__).parent / "baseline"
+PUBLISHED, EXACT = gg.coefficients_of(), gg.coefficients_of(kind="exact")
+BEETLE = gg.vehicle_named("beetle_omni")
+STEP = math.pi / 16
+GAIT3 = gg.lift(GAITS[2].angles, "red")
+
+
+@pytest.fixture
+def ax() -> Axes:
+    return Figure().add_subplot()
+
+
+@pytest.fixture
+def space() -> Any:
+    return Figure().add_subplot(projection="3d")
+
+
+@pytest.fixture(autouse=True)
+def _no_window_left() -> Iterator[None]:
+    yield
+    pyplot.close("all")
+
+
+def scatters(ax: Any) -> list[Any]:
+    return [one for one in ax.collections if isinstance(one, PathCollection)]
+
+
+def points_of(scatter: Any) -> np.ndarray:
+    return np.column_stack([np.asarray(part) for part in scatter._offsets3d])
+
+
+def by_label(space: Any) -> dict[str, np.ndarray]:
+    return {one.get_label(): points_of(one) for one in scatters(space)}
+
+
+def faces(scatter: Any) -> set[str]:
+    return {to_hex(color) for color in np.asarray(scatter.get_facecolor())}
+
+
+def unit(vector: Any) -> np.ndarray:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def lines_of(ax: Axes, gid: str) -> list[np.ndarray]:
+    return [np.asarray(line.get_xydata()) for line in ax.lines if line.get_gid() == gid]
+
+
+def legend_of(ax: Any) -> list[str]:
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+# Roots on the grid
+
+
+def test_root_counts_hold_650_roots(ax: Axes) -> None:
+    assert plots.root_counts(ax=ax) is ax
+    counted = {one.get_label(): len(np.asarray(one.get_offsets())) for one in scatters(ax)}
+    assert counted == {"2 roots, 225 nodes": 225, "3 roots, 60 nodes": 60, "5 roots, 4 nodes": 4}
+    assert sum(int(str(label)[0]) * count for label, count in counted.items()) == 650
+    corners = np.asarray(scatters(ax)[2].get_offsets())
+    np.testing.assert_allclose(np.abs(corners), HALF_PI)
+
+
+def test_root_counts_of_a_finer_grid(ax: Axes) -> None:
+    plots.root_counts(divisions=32, ax=ax)
+    assert legend_of(ax) == ["2 roots, 961 nodes", "3 roots, 124 nodes", "5 roots, 4 nodes"]
+
+
+def test_interior_roots_are_those_of_each_node() -> None:
+    found = plots.interior_roots()
+    assert len(found.R) == 450
+    assert Counter(map(tuple, found.node.tolist())) == {(i, j): 2 for i in range(1, 16) for j in range(1, 16)}
+    np.testing.assert_allclose(found.alpha[:, :2], found.node * STEP - HALF_PI, atol=1e-12)
+    for k in range(0, 450, 37):
+        known = sorted(gg.roots(*found.alpha[k, :2]), key=lambda root: (root.alpha3, root.alpha4))
+        root = known[found.number[k]]
+        assert (root.types, root.color) == (found.types[k], "red" if found.sheet[k] > 0 else "blue")
+        np.testing.assert_allclose(found.alpha[k], root.alpha, atol=1e-12)
+        assert found.sign[k] == np.sign(root.R)
+    first, other = (found.alpha[found.chosen(which)] for which in ("first", "other"))
+    assert (first[:, 2] < other[:, 2] + 1e-12).all()
+    assert found.chosen("both").all()
+
+
+def test_signs_of_the_interior_roots() -> None:
+    """128 red and 28 blue nodes have R > 0 with four digits; with exact coefficients blue has no sign."""
+    published, exact = plots.interior_roots(PUBLISHED), plots.interior_roots(EXACT)
+    assert Counter(zip(published.sheet.tolist(), published.sign.tolist(), strict=True)) == {
+        (1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197,
+    }  # fmt: skip
+    assert Counter(zip(exact.sheet.tolist(), exact.sign.tolist(), strict=True)) == {
+        (1, 1): 128,
+        (1, -1): 97,
+        (-1, 0): 225,
+    }
+
+
+@pytest.mark.parametrize("angle", ["alpha3", "alpha4"])
+def test_both_roots_lie_on_two_planes(space: Any, angle: Any) -> None:
+    assert plots.root_angle(angle, ax=space) is space
+    points = by_label(space)
+    assert {label: len(rows) for label, rows in points.items()} == {"+ plane": 225, "− plane": 225}
+    over = 0 if angle == "alpha3" else 1
+    shift = 2 * PUBLISHED.delta * (1 if angle == "alpha3" else -1)
+    plus, minus = points["+ plane"], points["− plane"]
+    np.testing.assert_allclose(plus[:, 2], plus[:, over], atol=1e-12)
+    np.testing.assert_allclose(minus[:, 2], wrapped(shift - minus[:, over]), atol=1e-12)
+    assert [one.get_facecolor()[0].tolist() for one in scatters(space)] == [
+        list(mpl.colors.to_rgba(color)) for color in (RED, BLUE)
+    ]
+
+
+def test_one_root_and_the_other_make_both(space: Any) -> None:
+    for which in ("first", "other"):
+        plots.root_angle("alpha3", which=which, ax=space)
+    parts = [points_of(one) for one in scatters(space)]
+    assert sum(map(len, parts)) == 450
+    assert len(np.unique(np.round(np.concatenate(parts), 9), axis=0)) == 450
+    assert sum(map(len, parts[:2])) == 225
+
+
+@pytest.mark.parametrize(("sign", "total"), [("positive", 156), ("negative", 294)])
+def test_signed_roots(sign: Any, total: int) -> None:
+    count = 0
+    for which in ("first", "other"):
+        space = plots.signed_roots(sign, which=which, ax=Figure().add_subplot(projection="3d"))
+        points = list(by_label(space).values())
+        assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
+        np.testing.assert_allclose(points[0][:, :2], points[1][:, :2])
+        count += len(points[0])
+        alpha = np.column_stack([points[0][:, :2], points[0][:, 2], points[1][:, 2]])
+        assert (np.sign(gg.level_determinant(alpha, PUBLISHED)) == (1 if sign == "positive" else -1)).all()
+        assert np.abs(gg.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
+    assert count == total
+
+
+def test_values_of_R_are_those_of_the_roots(space: Any) -> None:
+    plots.level_determinants("positive", which="both", ax=space)
+    points = by_label(space)
+    assert {label: len(rows) for label, rows in points.items()} == {"red sheet": 128, "blue sheet": 28}
+    red = points["red sheet"]
+    np.testing.assert_allclose(red[:, 2], gg.level_determinant(np.column_stack([red[:, :2], red[:, :2]]), PUBLISHED))
+    assert 0 < points["blue sheet"][:, 2].max() < 3e-4
+
+
+@pytest.mark.parametrize("draw", [plots.signed_roots, plots.level_determinants])
+@pytest.mark.parametrize("sign", ["positive", "negative"])
+def test_roots_without_sign_are_grey_and_hollow(space: Any, draw: Callable[..., Any], sign: str) -> None:
+    draw(sign, coefficients=EXACT, ax=space)
+    grey = [one for one in scatters(space) if to_hex(one.get_edgecolor()[0]) == GREY]
+    painted = [
+        one for one in scatters(space) if to_hex(one.get_facecolor()[0] if len(one.get_facecolor()) else GREY) != GREY
+    ]
+    assert grey
+    assert all(len(points_of(one)) == 225 and not len(np.asarray(one.get_facecolor())) for one in grey)
+    count = 128 if sign == "positive" else 97
+    assert [len(points_of(one)) for one in painted] == ([count] * 2 if draw is plots.signed_roots else [count])
+    assert SINGULAR in legend_of(space)
+
+
+# Types and the rule
+
+
+@pytest.mark.parametrize("of", ["angle", "pair"])
+def test_the_lines_of_the_rule_are_the_rule(ax: Axes, of: Any) -> None:
+    assert plots.adjacency_rule(of, ax=ax) is ax
+    drawn = {frozenset(str(line.get_gid()).split()) for line in ax.lines}
+    if of == "angle":
+        assert drawn == {frozenset("+?"), frozenset("-?")}
+    else:
+        types = [label for label in PLANE_TYPES if label != "(?,?)"]
+        pairs = combinations(types, 2)
+        assert drawn == {frozenset(pair) for pair in pairs if gg.types_may_be_adjacent(*pair)}
+        assert len(drawn) == len(ax.lines) == 8
+    places = {text.get_text().replace("−", "-"): text.get_position() for text in ax.texts}
+    for line in ax.lines:
+        ends = [tuple(point) for point in np.asarray(line.get_xydata())]
+        assert ends == [places[label] for label in str(line.get_gid()).split()]
+
+
+def marks_and_texts(ax: Axes) -> tuple[dict[str, set[tuple[int, int]]], dict[tuple[int, int], list[str]]]:
+    """Return the nodes of each kind of mark, and what is written at the others."""
+    marks: dict[str, set[tuple[int, int]]] = {}
+    for one in scatters(ax):
+        nodes = np.rint((np.asarray(one.get_offsets()) + HALF_PI) / STEP).astype(int)
+        marks.setdefault(str(one.get_gid()), set()).update(map(tuple, nodes.tolist()))
+    written: dict[tuple[int, int], list[str]] = {}
+    for text in ax.texts:
+        i, j = map(int, str(text.get_gid()).split(","))
+        written.setdefault((i, j), []).append(text.get_text().replace("−", "-"))
+    return marks, written
+
+
+def test_type_map_of_the_paper(ax: Axes) -> None:
+    """97 nodes have red and blue, 100 blue alone, 28 none; marks and written types share the 225 nodes."""
+    assert plots.type_map(ax=ax) is ax
+    marks, written = marks_and_texts(ax)
+    assert set(marks) == {"yes yes", "no yes", "no no"}
+    twice = {node for node, lines in written.items() if len(lines) == 2}
+    once = {node for node, lines in written.items() if len(lines) == 1}
+    assert len(marks["yes yes"] | twice) == 97
+    assert len(marks["no yes"] | once) == 100
+    assert len(marks["no no"]) == 28
+    assert sum(map(len, marks.values())) + len(written) == 225
+    graph = gg.surface_graph("negative")
+    for node, lines in written.items():
+        types = [graph.nodes[(*node, color)]["types"] for color in ("red", "blue") if (*node, color) in graph]
+        assert lines == types
+        assert all("?" in label for label in lines)
+    for kind, colors in (("yes yes", ("red", "blue")), ("no yes", ("blue",)), ("no no", ())):
+        for node in marks[kind]:
+            assert tuple(color for color in ("red", "blue") if (*node, color) in graph) == colors
+
+
+def test_half_and_half_marks_are_a_red_and_a_blue_half(ax: Axes) -> None:
+    plots.type_map(ax=ax)
+    left, right = (one for one in scatters(ax) if one.get_gid() == "yes yes")
+    assert (faces(left), faces(right)) == ({RED}, {BLUE})
+    shapes = [np.asarray(one.get_paths()[0].vertices)[:, 0] for one in (left, right)]
+    assert shapes[0].max() <= 1e-12 < -shapes[0].min()
+    assert shapes[1].min() >= -1e-12 < shapes[1].max()
+    assert legend_of(ax) == ["(+,+) and (−,−): $R < 0$", "(−,−): $R < 0$", "no root with $R < 0$"]
+
+
+def test_type_map_with_exact_coefficients_paints_no_blue(ax: Axes) -> None:
+    plots.type_map(coefficients=EXACT, ax=ax)
+    marks, written = marks_and_texts(ax)
+    assert set(marks) == {"yes singular", "no singular"}
+    assert sum(map(len, marks.values())) + len(written) == 225
+    assert set().union(*map(faces, scatters(ax))) == {RED, "#ffffff"}
+    assert {to_hex(str(text.get_color())) for text in ax.texts} == {RED, GREY}
+
+
+def test_type_map_without_labels(ax: Axes) -> None:
+    plots.type_map("positive", labels=False, ax=ax)
+    marks, written = marks_and_texts(ax)
+    assert not written
+    assert sum(map(len, marks.values())) == 225
+    assert len(set().union(*(nodes for kind, nodes in marks.items() if kind.startswith("yes")))) == 128
+
+
+# Gaits
+
+
+@pytest.mark.parametrize("angles", [(1, 2), (1, 3), (4, 2)])
+def test_gait_loop_is_the_projection(ax: Axes, angles: tuple[int, int]) -> None:
+    assert plots.gait_loop(GAIT3, angles=angles, label="Gait 3", ax=ax) is ax
+    (line,) = ax.lines
+    ring = np.vstack([GAIT3.alpha, GAIT3.alpha[:2]])[:, [angles[0] - 1, angles[1] - 1]]
+    np.testing.assert_allclose(np.asarray(line.get_xydata()), ring)
+    assert (line.get_color(), line.get_label()) == (RED, "Gait 3")
+    (arrow,) = (one for one in ax.texts if isinstance(one, Annotation))
+    ahead = np.subtract(arrow.xy, arrow.xyann)
+    assert any(unit(ahead) @ unit(step) > 1 - 1e-12 for step in np.diff(ring, axis=0) if step.any())
+
+
+def test_gait_loops_of_other_kinds(ax: Axes) -> None:
+    plots.gait_loop(gg.lift([(0.4, -0.4)], "red"), ax=ax)
+    assert (ax.lines[0].get_marker(), ax.lines[0].get_color()) == ("s", RED)
+    mixed = gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "blue"])
+    plots.gait_loop(mixed, ax=ax)
+    assert [line.get_color() for line in ax.lines[-2:]] == [RED, BLUE]
+    plots.gait_loop(GAIT3.biased(0.8), ax=ax)
+    assert ax.lines[-1].get_color() == "black"
+    plots.gait_loop(GAIT3, band=True, width=8, ax=ax)
+    assert ax.lines[-1].get_zorder() < 2
+
+
+def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
+    assert plots.roll_pitch_diagram(GAIT3, eta=0.8, name="Gait 3", count=12, ax=ax) is ax
+    curves = lines_of(ax, "singular")
+    biased = GAIT3.biased(0.8)
+    places = biased.parametrize(law="constant-speed").at(np.arange(12) / 12)[0]
+    assert len(curves) == 12
+    for alpha, points in zip(places, curves, strict=True):
+        assert np.abs(gg.determinant(alpha, PUBLISHED, *points.T)).max() < 1e-9
+    full, part = (points for points in lines_of(ax, "acceptable"))
+    assert np.abs(full).max() == pytest.approx(HALF_PI)
+    assert len(part) > 50
+    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.1 % acceptable"]
+    assert {line.get_color() for line in ax.lines if line.get_gid() == "singular"} == {BLUE}
+
+
+def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
+    exact, published, printed = (Figure().add_subplot() for _ in range(3))
+    points = np.array(GAITS[0].angles)
+    plots.roll_pitch_diagram(gg.lift(points, "blue", coefficients=EXACT), ax=exact)
+    (square,) = exact.patches
+    assert (square.get_gid(), square.get_hatch()) == ("singular", "xxx")
+    assert legend_of(exact) == ["gait:\nsingular at every attitude"]
+    plots.roll_pitch_diagram(gg.lift(points, "blue"), ax=published)
+    assert legend_of(published) == ["gait:\nno singular attitude"]
+    assert not lines_of(published, "singular")
+    three = gg.Gait(alpha=np.column_stack([points, GAITS[0].printed]), coefficients=EXACT)
+    plots.roll_pitch_diagram(three, ax=printed)
+    assert legend_of(printed) == ["gait:\nlevel flight singular at times"]
+    assert len(lines_of(printed, "singular")) == 48
+
+
+def test_gait_in_four_dimensions() -> None:
+    timed = GAIT3.parametrize(2.0, samples=40)
+    axes = plots.gait_in_four_dimensions(timed, axes=plots.axes_of_a_gait(Figure()))
+    assert axes.shape == (5,)
+    for k, line in enumerate(axes[0].lines):
+        np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
+    assert axes[0].get_xlim() == (0.0, 2.0)
+    for ax, (x, y) in zip(axes[1:], ((1, 2), (1, 3), (2, 4), (3, 4)), strict=True):
+        loop = np.asarray(ax.lines[-1].get_xydata())
+        np.testing.assert_allclose(loop[:4], GAIT3.alpha[:, [x - 1, y - 1]])
+        assert ax.get_xlabel() == rf"$\alpha_{x}$ (rad)"
+    planes = axes[2].lines[:2]
+    np.testing.assert_allclose(planes[0].get_ydata(), planes[0].get_xdata())
+    wrapping = np.asarray(planes[1].get_ydata(), dtype=float)
+    assert np.isnan(wrapping).sum() == 1
+
+
+def test_gait_in_four_dimensions_of_tables() -> None:
+    timed = GAIT3.parametrize(2.0, samples=40)
+    drawn = [
+        plots.gait_in_four_dimensions(one, axes=plots.axes_of_a_gait(Figure()))
+        for one in (
+            timed,
+            table_of(timed),
+            Table(columns={k: table_of(timed)[k] for k in ("alpha1", "alpha2", "color")}),
+        )
+    ]
+    first, second = ([np.asarray(line.get_xydata()) for line in axes[0].lines] for axes in drawn[:2])
+    np.testing.assert_array_equal(first, second)
+    assert drawn[2][0].get_xlim() == (0.0, 1.0)  # rows without a clock get one
+    positive = plots.gait_in_four_dimensions(gg.lift(GAITS[3].angles, "red").parametrize())
+    assert positive[1].get_title() == "nodes with $R > 0$"
+
+
+# Regions
+
+
+@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.5)], ids=lambda v: v.name)
+def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
+    assert plots.regions_map(vehicle, ax=ax) is ax
+    exact = gg.coefficients_of(vehicle, "exact")
+    curves = [np.asarray(line.get_xydata()) for line in ax.lines if "= " in str(line.get_gid())]
+    assert len(curves) == 3
+    for points in curves:
+        value = gg.level_determinant(np.column_stack([points, points]), exact)
+        assert np.abs(value).max() < 1e-9 * np.abs(exact.bilinear_form).sum()
+        assert np.abs(points).max() <= HALF_PI + 1e-12
+    hover = [np.asarray(patch.get_path().vertices)[:4] for patch in ax.patches if patch.get_gid() == "hover"]
+    assert len(hover) == 2
+    for corners in hover:
+        assert (gg.hover_thrust_shares(np.tile(corners.mean(axis=0), 2), vehicle) > 0).all()
+    (left, above), (right, below) = (corners.mean(axis=0) for corners in hover)
+    for outside in ((left, below), (right, above)):
+        assert (gg.hover_thrust_shares(np.tile(outside, 2), vehicle) < 0).any()
+    named = {text.get_text(): text.get_position() for text in ax.texts if text.get_text().startswith("$R")}
+    for text, place in named.items():
+        assert (float(gg.level_determinant(np.tile(place, 2), exact)) > 0) == (">" in text)
+
+
+def test_thrust_contours_carry_their_level(ax: Axes) -> None:
+    plots.regions_map(ax=ax)
+    labels = [text for text in ax.texts if text.get_text()[0] == "0"]
+    assert sorted(text.get_text() for text in labels) == ["0.3", "0.3", "0.4", "0.4", "0.6", "0.6"]
+    for text in labels:
+        shares = gg.hover_thrust_shares(np.tile(text.get_position(), 2))
+        np.testing.assert_allclose(shares, float(text.get_text()), atol=1e-12)
+
+
+@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE], ids=lambda v: v.name)
+def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
+    assert plots.singular_value_map(vehicle, ax=ax) is ax
+    filled, lines = ax.collections[:2]
+    assert filled.levels[0] == 0  # type: ignore[attr-defined]
+    assert 1.1 < filled.levels[-1] < 1.3  # type: ignore[attr-defined]
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):  # type: ignore[attr-defined]
+        points = np.asarray(path.vertices)
+        np.testing.assert_allclose(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle), level, atol=0.02)
+
+
+# The vehicle
+
+
+@pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+@pytest.mark.parametrize("angle", [0.0, math.pi / 4, -2.0])
+def test_the_sketch_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
+    vehicle = gg.PAPER.replace(first_rotor_spin=spin, first_arm_angle=angle)
+    assert plots.vehicle_sketch(vehicle, ax=ax) is ax
+    upward = np.where(gg.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
+    force = (gg.control_force_matrix([0.1] * 4, vehicle) * upward)[:2]
+    leans = {str(one.get_gid()): one for one in ax.texts if isinstance(one, Annotation) and one.get_gid()}
+    for k in range(4):
+        arrow = leans[f"lean {k + 1}"]
+        on_page = np.subtract(arrow.xy, arrow.xyann)
+        forward, left = on_page[1], -on_page[0]  # x up the page, y to the left
+        np.testing.assert_allclose(unit([forward, left]), unit(force[:, k]), atol=1e-12)
+    spins = [text.get_text() for text in ax.texts if text.get_text().endswith("cw")]
+    # A rotor that turns counter-clockwise pushes up with w > 0.
+    assert spins == [f"{k + 1}\n{'ccw' if upward[k] > 0 else 'cw'}" for k in range(4)]
+
+
+# What drawing leaves alone, and what it refuses
+
+ON_A_PLANE: list[Callable[..., Any]] = [
+    plots.vehicle_sketch,
+    plots.root_counts,
+    plots.adjacency_rule,
+    plots.type_map,
+    lambda ax=None: plots.gait_loop(GAIT3, ax=ax),
+    plots.regions_map,
+    plots.singular_value_map,
+    lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
+]
+IN_SPACE: list[Callable[..., Any]] = [
+    lambda ax=None: plots.root_angle("alpha3", ax=ax),
+    lambda ax=None: plots.signed_roots("positive", ax=ax),
+    lambda ax=None: plots.level_determinants("positive", ax=ax),
+]
+
+
+@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
+def test_given_axes_are_returned_and_nothing_else_changes(draw: Callable[..., Any]) -> None:
+    before = dict(mpl.rcParams)
+    given = Figure().add_subplot(projection="3d" if draw in IN_SPACE else None)
+    assert draw(ax=given) is given
+    assert pyplot.get_fignums() == []
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
+def test_without_axes_there_is_one_new_figure(draw: Callable[..., Any]) -> None:
+    drawn = draw()
+    assert pyplot.get_fignums() == [1]
+    assert drawn.figure is pyplot.figure(1)
+    pyplot.figure(1).canvas.draw()
+
+
+@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
+def test_wrong_axes_are_refused(draw: Callable[..., Any]) -> None:
+    wrong = Figure().add_subplot(projection=None if draw in IN_SPACE else "3d")
+    for value in (wrong, Figure(), 3):
+        with pytest.raises(gg.InputError, match=r"^ax: .*; allowed is None, or "):
+            draw(ax=value)
+
+
+def test_wrong_values_are_refused(ax: Axes, space: Any) -> None:
+    cases: list[tuple[str, Callable[[], Any]]] = [
+        ("angle", lambda: plots.root_angle("alpha1", ax=space)),  # type: ignore[arg-type]
+        ("which", lambda: plots.root_angle("alpha3", which="second", ax=space)),  # type: ignore[arg-type]
+        ("sign", lambda: plots.signed_roots("zero", ax=space)),  # type: ignore[arg-type]
+        ("sign", lambda: plots.type_map(1, ax=ax)),  # type: ignore[arg-type]
+        ("of", lambda: plots.adjacency_rule("loop", ax=ax)),  # type: ignore[arg-type]
+        ("divisions", lambda: plots.root_counts(divisions=1, ax=ax)),
+        ("angles", lambda: plots.gait_loop(GAIT3, angles=(1, 1), ax=ax)),
+        ("angles", lambda: plots.gait_loop(GAIT3, angles=(0, 1), ax=ax)),
+        ("count", lambda: plots.roll_pitch_diagram(GAIT3, count=0, ax=ax)),
+        ("eta", lambda: plots.roll_pitch_diagram(GAIT3, eta=1.5, ax=ax)),
+        ("axes", lambda: plots.gait_in_four_dimensions(GAIT3.parametrize(), axes=[ax])),
+        ("timed", lambda: plots.gait_in_four_dimensions(GAIT3, axes=[ax] * 5)),  # type: ignore[arg-type]
+    ]
+    for name, call in cases:
+        with pytest.raises(gg.InputError, match=rf"^{name}: .*allowed (is|are) "):
+            call()
+
+
+def test_tick_labels() -> None:
+    texts = {-HALF_PI: r"$-\pi/2$", 0.0: "$0$", 3 * math.pi / 8: r"$3\pi/8$", 2 * math.pi: r"$2\pi$", 1.0: "$1$"}
+    assert {angle: text_of_multiple(angle) for angle in texts} == texts
+
+
+def test_the_style_holds_inside_alone() -> None:
+    before = dict(mpl.rcParams)
+    with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0}):
+        mine = dict(mpl.rcParams)
+        with paper_style():
+            assert (mpl.rcParams["lines.linewidth"], mpl.rcParams["font.size"]) == (1.0, 8.0)
+            assert all(mpl.rcParams[name] == value for name, value in STYLE.items())
+        assert dict(mpl.rcParams) == mine
+    assert dict(mpl.rcParams) == before
+
+
+PICTURES: dict[str, Callable[[Axes], Any]] = {
+    "vehicle": lambda ax: plots.vehicle_sketch(ax=ax),
+    "root_counts": lambda ax: plots.root_counts(ax=ax),
+    "adjacency_rule": lambda ax: plots.adjacency_rule(ax=ax),
+    "type_map": lambda ax: plots.type_map(ax=ax),
+    "gait_loop": lambda ax: plots.gait_loop(GAIT3, ax=plots.type_map(labels=False, ax=ax)),
+    "regions": lambda ax: plots.regions_map(ax=ax),
+    "roll_pitch": lambda ax: plots.roll_pitch_diagram(GAIT3, eta=0.8, ax=ax),
+}
+
+
+def picture_without_text(draw: Callable[[Axes], Any], path: Path) -> None:
+    """Save a picture at a fixed place without its texts, which differ between versions of matplotlib."""
+    with paper_style():
+        figure = Figure(figsize=(3, 3), dpi=80)
+        ax = figure.add_axes((0.02, 0.02, 0.96, 0.96))
+        draw(ax)
+        if ax.get_legend() is not None:
+            ax.get_legend().remove()  # type: ignore[union-attr]
+        for text in figure.findobj(Text):
+            if not isinstance(text, Annotation) or text.get_text():
+                text.set_visible(False)
+        figure.savefig(path, metadata={"Software": None})
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_pictures_look_as_they_did(tmp_path: Path, name: str) -> None:
+    """To draw them anew: PICTURES through picture_without_text into tests/baseline, and look at each."""
+    picture_without_text(PICTURES[name], tmp_path / f"{name}.png")
+    found: Any = compare_images(str(BASELINE / f"{name}.png"), str(tmp_path / f"{name}.png"), tol=4.0)
+    assert found is None
