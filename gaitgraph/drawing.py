@@ -37,6 +37,8 @@ __all__ = [
     "angle_axis",
     "axes_or_new",
     "blank_figure",
+    "draw_arrow",
+    "draw_label",
     "half_markers",
     "legend_above",
     "legend_below",
@@ -262,6 +264,19 @@ def legend_below(ax: Axes, **options: Any) -> None:
     """Put a legend below the label of axes' x axis."""
     below = 32.0 / STYLE["legend.fontsize"]  # both in points
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=below, **options)
+
+
+def draw_arrow(
+    ax: Axes, start: Any, end: Any, color: str, width: float = 1.0, size: float = 9.0, gid: str | None = None
+) -> None:
+    """Draw an arrow between two places; width and head size in points."""
+    style = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=style | {"mutation_scale": size}, zorder=5, gid=gid)
+
+
+def draw_label(ax: Axes, place: Any, text: str, color: str = "black", offset: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Write a text centred on a place, moved by an offset in data units."""
+    ax.text(place[0] + offset[0], place[1] + offset[1], text, color=color, ha="center", va="center", zorder=6)
 
 
 def half_markers() -> tuple[Path, Path]:

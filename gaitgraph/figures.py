@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph import plots
+from gaitgraph.attitudes import acceptable_attitudes
 from gaitgraph.drawing import (
     FORMATS,
     Format,
@@ -211,7 +212,7 @@ def _around_gait(number: int, eta: float, claim: str) -> Callable[[_Setting], Fi
     return drawn
 
 
-def _three_readings(number: int, eta: float, claim: str) -> Callable[[_Setting], Figure]:
+def _four_readings(number: int, eta: float, claim: str) -> Callable[[_Setting], Figure]:
     """Return what draws a blue gait and its biased gait with each rounding that there is of it."""
 
     def drawn(setting: _Setting) -> Figure:
@@ -223,18 +224,17 @@ def _three_readings(number: int, eta: float, claim: str) -> Callable[[_Setting],
             _diagram(figure.add_subplot(), gait, number, eta, "exact coefficients", "")
             return figure
         published = coefficients_of(vehicle, "published")
-        figure = blank_figure(170, 86, apart=0.08)
-        panels = figure.subplots(1, 3)
+        rounded = _paper_gait(number, vehicle, published)
+        figure = blank_figure(170, 216, apart=0.08)
+        panels = figure.subplots(2, 2)
         readings = (
             ("(a) exact coefficients", gait),
-            ("(b) four-digit coefficients", _paper_gait(number, vehicle, published)),
+            ("(b) four-digit coefficients", rounded),
             ("(c) printed vertices", _printed_gait(number, exact)),
+            ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=vehicle, coefficients=exact)),
         )
-        for ax, (title, one) in zip(panels, readings, strict=True):
+        for ax, (title, one) in zip(panels.flat, readings, strict=True):
             _diagram(ax, one, number, eta, title, claim)
-            if ax is not panels[0]:
-                ax.set_ylabel("")
-                ax.tick_params(labelleft=False)
         return figure
 
     return drawn
@@ -243,11 +243,13 @@ def _three_readings(number: int, eta: float, claim: str) -> Callable[[_Setting],
 def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: str) -> None:
     """Draw a roll–pitch diagram, and say in its title what it shows and whether the paper claims that."""
     plots.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-    margins = [_nearest(one) for one in (gait, gait.biased(eta))]
+    both = (gait, gait.biased(eta))
+    margins = [_nearest(one) for one in both]
     told = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
     lines = [title, f"tilt margin {told[0]}, biased {told[1]}"]
     if claim:
-        lines.append("as the paper says" if _agrees(margins, claim) else "unlike the paper")
+        agrees = not math.isnan(margins[0]) and _agrees([_fraction(one) for one in both], claim)
+        lines.append("as the paper says" if agrees else "unlike the paper")
     ax.set_title("\n".join(lines))
 
 
@@ -257,20 +259,22 @@ def _nearest(gait: Gait) -> float:
     return least_tilt_margin(gait.alpha, gait.ends, numbers, tolerance=1e-4).upper
 
 
-_LITTLE = math.radians(5.0)
-"""Margins of two gaits that differ by less are alike."""
+def _fraction(gait: Gait) -> float:
+    """Return the part of the diagram, around level flight, where a gait is never singular, at face value too."""
+    return acceptable_attitudes(gait.alpha, plots.at_face_value(gait.coefficients)).fraction
 
 
-def _agrees(margins: list[float], claim: str) -> bool:
-    """Return whether a gait's and its biased gait's margins [rad] show what the paper claims.
+_LITTLE = 0.02
+"""Fractions of the diagram that differ by less are alike."""
 
-    "farther": the gait's singular attitudes are farther from level flight than those of the biased gait; "alike": the
-    gait has little advantage.
+
+def _agrees(fractions: list[float], claim: str) -> bool:
+    """Return whether the acceptable fractions of a gait and of its biased gait show what the paper claims.
+
+    "farther": the gait's singular curves leave it a wider region; "alike": the gait has little advantage.
     """
-    gait, biased = margins
-    if math.isnan(gait) or math.isnan(biased):
-        return False
-    return gait > biased + math.radians(0.5) if claim == "farther" else abs(gait - biased) < _LITTLE
+    gait, biased = fractions
+    return gait > biased if claim == "farther" else gait < biased + _LITTLE
 
 
 def _regions(setting: _Setting) -> Figure:
@@ -376,20 +380,21 @@ def _catalog() -> dict[str, PaperFigure]:
     blue = (
         "The blue sheet turns on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
         "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
-        "between the vertices as printed, with exact coefficients. For another vehicle there is (a) alone. "
+        "between the vertices as printed, with exact coefficients; (d) angles found with four digits, judged with "
+        "exact coefficients. For another vehicle there is (a) alone. "
     )
     lines = (
         "Thin lines are singular attitudes, red solid for the gait, blue dashed for the biased gait; thick ones border "
         "what is never singular around level flight. Above: the least tilt from level flight to a singular attitude, "
-        "gait | biased gait, and whether that is what the paper says, "
+        "gait | biased gait, and whether the bordered regions are as the paper says, "
     )
-    farther, alike = "that the red curves are farther from the origin.", "that the gait has little advantage."
+    farther, alike = "that the gait's is the wider one.", "that the gait has little advantage."
     for number, gait, eta, claim in ((18, 1, 0.8, "farther"), (19, 2, 0.99, "farther"), (22, 2, 0.8, "alike")):
         add(
             number,
             f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}",
             f"{blue}{lines}{farther if claim == 'farther' else alike}",
-            _three_readings(gait, eta, claim),
+            _four_readings(gait, eta, claim),
         )
     for number, gait, eta in ((20, 3, 0.8), (21, 4, 0.8)):
         add(

@@ -13,10 +13,10 @@ PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
     "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "palettes", "paintings",
-    "regions", "segments", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing", "graph", "contract",
-    "search", "requests", "summary", "plans", "planning", "ways", "enumeration", "circuits", "simplecycles",
-    "catalog", "tables", "reading", "validation", "exchange", "transitions", "robustness", "drawing",
-    "plots", "figures", "cli", "__main__",
+    "regions", "segments", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing",
+    "graph", "contract", "search", "requests", "summary", "plans", "planning", "ways", "enumeration",
+    "circuits", "simplecycles", "catalog", "tables", "reading", "validation", "exchange", "transitions",
+    "robustness", "drawing", "plots", "figures", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
@@ -27,9 +27,20 @@ DELEGATIONS = {
 }
 
 
+# The rooms of the sub-package plots, in its order; its __init__ gathers what they offer.
+PLOTS = ("vehicles", "roots", "types", "regions", "gaits")
+
+
+def source_of(module: str) -> str:
+    """Return the source of a room, all of it if the room is a sub-package."""
+    single = PACKAGE / f"{module}.py"
+    parts = [single] if single.exists() else sorted((PACKAGE / module).glob("*.py"))
+    return "\n".join(part.read_text().replace("from __future__ import annotations\n", "") for part in parts)
+
+
 def imports(module: str) -> list[tuple[str, str | None]]:
     """Return the rooms that a module imports, each with the function that does it (None at the top)."""
-    tree = ast.parse((PACKAGE / f"{module}.py").read_text())
+    tree = ast.parse(source_of(module))
     found: list[tuple[str, str | None]] = []
 
     def visit(node: ast.AST, function: str | None) -> None:
@@ -48,14 +59,25 @@ def imports(module: str) -> list[tuple[str, str | None]]:
 
 
 def test_each_room_imports_only_from_rooms_before_it() -> None:
-    assert {path.stem for path in PACKAGE.glob("*.py")} == {*ORDER, "__init__"}
+    rooms = {path.stem for path in PACKAGE.glob("*.py")} | {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert rooms == {*ORDER, "__init__"}
     delegations = set()
     for position, module in enumerate(ORDER):
         for room, function in imports(module):
+            if room == module and room == "plots":
+                continue  # its own order is tested below
             if ORDER.index(room) >= position:
                 assert function is not None, f"{module} imports {room}, which comes later"
                 delegations.add((module, function, room))
     assert delegations == DELEGATIONS
+
+
+def test_the_rooms_of_plots_import_only_from_those_before_them() -> None:
+    assert {path.stem for path in (PACKAGE / "plots").glob("*.py")} == {*PLOTS, "__init__"}
+    for position, module in enumerate(PLOTS):
+        source = (PACKAGE / "plots" / f"{module}.py").read_text()
+        used = [line.split()[1].split(".")[2] for line in source.splitlines() if "from gaitgraph.plots." in line]
+        assert all(PLOTS.index(room) < position for room in used), module
 
 
 def test_the_docstring_tells_the_same_order() -> None:
@@ -113,7 +135,7 @@ def test_every_public_name_is_there_and_known_to_type_checkers() -> None:
 
 def test_modules_say_what_they_offer() -> None:
     for module in ORDER[:-1]:
-        tree = ast.parse((PACKAGE / f"{module}.py").read_text())
+        tree = ast.parse(source_of(module))
         names = {node.name for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
         names |= {
             target.id

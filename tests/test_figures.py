@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.testing.compare import compare_images
 from matplotlib.text import Text
 
 import gaitgraph as gg
@@ -24,6 +25,8 @@ from gaitgraph.drawing import FORMATS, paper_style, picture_bytes
 from gaitgraph.figures import FIGURES, draw, names_of_figures, write_figures
 from gaitgraph.tables import table_of
 from tests.published import GAITS
+
+ROOT = Path(__file__).parent.parent
 
 BEETLE = gg.vehicle_named("beetle_omni")
 GAIT4 = gg.lift(GAITS[3].angles, "red")
@@ -143,13 +146,19 @@ def test_figure_17_holds_three_loops() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "agreeing"), [("18", [False, True, False]), ("19", [False, True, False]), ("22", [False, False, True])]
+    ("name", "agreeing"),
+    [
+        ("18", [False, True, False, True]),
+        ("19", [False, True, False, True]),
+        ("22", [False, False, True, True]),
+    ],
 )
-def test_blue_gaits_have_three_readings(name: str, agreeing: list[bool]) -> None:
-    """Figures 18 and 19 look like the paper's claim with four digits alone, Figure 22 with the printed vertices."""
+def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
+    """One reading alone looks like all three of the paper's claims: angles of four digits, judged exactly."""
     told = verdicts(draw(name))
     assert [lines[0] for lines in told] == [
         "(a) exact coefficients", "(b) four-digit coefficients", "(c) printed vertices",
+        "(d) four-digit surface, exact formula",
     ]  # fmt: skip
     assert [lines[2] == "as the paper says" for lines in told] == agreeing
     assert told[0][1].startswith("tilt margin none, biased ")
@@ -157,9 +166,9 @@ def test_blue_gaits_have_three_readings(name: str, agreeing: list[bool]) -> None
 
 
 def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
-    left, middle, right = draw(19).axes
+    left, middle, right, last = draw(19).axes
     assert [patch.get_gid() for patch in left.patches] == ["singular"]
-    assert [len(lines_of(ax, "singular")) for ax in (left, middle, right)] == [48, 48, 96]
+    assert [len(lines_of(ax, "singular")) for ax in (left, middle, right, last)] == [48, 48, 96, 96]
     exact = gg.coefficients_of(kind="exact")
     printed = figures._printed_gait(2, exact)
     alpha = printed.parametrize(law="constant-speed").at(np.arange(48) / 48)[0]
@@ -353,3 +362,11 @@ def test_matplotlib_is_imported_only_when_drawing() -> None:
     code = "import sys, gaitgraph.figures, gaitgraph.plots, gaitgraph.drawing; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+@pytest.mark.parametrize(("name", "shown"), [("16", "type_map"), ("21", "roll_pitch")])
+def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_path: Path) -> None:
+    drawn = tmp_path / f"{shown}.png"
+    drawn.write_bytes(picture_bytes(draw(name), "png"))
+    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(drawn), tol=8.0)
+    assert found is None
