@@ -25,6 +25,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import Coefficients, noise_of
 from gaitgraph.margins import (
     EVERYWHERE,
+    attitude_of,
     attitude_sensitivities,
     segment_singular_everywhere,
     sensitivity_deviations,
@@ -192,7 +193,7 @@ def acceptable_attitudes(
     alpha: npt.ArrayLike,
     coefficients: Coefficients,
     *,
-    tolerance: float = 1e-4,
+    tolerance: float = 1e-5,
     angle_rounding: float = 0.0,
 ) -> AcceptableAttitudes:
     """Return the attitudes at which a gait is never singular.
@@ -221,7 +222,7 @@ def acceptable_attitudes(
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
     >>> exact = coefficients_of(kind="exact")
     >>> [round(acceptable_attitudes(one.alpha, exact).fraction, 3) for one in (gait, gait.biased(0.8))]
-    [1.0, 0.851]
+    [1.0, 0.852]
     """
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
@@ -249,16 +250,17 @@ def acceptable_attitudes(
     around = (sign * heights > 0).all()
     pieces = len(sweep.starts)
     polygon, error, reason = _empty(), 0.0, _NOT_LEVEL
-    sides = [-sign, sign]
-    if around and (found := _narrowed(sweep, coefficients, sign, _UP, tolerance)):
-        polygon, error, pieces = found
-        reason = "" if error < 1 else f"R is too near to zero for a decision with {pieces} pieces"
-        sides = [-sign]
     others = []
-    for side in sides:
+    for side in (sign, -sign):
         inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
-        if inside is not None and (beside := _narrowed(sweep, coefficients, side, inside, tolerance)):
-            others.append(beside[0])
+        found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
+        if side == sign and around and found is not None:
+            polygon, error, pieces = found
+            reason = ""
+        elif side == sign and around:
+            error, reason = 1.0, "R is too near to zero for a decision"
+        elif found is not None:
+            others.append(found[0])
     import shapely
 
     return AcceptableAttitudes(
@@ -305,9 +307,12 @@ class _Sweep:
         starts, ends = self.starts[where], self.ends[where]
         middle = (starts + ends) / 2
         halves = _Sweep.between(np.concatenate([starts, middle]), np.concatenate([middle, ends]), coefficients)
-        kept = ~where
-        names = ("starts", "ends", "v0", "v1", "across", "level")
-        return _Sweep(**{n: np.concatenate([getattr(self, n)[kept], getattr(halves, n)]) for n in names})
+        rest = self.only(~where)
+        return _Sweep(**{name: np.concatenate([getattr(rest, name), getattr(halves, name)]) for name in _PARTS})
+
+    def only(self, where: npt.NDArray[np.bool_]) -> _Sweep:
+        """Return some of the pieces."""
+        return _Sweep(**{name: getattr(self, name)[where] for name in _PARTS})
 
     def safe_rays(self, sign: float) -> FloatArray:
         """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
@@ -320,42 +325,57 @@ class _Sweep:
         return np.concatenate([sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1)
 
 
+_PARTS = ("starts", "ends", "v0", "v1", "across", "level")
+
+
 def _narrowed(
     sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
 ) -> tuple[Polygon, float, int] | None:
-    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces; None if there is none.
+    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
 
-    Only the pieces whose cone touches the boundary are cut finer. An error of 1 says that nothing was decided.
+    None if there is none, or if that cannot be told. A piece inside the cone of the samples can add nothing, and is
+    laid aside; those that stick out of it are cut finer.
     """
-    given = len(sweep.starts)
+    pieces = most = len(sweep.starts)
+    most = max(_MOST_PIECES, 2 * most)
+    core = np.zeros((0, 3))
     while True:
         rays = sweep.safe_rays(sign)
+        samples = np.concatenate([core, sign * sweep.v0, sign * sweep.v1])
+        if (samples @ inside <= 0).any():
+            return None
         doubtful = np.any(rays @ inside <= 0, axis=1)
-        if doubtful.any():
-            lost = sign * np.concatenate([sweep.v0, sweep.v1]) @ inside <= 0
-            if lost.any():
-                return None
-            if len(sweep.starts) + doubtful.sum() > max(_MOST_PIECES, 2 * given):
-                return _empty(), 1.0, len(sweep.starts)
-            sweep = sweep.cut(doubtful, coefficients)
-            continue
-        extreme, index = _extreme_rays(rays.reshape(-1, 3), inside)
-        outer, _ = _extreme_rays(sign * np.concatenate([sweep.v0, sweep.v1]), inside)
-        touching = np.zeros(len(sweep.starts), dtype=bool)
-        touching[index[index >= 0] // rays.shape[1]] = True
-        touching &= (sweep.across > 0) | (sweep.level > 0)
-        gap = _gap(extreme, outer)
-        # What straight sides leave open bounds what finer pieces can gain.
-        last = (
-            not touching.any() or len(sweep.starts) + touching.sum() > max(_MOST_PIECES, 2 * given) or gap <= 2 * _SAG
-        )
-        if last or gap <= tolerance:
-            polygon = _polygon_of(extreme)
-            chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
-            error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
-            if last or error <= tolerance:
-                return polygon, error, len(sweep.starts)
-        sweep = sweep.cut(touching, coefficients)
+        if not doubtful.any():
+            outer = _extreme_rays(samples, inside)
+            out = ((sweep.across > 0) | (sweep.level > 0)) & _sticks_out(rays, outer, inside)
+            sweep, rays, core = sweep.only(out), rays[out], outer
+            extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
+            gap = _gap(extreme, outer)
+            # What straight sides leave open bounds what finer pieces can gain.
+            last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
+            if last or gap <= tolerance:
+                polygon = _polygon_of(extreme)
+                chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
+                error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
+                if last or error <= tolerance:
+                    return polygon, error, pieces
+            doubtful = np.ones(len(sweep.starts), dtype=bool)
+        elif pieces + doubtful.sum() > most:
+            return None
+        pieces += int(doubtful.sum())
+        sweep = sweep.cut(doubtful, coefficients)
+
+
+def _sticks_out(rays: FloatArray, cone: FloatArray, inside: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return for rays of shape (m, k, 3) whether one of each k is outside a cone given by its extreme rays."""
+    import shapely
+
+    if len(cone) < 3:
+        return np.ones(len(rays), dtype=bool)
+    hull = shapely.Polygon(_seen_from(cone, inside))
+    shapely.prepare(hull)
+    x, y = np.moveaxis(_seen_from(rays, inside), -1, 0)
+    return np.asarray(~shapely.contains_xy(hull, x, y).all(axis=1))
 
 
 def _gap(inner: FloatArray, outer: FloatArray) -> float:
@@ -410,17 +430,21 @@ def _convex_hull(points: FloatArray) -> npt.NDArray[np.intp]:
         return np.unique([np.argmin(along), np.argmax(along)])
 
 
-def _extreme_rays(rays: FloatArray, inside: FloatArray) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-    """Return the extreme rays of a cone and the horizon's, counter-clockwise about `inside`, and their numbers.
+def _seen_from(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return where rays pierce the plane that is one away along `inside`, shape (..., 2)."""
+    first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
+    first /= np.linalg.norm(first)
+    return np.asarray(rays @ np.column_stack([first, np.cross(inside, first)]) / (rays @ inside)[..., None])
 
-    The number of the horizon is −1. Rays within 1e-9 rad of each other are one.
+
+def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the extreme rays of a cone and the horizon's, unit vectors, counter-clockwise about `inside`.
+
+    Rays within 1e-9 rad of each other are one.
     """
     everything = np.vstack([_UP, rays])
     everything /= np.linalg.norm(everything, axis=1, keepdims=True)
-    first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
-    first /= np.linalg.norm(first)
-    plane = everything @ np.column_stack([first, np.cross(inside, first)]) / (everything @ inside)[:, None]
-    index = _convex_hull(plane)
+    index = _convex_hull(_seen_from(everything, inside))
     kept = [int(index[0])]
     for k in [*index[1:].tolist(), kept[0]]:
         if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
@@ -429,8 +453,7 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> tuple[FloatArray, npt
             kept[-1] = 0
     if len(kept) > 1 and np.abs(everything[kept[-1]] - everything[kept[0]]).max() <= _SAME_RAY:
         kept[0] = min(kept[0], kept.pop())
-    numbers = np.array(kept)
-    return everything[numbers], numbers - 1
+    return everything[kept]
 
 
 def _polygon_of(rays: FloatArray) -> Polygon:
@@ -470,7 +493,7 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
     """Return (roll, pitch) of verticals, shape (k, 2) [rad]; at pitch ±π/2 roll is that of `middle`, beside it."""
     beside = np.where((np.hypot(verticals[:, 1], verticals[:, 2]) < 1e-12)[:, None], middle, verticals)
     roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
-    return np.column_stack([roll, -np.arcsin(np.clip(verticals[:, 0], -1.0, 1.0))])
+    return np.column_stack([roll, attitude_of(verticals)[:, 1]])
 
 
 def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:

@@ -387,7 +387,7 @@ def _polygon(text: str, name: str) -> list[list[str]]:
 @click.option("--bias", type=float, multiple=True, metavar="ETA", help="Scale α3 and α4 by η in (0, 1]; repeatable.")
 @click.option("--scale", type=float, multiple=True, metavar="ETA", help="Scale all four by η; repeatable.")
 @click.option("--tilt", metavar="ANGLE", help="Tilt to ask the least singular value within.  [default: 30deg]")
-@click.option("--tolerance", type=float, metavar="X", help="Fraction of attitudes that may be missed.  [default: 1e-4]")
+@click.option("--tolerance", type=float, metavar="X", help="Fraction of attitudes that may be missed.  [default: 1e-5]")
 @click.option("--curves", type=int, metavar="N", help="Singular curves at so many places.  [default: 24]")
 @click.option("--angle-rounding", metavar="ANGLE", help="What each angle may be off by.  [default: what is seen]")
 @_setting

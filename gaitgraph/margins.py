@@ -41,6 +41,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 __all__ = [
     "EVERYWHERE",
     "LeastMargin",
+    "attitude_of",
     "attitude_sensitivities",
     "least_singular_value_within",
     "least_tilt_margin",
@@ -114,15 +115,15 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     margin = np.empty(len(rows))
     noise = noise_of(coefficients)
     doubt = noise if coefficients.kind == "exact" and not angle_rounding else _LARGEST_RESOLUTION
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for k in range(0, len(rows), _BLOCK):
             block = rows[k : k + _BLOCK]
             across, level = _across_and_level(block, coefficients)
             found = np.arctan(np.abs(level) / across)
             near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
-            if near.size:
-                none = singular_everywhere(block[near], coefficients, angle_rounding=angle_rounding)
-                found[near[none]] = np.nan
+            if near.size and doubt > noise:
+                near = near[singular_everywhere(block[near], coefficients, angle_rounding=angle_rounding)]
+            found[near] = np.nan
             margin[k : k + _BLOCK] = found
     return margin.reshape(angles.shape[:-1])[()]
 
@@ -172,7 +173,7 @@ def singular_everywhere(
     sines = [np.abs(np.sin(phase)) for phase in (a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta)]
     scale = 1.0 / abs(math.sin(2 * delta))
     across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + noise
-    level = level_determinant_resolution(alpha, coefficients, angle_rounding)
+    level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
     return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
 
 
@@ -190,13 +191,18 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
     v = attitude_sensitivities(_tilt_angles(alpha), coefficients)
     across = np.hypot(v[..., 0], v[..., 1])
     noise = noise_of(coefficients)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # n = cos(margin)·z + sin(margin)·h with v·n = 0: h points against the horizontal part of v if R > 0.
         unit = -np.where(v[..., 2] < 0, -1.0, 1.0)[..., None] * v[..., :2] / across[..., None]
         margin = np.arctan(np.abs(v[..., 2]) / across)
     up = np.concatenate([np.sin(margin)[..., None] * unit, np.cos(margin)[..., None]], axis=-1)
-    attitude = np.stack([np.arctan2(up[..., 1], up[..., 2]), -np.arcsin(np.clip(up[..., 0], -1.0, 1.0))], axis=-1)
-    return np.where((across > noise)[..., None], attitude, np.nan)
+    return np.where((across > noise)[..., None], attitude_of(up), np.nan)
+
+
+def attitude_of(vertical: FloatArray) -> FloatArray:
+    """Return the (roll, pitch) at which the upward vertical in body axes is `vertical`, shape (..., 2) [rad]."""
+    x, y, z = np.moveaxis(vertical, -1, 0)
+    return np.stack([np.arctan2(y, z), -np.arctan2(x, np.hypot(y, z))], axis=-1)
 
 
 def sensitivity_deviations(
@@ -441,8 +447,7 @@ def least_singular_value_within(
         open_ = open_[better]
         value[open_], azimuth[open_] = tried[better], best[better]
     within = margin > tilt
-    up = _verticals(tilt, azimuth[within])
-    attitude[within] = np.stack([np.arctan2(up[:, 1], up[:, 2]), -np.arcsin(up[:, 0])], axis=-1)
+    attitude[within] = attitude_of(_verticals(tilt, azimuth[within]))
     worst = np.where(known, value.reshape(known.shape), np.nan)
     return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)
 

@@ -243,7 +243,7 @@ def robustness_of(
     tilt: float = DEFAULT_TILT,
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
-    tolerance: float = 1e-4,
+    tolerance: float = 1e-5,
     angle_rounding: float | None = None,
     curves: int = 24,
 ) -> RobustnessReport:

@@ -711,3 +711,127 @@ def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
         # Before that Python itself, or its run of the module, is what is interrupted.
         assert "cli.py" not in err
         assert job.returncode != 130 or err.strip() == "gaitgraph: interrupted"
+
+
+class TestRobustness:
+    """gaitgraph robustness."""
+
+    @staticmethod
+    def rows(name: str, *rows: str) -> str:
+        Path(name).write_text("\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]) + "\n")
+        return name
+
+    def test_json(self, run: Any) -> None:
+        result = run("robustness", written("gait3.csv", G3), "--bias", "0.8", "--curves", "3", "--json")
+        assert (result.code, result.err) == (0, "")
+        data = result.json
+        keys = {"tilt_margin_deg", "tilt_margin_reason", "acceptable_fraction", "singular_curves"}
+        assert set(data) >= keys | {"biased", "sweep", "least_singular_value", "tilt_margin_where"}
+        assert set(data["biased"]) >= keys | {"eta"}
+        assert (data["tilt_margin_deg"], data["acceptable_fraction"]) == (90.0, 1.0)
+        assert data["biased"]["eta"] == 0.8
+        assert data["biased"]["tilt_margin_deg"] == pytest.approx(74.46, abs=5e-3)
+        assert 0.84 < data["biased"]["acceptable_fraction"] < 0.86
+        assert data["sweep"] == [data["biased"]]
+        assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 3
+
+    def test_a_sweep(self, run: Any) -> None:
+        options = ["--bias", "0.9", "--bias", "0.8", "--scale", "0.5", "--curves", "0"]
+        data = run("robustness", written("gait4.csv", G4), *options, "--json").json
+        assert data["biased"] is None
+        assert [(one["scaling"], one["eta"]) for one in data["sweep"]] == [
+            ("biased", 0.9), ("biased", 0.8), ("scaled", 0.5)
+        ]  # fmt: skip
+        margins = [one["tilt_margin_deg"] for one in data["sweep"]]
+        assert margins == pytest.approx([71.01, 61.66, 90.0], abs=5e-3)
+        assert data["singular_curves"] == []
+
+    def test_no_margin_is_null_with_a_reason(self, run: Any) -> None:
+        """Blue gaits, as planned and as printed with three digits; biased, there is one, or a place where R = 0."""
+        printed = self.rows(
+            "printed.csv", "0.982,0.393,-0.648,-0.727", "0.982,1.178,-0.648,-1.512", "0.196,1.178,0.138,-1.512",
+            "0.196,0.393,0.138,-0.727",
+        )  # fmt: skip
+        for name in (written("gait1.csv", G1), printed):
+            data = run("robustness", name, "--bias", "0.8", "--curves", "1", "--json").json
+            assert data["tilt_margin_deg"] is None
+            assert "singular at every attitude" in data["tilt_margin_reason"]
+            assert data["acceptable_fraction"] == data["least_singular_value"] == 0
+            assert data["singular_curves"][0]["kind"] == "everywhere"
+            assert data["biased"]["tilt_margin_deg"] == 0
+            assert data["biased"]["tilt_margin_reason"] == "R changes its sign"
+            assert set(data["biased"]["tilt_margin_where"]) == {"row", "t", "fraction", "alpha"}
+        text = run("robustness", printed, "--bias", "0.8").out
+        assert "none" in text
+        assert "tilt margin 0° at row" in text
+
+    def test_for_people(self, run: Any) -> None:
+        result = run("robustness", written("gait3.csv", G3), "--bias", "0.9", "--scale", "0.7", "--tilt", "20deg")
+        assert (result.code, result.err) == (0, "")
+        lines = result.out.splitlines()
+        assert len(lines) <= 24
+        assert lines[0] == "Robustness to attitude, vehicle paper, exact coefficients"
+        assert "within 20° of tilt" in lines[1]
+        assert [line.split()[0] for line in lines[2:5]] == ["the", "biased", "scaled"]
+        assert "90.00°" in lines[2]
+        assert "80.68°" in lines[3]
+
+    def test_any_table_of_angles(self, run: Any) -> None:
+        """Off the surface, one row only, with a vehicle of one's own."""
+        single = self.rows("one.csv", "0.3,-0.3,0.1,-0.2")
+        data = run("robustness", single, "--json").json
+        assert data["tilt_margin_deg"] == pytest.approx(85.78, abs=5e-3)
+        assert len(data["singular_curves"]) == 1
+        other = run("robustness", single, "--vehicle", "beetle_omni", "--json").json
+        assert other["vehicle"] == "beetle_omni"
+        assert other["tilt_margin_deg"] != data["tilt_margin_deg"]
+        published = run("robustness", single, "--coefficients", "published", "--json").json
+        assert published["coefficients"] == "published"
+        assert published["tilt_margin_deg"] == pytest.approx(data["tilt_margin_deg"], abs=0.1)
+        steep = run("robustness", single, "--tilt", "89deg", "--json").json
+        assert steep["least_singular_value"] == 0
+
+    def test_a_tolerance_that_cannot_be_met_says_how_far_it_came(self, run: Any) -> None:
+        name = written("gait3.csv", G3)
+        start = time.perf_counter()
+        met = run("robustness", name, "--bias", "0.8", "--tolerance", "1e-3", "--json").json["biased"]
+        data = run("robustness", name, "--bias", "0.8", "--tolerance", "1e-12", "--json").json["biased"]
+        assert time.perf_counter() - start < 60
+        assert 1e-12 < data["acceptable_fraction_error"] < 1e-5 < met["acceptable_fraction_error"] <= 1e-3
+        gained = data["acceptable_fraction"] - met["acceptable_fraction"]
+        assert 0 <= gained <= met["acceptable_fraction_error"] + 1e-5
+        assert "as far as it came" in run("robustness", name, "--bias", "0.8", "--tolerance", "1e-12").out
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            ("nan.csv", "row 1: alpha4 is 'nan'; allowed is a finite number"),
+            ("empty.csv", "no rows; allowed is at least one"),
+            ("void.csv", "it is empty"),
+            ("none.csv", "cannot read 'none.csv'"),
+            ("far.csv", "alpha1 is 1000000.0 rad; allowed is"),
+            *((f"one.csv --bias {eta}", "bias: η = ") for eta in ("0", "-1", "1.5", "nan", "inf")),
+            ("one.csv --bias abc", "--bias"),
+            ("one.csv --scale 0", "scale: η = 0.0; allowed is a number in (0, 1]"),
+            ("one.csv --tilt 90deg", "tilt: 1.5707963267948966; allowed is"),
+            ("one.csv --tilt -1deg", "tilt: "),
+            ("one.csv --tilt x", "--tilt: 'x' is no angle"),
+            *((f"one.csv --tolerance {wrong}", "tolerance: ") for wrong in ("0", "nan", "-1", "inf")),
+            ("one.csv --curves -1", "curves: -1; allowed is 0 to 10000"),
+            ("one.csv --curves 10001", "curves: 10001"),
+            ("one.csv --angle-rounding -1", "--angle-rounding: '-1'"),
+            ("one.csv --vehicle x", "vehicle: 'x'"),
+            ("one.csv --vehicle beetle_omni --coefficients published", "'published' belong to the paper"),
+            ("", "Missing argument 'GAIT_FILE'"),
+        ],
+    )
+    def test_wrong_input(self, run: Any, arguments: str, message: str) -> None:
+        self.rows("nan.csv", "0.3,-0.3,0.1,nan")
+        self.rows("empty.csv")
+        Path("void.csv").write_text("")
+        self.rows("far.csv", "1e6,0,0,0")
+        self.rows("one.csv", "0.3,-0.3,0.1,-0.2")
+        result = run("robustness", *arguments.split())
+        assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+        assert result.err.startswith("gaitgraph: ")
+        assert message in result.err

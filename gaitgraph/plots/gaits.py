@@ -52,7 +52,7 @@ def roll_pitch_diagram(
     coefficients: Coefficients | None = None,
     name: str = "gait",
     count: int = 48,
-    tolerance: float = 1e-4,
+    tolerance: float = 1e-5,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).

@@ -12,6 +12,8 @@ AIMS = {
     "judging a table on disk against reading it, on the sheet": "at most 10",
     "judging a table on disk against reading it, off the sheets": "at most 10",
     "least singular values against a decomposition of every matrix": "at most 1/5",
+    "acceptable attitudes per sample against a raster of formula (1)": "at most 1/50",
+    "tilt margins of ten million samples against numpy.sin": "at most 5",
     "closed walk on the built graph against networkx": "at most 0.5",
 }
 

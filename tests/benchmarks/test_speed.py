@@ -14,7 +14,9 @@ import pytest
 from scipy.optimize import root
 
 import gaitgraph as gg
-from gaitgraph.invertibility import least_singular_value_bound
+from gaitgraph.attitudes import acceptable_attitudes
+from gaitgraph.invertibility import coefficients_of, determinant, least_singular_value_bound
+from gaitgraph.margins import tilt_margin
 from gaitgraph.search import closed_walk
 from gaitgraph.surface import COLORS
 
@@ -159,3 +161,52 @@ def test_singular_values_ours(benchmark: Any) -> None:
 @pytest.mark.benchmark(group="least singular values against a decomposition of every matrix")
 def test_singular_values(benchmark: Any) -> None:
     assert (benchmark(gg.least_singular_value, MATRICES) > 0).all()
+
+
+EXACT = coefficients_of(kind="exact")
+BIASED = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red").biased(0.8)
+SAMPLES = BIASED.parametrize(law="constant-speed", samples=1000).alpha[:-1]
+ATTITUDES = np.linspace(-np.pi / 2, np.pi / 2, 1001)
+
+
+@pytest.mark.benchmark(group="acceptable attitudes per sample against a raster of formula (1)")
+def test_acceptable_attitudes_ours(benchmark: Any) -> None:
+    """A thousand samples, the way between them and the error included."""
+    benchmark.extra_info["items"] = len(SAMPLES)
+    found = benchmark.pedantic(lambda: acceptable_attitudes(SAMPLES, EXACT), rounds=7, warmup_rounds=1)
+    finest = acceptable_attitudes(BIASED.alpha, EXACT, tolerance=1e-6)
+    assert found.met
+    # A raster misses what its cells and its samples hide; this is nearer than one cell's width of the outline.
+    assert abs(found.fraction - finest.fraction) <= found.error + finest.error < 1 / 1001
+
+
+@pytest.mark.benchmark(group="acceptable attitudes per sample against a raster of formula (1)")
+def test_raster_of_formula_1(benchmark: Any) -> None:
+    """Five of the thousand samples, each at a million attitudes; sines and cosines of the raster are shared."""
+    roll, pitch = np.meshgrid(ATTITUDES, ATTITUDES, indexing="ij", sparse=True)
+    some = SAMPLES[::200]
+
+    def evaluate() -> Any:
+        positive = negative = np.ones((1001, 1001), dtype=bool)
+        for alpha in some:
+            values = determinant(alpha, EXACT, roll, pitch)
+            positive, negative = positive & (values > 0), negative & (values < 0)
+        return positive | negative
+
+    benchmark.extra_info["items"] = len(some)
+    acceptable = benchmark.pedantic(evaluate, rounds=3, warmup_rounds=1)
+    assert 0.8 < acceptable.mean() < 1
+
+
+TEN_MILLION = np.random.default_rng(3).uniform(-1.5, 1.5, (10_000_000, 4))
+
+
+@pytest.mark.benchmark(group="tilt margins of ten million samples against numpy.sin")
+def test_tilt_margins_ours(benchmark: Any) -> None:
+    margin = benchmark.pedantic(lambda: tilt_margin(TEN_MILLION, EXACT), rounds=3, warmup_rounds=1)
+    assert ((margin >= 0) & (margin <= np.pi / 2)).all()
+
+
+@pytest.mark.benchmark(group="tilt margins of ten million samples against numpy.sin")
+def test_sines(benchmark: Any) -> None:
+    assert benchmark.pedantic(lambda: np.sin(TEN_MILLION), rounds=3, warmup_rounds=1).shape == (10_000_000, 4)

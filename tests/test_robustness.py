@@ -1,0 +1,320 @@
+"""One report for a gait and its biased gaits: numbers, places, what does not exist, and the same for every form."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import shapely
+
+import gaitgraph as gg
+from gaitgraph.attitudes import acceptable_attitudes
+from gaitgraph.errors import FileProblem, InputError
+from gaitgraph.gait import Gait, lift
+from gaitgraph.invertibility import (
+    coefficients_of,
+    determinant,
+    least_singular_value,
+    level_determinant,
+)
+from gaitgraph.margins import least_singular_value_within, tilt_margin
+from gaitgraph.robustness import Robustness, robustness_of
+from gaitgraph.tables import Table, table_of
+from tests.published import GAITS, PublishedGait
+from tests.test_margins import EXACT, along
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FloatArray = npt.NDArray[np.float64]
+
+G1, G2, G3, G4 = GAITS
+KEYS = {"tilt_margin_deg", "acceptable_fraction", "singular_curves", "tilt_margin_reason", "acceptable_reason"}
+
+
+def red(gait: PublishedGait) -> Gait:
+    return lift(gait.angles, "red")
+
+
+def table(rows: Any, **columns: Any) -> Table:
+    rows = np.asarray(rows, dtype=float)
+    return Table(columns={**columns, **{f"alpha{k + 1}": rows[:, k] for k in range(4)}})
+
+
+def quick(gait: Any, **options: Any) -> Robustness:
+    """Return the robustness of a gait itself, without curves."""
+    return robustness_of(gait, **{"curves": 0, **options}).gait
+
+
+class TestThePaper:
+    """The numbers of the paper's four gaits, biased and not."""
+
+    def test_the_sweep_of_gaits_3_and_4(self) -> None:
+        for gait, degrees in ((G3, 74.46), (G4, 61.66)):
+            report = robustness_of(red(gait), bias=[1.0, 0.9, 0.8], scale=[0.5], curves=3)
+            plain, same, mild, biased, scaled = (report.gait, *report.sweep)
+            assert plain.tilt_margin == same.tilt_margin == math.pi / 2
+            assert math.degrees(biased.tilt_margin or 0.0) == pytest.approx(degrees, abs=5.1e-3)
+            assert plain.acceptable.fraction == 1.0 > mild.acceptable.fraction > biased.acceptable.fraction > 0.5
+            assert plain.singular_value[1] > mild.singular_value[1] > biased.singular_value[1] > 0
+            assert scaled.tilt_margin == math.pi / 2
+            names = [one.name for one in report.sweep]
+            assert names == ["biased by 1", "biased by 0.9", "biased by 0.8", "scaled by 0.5"]
+            assert all(len(one.curves) == 3 for one in (plain, *report.sweep))
+            assert plain.direction is None
+            assert {curve.kind for _, curve in plain.curves} == {"none"}
+            assert {curve.kind for _, curve in biased.curves} == {"curve"}
+
+    @pytest.mark.parametrize("numbers", ["exact", "published"])
+    def test_gaits_1_and_2_have_no_margin(self, numbers: Any) -> None:
+        gait = lift(G2.angles, "blue", coefficients=coefficients_of(kind=numbers))
+        report = robustness_of(gait, bias=[0.99, 0.8, 1.0], curves=2)
+        for none in (report.gait, report.sweep[2]):
+            assert none.tilt_margin is None
+            assert none.direction is None
+            assert none.acceptable.fraction == 0.0
+            assert none.singular_value == (0.0, 0.0)
+            assert "singular at every attitude" in none.margin.reason
+            assert {curve.kind for _, curve in none.curves} == {"everywhere"}
+        found = [math.degrees(one.tilt_margin or 0.0) for one in report.sweep[:2]]
+        assert found == pytest.approx([41.74, 44.99], abs=6e-3)
+        first = robustness_of(lift(G1.angles, "blue", coefficients=gait.coefficients), bias=0.8, curves=0)
+        assert first.gait.tilt_margin is None
+        assert first.sweep[0].tilt_margin == 0.0
+        assert first.sweep[0].margin.reason == "R changes its sign"
+        assert abs(level_determinant(first.sweep[0].where.alpha, EXACT)) < 1e-12
+
+    @pytest.mark.parametrize("gait", [G1, G2], ids=["gait1", "gait2"])
+    def test_printed_digits_make_no_margin(self, gait: PublishedGait, tmp_path: Path) -> None:
+        """Three digits of a blue gait leave up to 44° of noise: as a gait, a table and a file they say none."""
+        rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
+        path = tmp_path / "printed.csv"
+        lines = "\n".join(",".join(f"{angle:.3f}" for angle in row) for row in rows)
+        path.write_text(f"alpha1,alpha2,alpha3,alpha4\n{lines}\n")
+        assert (quick(path, angle_rounding=0.0).tilt_margin or 0) > 0.5 or gait is G1
+        for form in (path, str(path), table(rows), Gait(alpha=rows, colors=("blue",) * 4)):
+            found = quick(form)
+            assert found.tilt_margin is None
+            assert "singular at every attitude" in found.margin.reason
+            assert found.acceptable.polygon.is_empty
+        # What a claim about the biased gait rests on is said too.
+        biased = robustness_of(path, bias=0.8, curves=0).sweep[0]
+        assert biased.tilt_margin == (0.0 if gait is G1 else pytest.approx(math.radians(44.99), abs=1e-4))
+
+    def test_three_digits_of_red_lose_nothing(self) -> None:
+        rows = np.hstack([G3.printed, G3.printed])
+        assert quick(table(rows)).tilt_margin == math.pi / 2
+
+    def test_published_coefficients_on_request(self) -> None:
+        gait = red(G3)
+        exact, published = (robustness_of(gait, bias=0.8, curves=0, coefficients=k) for k in ("exact", "published"))
+        assert exact.coefficients.kind == "exact"
+        assert published.coefficients.kind == "published"
+        one, two = exact.sweep[0].tilt_margin, published.sweep[0].tilt_margin
+        assert one != two
+        assert one == pytest.approx(two, abs=1e-3)
+
+
+class TestAgainstSampling:
+    """Each number against the period, sampled densely."""
+
+    def test_random_gaits(self) -> None:
+        random = np.random.default_rng(0)
+        for number in range(8):
+            points = random.uniform(-0.5, 0.5, 4) + random.uniform(-0.3, 0.3, (random.integers(2, 5), 4))
+            if number % 2:
+                points[:, 2:] = points[:, :2] + random.normal(0, 0.05, 2)
+            tilt = float(random.choice([0.0, 0.2, 0.5]))
+            found = quick(table(points), tilt=tilt)
+            alpha = along(points, 300)
+            R, margin = level_determinant(alpha, EXACT), tilt_margin(alpha, EXACT)
+            if R.min() * R.max() < 0:
+                assert found.tilt_margin == 0.0
+                assert abs(level_determinant(found.where.alpha, EXACT)) < 1e-12
+                assert found.singular_value == (0.0, 0.0)
+                continue
+            assert found.margin.lower <= margin.min() + 1e-12
+            assert found.tilt_margin == pytest.approx(tilt_margin(found.where.alpha, EXACT), abs=1e-12)
+            assert found.direction is not None
+            assert abs(determinant(found.where.alpha, EXACT, *found.direction)) < 1e-7
+            if found.margin.upper > tilt:
+                dense = least_singular_value_within(alpha, tilt)[0].min()
+                lower, upper = found.singular_value
+                assert lower <= dense + 1e-12
+                assert upper <= dense + 5.01e-4
+                assert upper - lower <= 5.01e-4
+                at = least_singular_value(found.singular_where.alpha, gg.PAPER, *found.singular_attitude)
+                assert at == pytest.approx(upper, abs=1e-12)
+
+    def test_a_long_table_is_searched_like_a_short_one(self) -> None:
+        """Rows far from the least are left out, none that matters."""
+        random = np.random.default_rng(1)
+        corners = lift(G4.angles, "red").biased(0.9).alpha
+        rows = along(corners, 2001) + random.normal(0, 2e-4, (4 * 2001, 4))
+        found = quick(table(rows), tolerance=1e-2)
+        dense = least_singular_value_within(rows, math.radians(30))[0].min()
+        assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
+        assert found.singular_value[1] <= dense + 1e-12
+        assert found.tilt_margin == pytest.approx(tilt_margin(rows, EXACT).min(), abs=1e-6)
+
+    def test_the_acceptable_attitudes_are_those_of_the_room(self) -> None:
+        gait = red(G4)
+        report = robustness_of(gait, bias=[0.8], tolerance=1e-3, curves=0)
+        room = acceptable_attitudes(gait.alpha * [1, 1, 0.8, 0.8], EXACT, tolerance=1e-3)
+        assert report.sweep[0].acceptable.polygon.equals(room.polygon)
+        assert report.sweep[0].acceptable.tolerance == 1e-3
+
+
+class TestForms:
+    """The same gait as a gait, a timed one, a table or a file."""
+
+    def test_one_answer(self, tmp_path: Path) -> None:
+        gait = red(G3).biased(0.9)
+        timed = gait.parametrize(samples=40)
+        timed.write(tmp_path / "gait.csv")
+        timed.write(tmp_path / "gait.json")
+        forms = [gait, timed, table_of(timed), tmp_path / "gait.csv", str(tmp_path / "gait.json")]
+        found = [quick(form) for form in forms]
+        for one in found:
+            assert one.tilt_margin == pytest.approx(found[0].tilt_margin, abs=1e-6)
+            assert one.acceptable.fraction == pytest.approx(found[0].acceptable.fraction, abs=2e-4)
+            assert one.singular_value[1] == pytest.approx(found[0].singular_value[1], abs=5e-4)
+        assert [one.noun for one in found] == ["corner", "corner", "row", "row", "row"]
+        assert found[3].where.t is not None
+
+    def test_a_point(self) -> None:
+        found = robustness_of(table([[0.3, -0.3, 0.1, -0.2]]))
+        assert found.gait.tilt_margin == pytest.approx(tilt_margin([0.3, -0.3, 0.1, -0.2], EXACT), abs=1e-12)
+        assert len(found.gait.curves) == 1
+        for rows in ([[0.3, -0.3, 0.1, -0.2]] * 2, [[0.3, -0.3, 0.1, -0.2]] * 3):
+            again = quick(table(rows))
+            assert again.tilt_margin == found.gait.tilt_margin
+            assert again.singular_value == pytest.approx(found.gait.singular_value)
+        blue = lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha
+        assert quick(table(blue)).tilt_margin is None
+
+    def test_another_vehicle(self) -> None:
+        rows = red(G3).alpha * [1, 1, 0.9, 0.9]
+        vehicle = gg.Vehicle(name="mine", drag_ratio=0.3, first_arm_angle=0.4, first_rotor_spin="counterclockwise")
+        report = robustness_of(table(rows), vehicle=vehicle)
+        assert report.vehicle.name == "mine"
+        assert report.gait.margin.upper == pytest.approx(
+            tilt_margin(along(rows, 500), coefficients_of(vehicle, "exact")).min(), abs=1e-4
+        )
+        with pytest.raises(InputError, match="vehicle: "):
+            robustness_of(red(G3), vehicle=vehicle)
+
+    def test_a_red_loop_through_zero(self) -> None:
+        corners = np.array([[0.3, -0.3], [0.3, 0.6], [-0.5, 0.6], [-0.5, -0.3]])
+        found = quick(table(np.hstack([corners, corners])))
+        assert (found.tilt_margin, found.margin.reason) == (0.0, "R changes its sign")
+        assert abs(level_determinant(found.where.alpha, EXACT)) < 1e-12
+        assert found.acceptable.polygon.is_empty
+        assert found.acceptable.reason
+
+    def test_curves_are_spread_over_the_way(self) -> None:
+        gait = red(G3).biased(0.8)
+        curves = robustness_of(gait, curves=40).gait.curves
+        places = np.array([place.alpha for place, _ in curves])
+        steps = np.linalg.norm(np.diff(np.vstack([places, places[:1]]), axis=0), axis=1)
+        assert steps.max() <= np.linalg.norm(gait.ends - gait.alpha, axis=1).sum() / 40 + 1e-9
+        for place, curve in curves:
+            np.testing.assert_allclose(determinant(np.array(place.alpha), EXACT, *curve.points(9).T), 0.0, atol=1e-6)
+        assert robustness_of(gait, curves=0).gait.curves == ()
+
+
+class TestAnswers:
+    """What is printed and saved."""
+
+    def test_plain_values(self) -> None:
+        """JSON that any reader takes: no NaN, the keys of the design, null with a reason."""
+        for gait in (red(G3), lift(G2.angles, "blue")):
+            for bias in ([], [0.8], [0.9, 0.8]):
+                data = robustness_of(gait, bias=bias, curves=2).as_mapping()
+                assert json.loads(json.dumps(data, allow_nan=False)) == data
+                assert len(data["sweep"]) == len(bias)
+                assert data["biased"] == (data["sweep"][0] if len(bias) == 1 else None)
+                assert set(data) >= KEYS
+                assert all(set(one) >= KEYS | {"eta", "scaling"} for one in data["sweep"])
+                assert (data["tilt_margin_deg"] is None) == (gait.colors[0] == "blue")
+                assert (data["tilt_margin_reason"] is None) == (gait.colors[0] == "red")
+
+    def test_curves_as_plain_values(self) -> None:
+        data = robustness_of(red(G3), bias=0.8, curves=2).as_mapping()
+        assert [curve["branches"] for curve in data["singular_curves"]] == [[], []]
+        for curve in data["biased"]["singular_curves"]:
+            (branch,) = curve["branches"]
+            size = math.hypot(curve["R_theta"], curve["R_phi"], curve["R"])
+            for roll, pitch in branch:
+                across = curve["R_theta"] * math.sin(pitch) + curve["R_phi"] * math.sin(roll) * math.cos(pitch)
+                assert abs(across + curve["R"] * math.cos(roll) * math.cos(pitch)) < 1e-7 * size
+        outline = shapely.Polygon(data["biased"]["acceptable_outline"])
+        assert outline.is_valid
+        assert outline.area == pytest.approx(data["biased"]["acceptable_area"], abs=2e-2)
+
+    def test_for_people(self) -> None:
+        text = str(robustness_of(red(G3), bias=[0.8], curves=0))
+        assert "90° in every direction" in text
+        assert "biased by 0.8" in text
+        assert "74.46°" in text
+        none = str(robustness_of(lift(G2.angles, "blue"), curves=0))
+        assert "none" in none
+        assert "singular at every attitude" in none
+        crossing = str(robustness_of(lift(G1.angles, "blue"), bias=0.8, curves=0))
+        assert "R changes its sign" in crossing
+        short = str(robustness_of(red(G3), bias=0.8, tolerance=1e-12, curves=0))
+        assert "1e-12" in short
+        assert "as far as it came" in short
+        assert max(len(line) for line in text.splitlines()) < 200
+
+    def test_same_input_same_bytes(self) -> None:
+        one, two = (json.dumps(robustness_of(red(G4), bias=[0.9], curves=3).as_mapping()) for _ in range(2))
+        assert one == two
+
+
+class TestWrongInput:
+    """One base error that names the argument, the value, what is allowed."""
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            *(({name: eta}, f"{name}: η = ") for name in ("bias", "scale") for eta in (0, -1, 1.5, math.nan, math.inf)),
+            ({"bias": "0.8"}, "bias: η = '0.8'"),
+            ({"bias": [0.8, None]}, "bias: η = None"),
+            ({"bias": [True]}, "bias: η = True"),
+            ({"tilt": math.pi / 2}, "tilt: "),
+            ({"tilt": -0.1}, "tilt: "),
+            ({"tilt": math.nan}, "tilt: "),
+            *(({"tolerance": wrong}, "tolerance: ") for wrong in (0, -1, math.nan, math.inf, "x")),
+            *(({"angle_rounding": wrong}, "angle_rounding: ") for wrong in (-1, math.nan, math.inf, "x")),
+            *(({"curves": wrong}, "curves: ") for wrong in (-1, 10_001, 1.5, True, "x")),
+            ({"coefficients": "rough"}, "coefficients: 'rough'"),
+        ],
+    )
+    def test_options(self, options: dict[str, Any], message: str) -> None:
+        with pytest.raises(InputError) as told:
+            robustness_of(red(G3), **options)
+        assert message in str(told.value)
+        assert "allowed" in str(told.value)
+
+    def test_gaits(self, tmp_path: Path) -> None:
+        for wrong in (None, 3, [[0, 0, 0, 0]], np.zeros((2, 4))):
+            with pytest.raises(InputError, match="gait: "):
+                robustness_of(wrong)  # type: ignore[arg-type]
+        with pytest.raises(FileProblem, match="No such file"):
+            robustness_of(tmp_path / "none.csv")
+        (tmp_path / "nan.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0,0,0,nan\n")
+        with pytest.raises(gg.GaitgraphError, match="row 1: alpha4 is 'nan'"):
+            robustness_of(tmp_path / "nan.csv")
+        (tmp_path / "empty.csv").write_text("alpha1,alpha2,alpha3,alpha4\n")
+        with pytest.raises(gg.GaitgraphError, match="no rows"):
+            robustness_of(tmp_path / "empty.csv")
+
+    def test_one_number_or_any_number_of_them(self) -> None:
+        gait = red(G3)
+        for bias in (0.8, np.float64(0.8), [0.8], (0.8,), np.array([0.8]), iter([0.8])):
+            assert [one.eta for one in robustness_of(gait, bias=bias, curves=0).sweep] == [0.8]
