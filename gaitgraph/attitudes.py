@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -461,7 +461,8 @@ def _polygon_of(rays: FloatArray) -> Polygon:
     import shapely
 
     polygon = shapely.Polygon(_ring_of(rays))
-    return polygon if polygon.is_valid else _largest_part(shapely.make_valid(polygon))
+    whole = polygon if polygon.is_valid else _largest_part(shapely.make_valid(polygon))
+    return cast("Polygon", whole.normalize())  # so that its first corner is the same wherever its sides were cut
 
 
 def _ring_of(rays: FloatArray) -> FloatArray:

@@ -311,7 +311,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     full, part = (points for points in lines_of(ax, "acceptable"))
     assert np.abs(full).max() == pytest.approx(HALF_PI)
     assert len(part) > 50
-    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.1 % acceptable"]
+    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.2 % acceptable"]
     assert {line.get_color() for line in ax.lines if line.get_gid() == "singular"} == {BLUE}
 
 
