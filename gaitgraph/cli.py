@@ -675,6 +675,7 @@ def figures_command(
     from gaitgraph.reading import read_table
     from gaitgraph.vehicle import vehicle_named
 
+    os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here
     setting = {"vehicle": None if vehicle is None else vehicle_named(vehicle), "coefficients": coefficients}
     given: dict[str, Any] = {"formats": tuple(name.lower() for name in formats)} if formats else {}
     if gait_file is not None:

@@ -358,17 +358,17 @@ def _zero_of(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients, sign: float, segment: int, fraction: float
 ) -> tuple[int, float, bool]:
     """Return where R first changes its sign, and whether it does."""
-    lost = np.flatnonzero(sign * np.asarray(level_determinant(ends, coefficients)) < 0)
+    noise = noise_of(coefficients)
     first = sign * float(level_determinant(starts[0], coefficients))
-    if first < 0:
-        lost = np.flatnonzero(sign * np.asarray(level_determinant(ends, coefficients)) > 0)
+    before = -1.0 if first < -noise else 1.0
+    lost = np.flatnonzero(before * sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
     if lost.size:
         segment, high = int(lost[0]), 1.0
-    elif sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients)) < 0:
+    elif sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients)) < -noise:
         high = fraction
     else:
         return segment, fraction, False
-    low, before = 0.0, math.copysign(1.0, first)
+    low = 0.0
     while low < (middle := (low + high) / 2) < high:
         at = starts[segment] + middle * (ends - starts)[segment]
         if before * sign * float(level_determinant(at, coefficients)) > 0:

@@ -370,3 +370,10 @@ def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_
     drawn.write_bytes(picture_bytes(draw(name), "png"))
     found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(drawn), tol=8.0)
     assert found is None
+
+
+def test_a_notebooks_backend_is_no_matter(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "gaitgraph", "figures", "--only", "2", "--format", "png", "--out", str(tmp_path)]
+    env = {**os.environ, "MPLBACKEND": "module://no.such.backend"}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

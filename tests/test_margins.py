@@ -442,3 +442,24 @@ def test_a_mirrored_spin_of_the_paper() -> None:
     alpha = -lift(GAITS[3].angles, "red").biased(0.8).alpha
     found = least_tilt_margin(*closed(alpha), coefficients_of(mirrored, "exact"))
     assert math.degrees(found.upper) == pytest.approx(61.66, abs=5e-3)
+
+
+def test_touching_zero_is_no_change_of_sign() -> None:
+    """On the line β2 = 0 and the curve R = 0 a red gait may touch R = 0 to within rounding of either sign."""
+    kappa = gg.PAPER.drag_ratio
+    alpha2 = np.arctan(np.tan(0.3) - 2 * kappa)
+    rows = np.array([[0.3, alpha2 + off, 0.3, alpha2 + off] for off in (0.0, 0.2, 0.4)])
+    found = least_tilt_margin(rows, np.roll(rows, -1, axis=0), EXACT)
+    assert (found.upper, found.segment) == (0.0, 0)
+    assert "not beside" in found.reason
+
+
+def test_an_undecided_place_is_no_zero() -> None:
+    """The printed Gait 2 biased by 0.99: three digits do not tell v from zero at one corner."""
+    plane, printed = np.array(GAITS[1].angles), np.array(GAITS[1].printed)
+    rows = np.column_stack([plane, 0.99 * printed])
+    found = least_tilt_margin(rows, np.roll(rows, -1, axis=0), EXACT, angle_rounding=5e-4)
+    assert not found.exists
+    assert math.degrees(least_tilt_margin(rows, np.roll(rows, -1, axis=0), EXACT).upper) == pytest.approx(
+        41.74, abs=5e-3
+    )

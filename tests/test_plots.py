@@ -542,3 +542,12 @@ def test_pictures_look_as_they_did(tmp_path: Path, name: str) -> None:
     picture_without_text(PICTURES[name], tmp_path / f"{name}.png")
     found: Any = compare_images(str(BASELINE / f"{name}.png"), str(tmp_path / f"{name}.png"), tol=4.0)
     assert found is None
+
+
+def test_the_singular_value_map_has_no_holes() -> None:
+    vehicle = gg.Vehicle(drag_ratio=1.25)
+    ax = plots.singular_value_map(vehicle, ax=Figure().add_subplot())
+    axis = np.linspace(-HALF_PI, HALF_PI, 61)
+    largest = least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()
+    assert ax.collections[0].get_clim()[1] >= largest - 0.05
+    assert np.max(ax.collections[0].levels) >= largest

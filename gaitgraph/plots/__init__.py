@@ -12,7 +12,7 @@ between the planes.
 from __future__ import annotations
 
 from gaitgraph.plots.gaits import at_face_value, axes_of_a_gait, gait_in_four_dimensions, roll_pitch_diagram
-from gaitgraph.plots.regions import draw_singular_curves, regions_map, singular_value_map
+from gaitgraph.plots.regions import regions_map, singular_value_map
 from gaitgraph.plots.roots import (
     InteriorRoots,
     interior_roots,
@@ -29,7 +29,6 @@ __all__ = [
     "adjacency_rule",
     "at_face_value",
     "axes_of_a_gait",
-    "draw_singular_curves",
     "gait_in_four_dimensions",
     "gait_loop",
     "interior_roots",

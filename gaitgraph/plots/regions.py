@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-__all__ = ["FINE", "draw_singular_curves", "regions_map", "singular_value_map"]
+__all__ = ["FINE", "regions_map", "singular_value_map"]
 
 FloatArray = npt.NDArray[np.float64]
 FINE = 201
@@ -63,7 +63,7 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         _contour_thrust(ax, first, second, vehicle)
     for line in (ax.axvline, ax.axhline):
         line(delta if line == ax.axvline else -delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
-    draw_singular_curves(ax, vehicle)
+    _draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="black", linestyle="none", zorder=6)
     _name_regions(ax, vehicle)
     plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
@@ -89,7 +89,7 @@ def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, f
         ax.text(at, -at, f"{level:.1f}", fontsize=6.0, ha="center", va="center", bbox=box, zorder=5)
 
 
-def draw_singular_curves(ax: Axes, vehicle: Vehicle) -> None:
+def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     """Draw where R = 0 on the red sheet, in closed form."""
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
@@ -143,13 +143,12 @@ def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> A
     axis = np.linspace(-HALF_PI, HALF_PI, FINE)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     value = least_singular_value_on_red(a1, a2, vehicle)
-    levels = np.arange(0.0, 1.31, 0.1)
-    levels = levels[: int(np.searchsorted(levels, float(value.max()))) + 1]
+    levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
     filled = ax.contourf(a1, a2, value, levels=levels, cmap="cividis")
     ink = ["white" if level < 0.65 else "black" for level in levels[2::2]]
     lines = ax.contour(a1, a2, value, levels=levels[2::2], colors=ink, linewidths=0.5)
     ax.clabel(lines, levels[4::2], fmt="%.1f", fontsize=6.0)  # the lowest runs along the border
-    draw_singular_curves(ax, vehicle)
+    _draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
     plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     bar = ax.figure.colorbar(filled, cax=ax.inset_axes((1.05, 0.0, 0.06, 1.0)))
