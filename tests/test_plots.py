@@ -549,5 +549,5 @@ def test_the_singular_value_map_has_no_holes() -> None:
     ax = plots.singular_value_map(vehicle, ax=Figure().add_subplot())
     axis = np.linspace(-HALF_PI, HALF_PI, 61)
     largest = least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()
-    assert ax.collections[0].get_clim()[1] >= largest - 0.05
-    assert np.max(ax.collections[0].levels) >= largest
+    filled: Any = ax.collections[0]
+    assert np.max(filled.levels) >= largest
