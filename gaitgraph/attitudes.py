@@ -22,10 +22,9 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility import Coefficients, noise_of
+from gaitgraph.invertibility import Coefficients, attitude_of, noise_of
 from gaitgraph.margins import (
     EVERYWHERE,
-    attitude_of,
     attitude_sensitivities,
     segment_singular_everywhere,
     sensitivity_deviations,

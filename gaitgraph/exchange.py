@@ -58,16 +58,20 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
         What the gait is for; by default what the table says, else the paper's vehicle.
     """
     vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
-    if "alpha3" not in table:
-        plane = np.column_stack([table["alpha1"], table["alpha2"]])
-        alpha = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers).alpha
-    else:
-        alpha = table.alpha
+    alpha = _alpha_of(table, vehicle, numbers)
     colors = table["color"] if "color" in table else _sheet_of(alpha, numbers)
     if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP:
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
     return gait.merged()
+
+
+def _alpha_of(table: Table, vehicle: Vehicle, coefficients: Coefficients) -> FloatArray:
+    """Return the four tilt angles of each row, lifted where the table has (α1, α2) and colors alone."""
+    if "alpha3" in table:
+        return table.alpha
+    plane = np.column_stack([table["alpha1"], table["alpha2"]])
+    return lift(plane, table["color"], vehicle=vehicle, coefficients=coefficients).alpha
 
 
 def closed_rows(
@@ -87,11 +91,7 @@ def closed_rows(
     """
     with _of_file(source) if isinstance(source, (str, Path)) else nullcontext():
         vehicle, numbers, _ = setting_of(table, vehicle, coefficients)
-        if "alpha3" in table:
-            alpha = table.alpha
-        else:
-            plane = np.column_stack([table["alpha1"], table["alpha2"]])
-            alpha = lift(plane, table["color"], vehicle=vehicle, coefficients=numbers).alpha
+        alpha = _alpha_of(table, vehicle, numbers)
     t = table.columns.get("t")
     if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP:
         alpha = np.vstack([alpha[:-1], alpha[:1]])

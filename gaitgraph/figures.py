@@ -546,6 +546,8 @@ def write_figures(
     names = tuple(FIGURES) if only is None else names_of_figures(only)
     if not names:
         raise InputError(f"only: no figure; allowed are {_ALLOWED}")
+    if gait is not None and "gait" not in names:
+        raise InputError(f"gait: given, and drawn are {', '.join(names)}; allowed is with the figure gait")
     kinds = _checked_formats(formats)
     coefficients_of(vehicle or PAPER, coefficients)
     folder = _folder_of(out)

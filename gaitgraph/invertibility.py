@@ -281,6 +281,12 @@ def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
     return np.stack([-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)], axis=-1)
 
 
+def attitude_of(vertical: FloatArray) -> FloatArray:
+    """Return the (roll, pitch) at which the upward vertical in body axes is `vertical`, shape (..., 2) [rad]."""
+    x, y, z = np.moveaxis(vertical, -1, 0)
+    return np.stack([np.arctan2(y, z), -np.arctan2(x, np.hypot(y, z))], axis=-1)
+
+
 def determinant(
     alpha: npt.ArrayLike,
     coefficients: Coefficients,

@@ -27,6 +27,8 @@ from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import (
     Coefficients,
+    attitude_of,
+    body_vertical,
     coefficients_of,
     level_determinant,
     level_determinant_resolution,
@@ -41,7 +43,6 @@ from gaitgraph.vehicle import PAPER, Vehicle
 __all__ = [
     "EVERYWHERE",
     "LeastMargin",
-    "attitude_of",
     "attitude_sensitivities",
     "least_singular_value_within",
     "least_tilt_margin",
@@ -111,7 +112,11 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     array([90.  , 86.79])
     """
     angles = _tilt_angles(alpha)
-    rows = angles.reshape(-1, 4)
+    return np.abs(_signed_margin(angles.reshape(-1, 4), coefficients, angle_rounding)).reshape(angles.shape[:-1])[()]
+
+
+def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding: float) -> FloatArray:
+    """Return the tilt margin with the sign of R, NaN where there is none, for rows of shape (m, 4)."""
     margin = np.empty(len(rows))
     noise = noise_of(coefficients)
     doubt = noise if coefficients.kind == "exact" and not angle_rounding else _LARGEST_RESOLUTION
@@ -119,13 +124,13 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
         for k in range(0, len(rows), _BLOCK):
             block = rows[k : k + _BLOCK]
             across, level = _across_and_level(block, coefficients)
-            found = np.arctan(np.abs(level) / across)
+            found = np.arctan(level / across)
             near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
             if near.size and doubt > noise:
                 near = near[singular_everywhere(block[near], coefficients, angle_rounding=angle_rounding)]
             found[near] = np.nan
             margin[k : k + _BLOCK] = found
-    return margin.reshape(angles.shape[:-1])[()]
+    return margin
 
 
 def _tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
@@ -197,12 +202,6 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
         margin = np.arctan(np.abs(v[..., 2]) / across)
     up = np.concatenate([np.sin(margin)[..., None] * unit, np.cos(margin)[..., None]], axis=-1)
     return np.where((across > noise)[..., None], attitude_of(up), np.nan)
-
-
-def attitude_of(vertical: FloatArray) -> FloatArray:
-    """Return the (roll, pitch) at which the upward vertical in body axes is `vertical`, shape (..., 2) [rad]."""
-    x, y, z = np.moveaxis(vertical, -1, 0)
-    return np.stack([np.arctan2(y, z), -np.arctan2(x, np.hypot(y, z))], axis=-1)
 
 
 def sensitivity_deviations(
@@ -301,9 +300,8 @@ def least_tilt_margin(
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
 
     def value(alpha: FloatArray) -> FloatArray:
-        margin = tilt_margin(alpha, coefficients, angle_rounding=angle_rounding)
-        kept = sign * np.asarray(level_determinant(alpha, coefficients)) > 0
-        return np.where(kept & ~np.isnan(margin), margin, 0.0)
+        margin = sign * _signed_margin(alpha, coefficients, angle_rounding)
+        return np.where(margin > 0, margin, 0.0)
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         across, rise = sensitivity_deviations(p0, p1, coefficients)
@@ -430,12 +428,14 @@ def least_singular_value_within(
     known = np.asarray(np.isfinite(angles).all(axis=-1))
     rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
     force, moment = rotor_directions(rows, vehicle)
-    value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, coefficients_of(vehicle, "exact"))
+    exact = coefficients_of(vehicle, "exact")
+    within = tilt_margin(rows, exact) > tilt
+    value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, exact)
     attitude[np.isnan(attitude)] = 0.0
     # The direction of the nearest singular attitude is a good one to begin with.
-    azimuth = np.arctan2(np.sin(attitude[:, 0]) * np.cos(attitude[:, 1]), -np.sin(attitude[:, 1]))
-    margin = tilt_margin(rows, coefficients_of(vehicle, "exact"))
-    open_ = np.flatnonzero(margin > tilt)
+    nearest = body_vertical(attitude[:, 0], attitude[:, 1])
+    azimuth = np.arctan2(nearest[:, 1], nearest[:, 0])
+    open_ = np.flatnonzero(within)
     _, size, right = np.linalg.svd(moment)
     size = np.append(size**2, np.zeros((len(rows), 1)), axis=1)
     turned = np.einsum("kij,klj->kli", force, right)  # rows fᵢ = F·uᵢ
@@ -446,7 +446,6 @@ def least_singular_value_within(
         better = tried < value[open_] * (1 - 1e-13)
         open_ = open_[better]
         value[open_], azimuth[open_] = tried[better], best[better]
-    within = margin > tilt
     attitude[within] = attitude_of(_verticals(tilt, azimuth[within]))
     worst = np.where(known, value.reshape(known.shape), np.nan)
     return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)

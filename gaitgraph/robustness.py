@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
+from gaitgraph.checks import stretch_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.exchange import closed_rows
 from gaitgraph.gait import Gait
@@ -33,13 +34,13 @@ from gaitgraph.margins import (
 from gaitgraph.reading import read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.segments import Bound, Value, least_along, singular_value_bound
-from gaitgraph.stretches import Place, Stretch
 from gaitgraph.surface import sheet_distances
 from gaitgraph.tables import Table
 from gaitgraph.timing import TimedGait
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility import Coefficients
+    from gaitgraph.stretches import Place, Stretch
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Robustness", "RobustnessReport", "robustness_of"]
@@ -155,7 +156,7 @@ class RobustnessReport:
     gait
         Of the gait itself.
     sweep
-        Of the scaled gaits, in the order in which they were asked for.
+        Of the biased gaits, then of the scaled ones, each in the order asked for.
     vehicle, coefficients
         What it was judged for and with.
     """
@@ -324,9 +325,8 @@ def _closed(
     """Return a gait as one closed stretch, its vehicle, what its angles may be off by, and what a point is called."""
     if isinstance(gait, (Gait, TimedGait)):
         bare = gait if isinstance(gait, Gait) else gait.gait
-        alpha, sheet = np.vstack([bare.alpha, bare.alpha[:1]]), np.zeros(len(bare.alpha) + 1, dtype=np.int8)
         rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
-        return Stretch(alpha=alpha, sheet=sheet, after=0), bare.vehicle, rounding, "corner"
+        return stretch_of(bare), bare.vehicle, rounding, "corner"
     if isinstance(gait, (str, Path)):
         table = read_table(gait)
     elif isinstance(gait, Table):
@@ -358,9 +358,7 @@ def _of(
     noun: str,
 ) -> Robustness:
     factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
-    moved = Stretch(
-        alpha=stretch.alpha * factor, sheet=stretch.sheet, after=stretch.after, t=stretch.t, after_t=stretch.after_t
-    )
+    moved = replace(stretch, alpha=stretch.alpha * factor)
     margin = least_tilt_margin(moved.starts, moved.ends, coefficients, angle_rounding=angle_rounding)
     where = moved.place(margin.segment, margin.fraction)
     nearest = nearest_singular_attitude(where.alpha, coefficients)

@@ -377,3 +377,9 @@ def test_a_notebooks_backend_is_no_matter(tmp_path: Path) -> None:
     env = {**os.environ, "MPLBACKEND": "module://no.such.backend"}
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_gait_that_would_not_be_drawn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(gg.InputError, match="allowed is with the figure gait"):
+        write_figures(tmp_path, only=["2"], gait=GAIT4)
+    assert not list(tmp_path.iterdir())
