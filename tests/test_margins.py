@@ -463,3 +463,12 @@ def test_an_undecided_place_is_no_zero() -> None:
     assert math.degrees(least_tilt_margin(rows, np.roll(rows, -1, axis=0), EXACT).upper) == pytest.approx(
         41.74, abs=5e-3
     )
+
+
+@pytest.mark.parametrize("numbers", [EXACT, PUBLISHED], ids=["exact", "published"])
+def test_the_margin_is_that_of_v(numbers: gg.Coefficients) -> None:
+    """The margin has sums of its own for speed: they are those of equations (4) to (6)."""
+    alpha = np.random.default_rng(11).uniform(-math.pi, math.pi, (2000, 4))
+    v = attitude_sensitivities(alpha, numbers)
+    sine = np.abs(v[:, 2]) / np.linalg.norm(v, axis=1)
+    np.testing.assert_allclose(np.sin(tilt_margin(alpha, numbers)), sine, rtol=0, atol=1e-12)
