@@ -11,11 +11,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
+from gaitgraph.cli.commands import CommandFiles, Group
 from gaitgraph.reading import read_table
 from tests.published import GAITS, PublishedGait
 
@@ -346,11 +348,11 @@ def test_interruption_is_130(tmp_path: Path) -> None:
 def test_progress_is_shown_on_a_terminal_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from gaitgraph import cli as module
+    from gaitgraph.cli.terminal import progress_notes
 
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(time, "monotonic", iter([0.0, 0.5, 2.0]).__next__)
-    show = module._progress()
+    show = progress_notes()
     assert show is not None
     show("quick")
     show("slow")
@@ -709,7 +711,7 @@ def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
             time.sleep(delay)
             err = interrupt(job)
         # Before that Python itself, or its run of the module, is what is interrupted.
-        assert "cli.py" not in err
+        assert str(Path("gaitgraph", "cli")) not in err
         assert job.returncode != 130 or err.strip() == "gaitgraph: interrupted"
 
 
@@ -835,3 +837,14 @@ class TestRobustness:
         assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
         assert result.err.startswith("gaitgraph: ")
         assert message in result.err
+
+
+def test_a_command_may_be_added_and_taken_away() -> None:
+    files = CommandFiles("gaitgraph.cli", {"roots": "roots"})
+    group = Group("group", commands=files)
+    group.add_command(click.Command("mine"))
+    assert group.list_commands(click.Context(group)) == ["mine", "roots"]
+    assert files["roots"] is cli.commands["roots"]
+    del files["mine"]
+    assert list(files) == ["roots"]
+    assert group.get_command(click.Context(group), "mine") is None

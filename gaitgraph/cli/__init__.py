@@ -1,0 +1,90 @@
+"""The command line: parse, make one library call, print or write.
+
+Exit codes: 0 done; 1 well-formed, and the answer is no; 2 wrong input or something missing, one line on standard
+error and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
+Nothing heavy is imported before a command runs, and a command's file only for its own run or for the list of all.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from gaitgraph import __version__
+from gaitgraph.cli.commands import CommandFiles, Group, as_typed
+from gaitgraph.errors import GaitgraphError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["cli", "main"]
+
+# The file of each command, which is the function NAME_command there.
+_FILES = {
+    "plan": "plan",
+    "validate": "judge",
+    "colorings": "judge",
+    "cycles": "cycles",
+    "robustness": "judge",
+    "transition": "plan",
+    "roots": "roots",
+    "export": "write",
+    "vehicles": "vehicles",
+    "figures": "write",
+}
+
+
+@click.group(cls=Group, commands=CommandFiles(__name__, _FILES), context_settings={"max_content_width": 100})
+@click.version_option(__version__, prog_name="gaitgraph")
+def cli() -> None:
+    """Plan gaits of a tilt-rotor that keep its decoupling matrix invertible.
+
+    Angles are numbers in radians or texts such as 3pi/8, -3*pi/8 or 67.5deg.
+    """
+
+
+def _stop(code: int, message: str = "") -> NoReturn:
+    if message:
+        click.echo("gaitgraph: " + " ".join(message.split()), err=True)
+    sys.exit(code)
+
+
+def main(args: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit with its code."""
+    if sys.stderr is None:
+        sys.stderr = io.StringIO()
+    if sys.stdout is None:
+        sys.stdout = io.StringIO()
+        _stop(2, "standard output is closed; allowed is an open one")
+    for stream in (sys.stdout, sys.stderr):
+        # An encoding without Greek letters gets question marks instead of a traceback.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    try:
+        code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        _stop(2 if error.ctx and error.ctx.parent else 0)
+    except click.UsageError as error:
+        message = as_typed(error.format_message()).rstrip(".")
+        _stop(2, f"{message}; allowed is what '{error.ctx.command_path if error.ctx else 'gaitgraph'} --help' says")
+    except (click.Abort, KeyboardInterrupt):
+        _stop(130, "interrupted")
+    except BrokenPipeError:
+        # The reader went away; there is nobody to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _stop(0)
+    except GaitgraphError as error:
+        _stop(2, str(error))
+    except MemoryError:
+        _stop(2, "not enough memory; allowed are smaller grids and files, or a table as CSV, which is read in pieces")
+    except OSError as error:
+        # Every file is guarded in its own place: this is the output itself, a full disk for example.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _stop(2, f"standard output: cannot write: {error.strerror or error}; allowed is a place with room")
+    sys.exit(code or 0)

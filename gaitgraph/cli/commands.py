@@ -1,0 +1,110 @@
+"""What click lacks here: negative angles as arguments, a hint for a mistyped command, files loaded on demand."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import MutableMapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+__all__ = ["Command", "CommandFiles", "Group", "as_typed", "command"]
+
+_NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
+_MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
+
+
+def as_typed(message: str) -> str:
+    """Give the arguments that a message quotes their hyphens back."""
+    return message.replace(_MINUS, "-")
+
+
+def _unmarked(value: Any) -> Any:
+    """Give a marked argument its hyphen back."""
+    return "-" + value[1:] if isinstance(value, str) and value.startswith(_MINUS) else value
+
+
+class Command(click.Command):
+    """A command whose arguments may be negative angles as they stand; there are no short options."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; a negative angle is never taken for an option."""
+        valued = {
+            name
+            for option in self.params
+            if isinstance(option, click.Option) and not option.is_flag
+            for name in option.opts
+        }
+        marked = [
+            _MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and before not in valued else arg
+            for before, arg in zip(["", *args], args, strict=False)
+        ]
+        rest = super().parse_args(ctx, marked)
+        for name, value in ctx.params.items():
+            if isinstance(value, tuple):
+                ctx.params[name] = tuple(map(_unmarked, value))
+            else:
+                ctx.params[name] = _unmarked(value)
+        return rest
+
+
+def command(short_help: str) -> Callable[[Callable[..., int]], Command]:
+    """Make a function a command: ``export_command`` is ``export``, its docstring the help, its value the exit code."""
+    return click.command(cls=Command, short_help=short_help)
+
+
+class CommandFiles(MutableMapping[str, click.Command]):
+    """The commands by name, each loaded from its file when it is first asked for.
+
+    Parameters
+    ----------
+    package
+        Where the files are.
+    files
+        The file of each command, which is its function ``NAME_command`` there.
+    """
+
+    def __init__(self, package: str, files: Mapping[str, str]) -> None:
+        self._package = package
+        self._commands: dict[str, str | click.Command] = dict(files)
+
+    def __getitem__(self, name: str) -> click.Command:
+        found = self._commands[name]
+        if isinstance(found, str):
+            module = import_module(f"{self._package}.{found}")
+            loaded: click.Command = getattr(module, name.replace("-", "_") + "_command")
+            self._commands[name] = found = loaded
+        return found
+
+    def __setitem__(self, name: str, command: click.Command) -> None:
+        self._commands[name] = command
+
+    def __delitem__(self, name: str) -> None:
+        del self._commands[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._commands)
+
+    def __len__(self) -> int:
+        return len(self._commands)
+
+
+class Group(click.Group):
+    """A group that answers an unknown name with the one that was meant, or with all there are."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the first argument names; UsageError if there is none."""
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
+            known = self.list_commands(ctx)
+            hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
+            raise click.UsageError(f"no command {name!r}{hint}")
+        return super().resolve_command(ctx, args)

@@ -1,0 +1,113 @@
+"""The command cycles: list closed cycles of the graph, one by one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.options import (
+    angle_not_negative,
+    json_option,
+    polygon_from_text,
+    setting_options,
+    waypoints_from_texts,
+)
+from gaitgraph.cli.terminal import MANY_DIVISIONS, print_json, progress_notes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["cycles_command"]
+
+
+@command("Closed cycles of the graph, shortest first.")
+@click.argument("request_file", metavar="[REQUEST.toml]", required=False)
+@click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="Only through these; repeat in order.")
+@click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
+@click.option("--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.')
+@click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")
+@click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
+@click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
+@click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
+@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@click.option(
+    "--require",
+    type=click.Choice(["flyable", "valid", "two_color"]),
+    default="valid",
+    help="Which edges of the graph count.  [default: valid]",
+)
+@click.option(
+    "--effort", type=click.IntRange(min=1), metavar="STEPS", help="Give up then, telling the bound.  [default: none]"
+)
+@setting_options
+@json_option
+def cycles_command(
+    request_file: str | None,
+    waypoints: Sequence[str],
+    max_length: str | None,
+    limit: int,
+    require: Any,
+    effort: int | None,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
+
+    They are found one by one and printed at once, as text or as one JSON object a line; interrupt as you like. With
+    waypoints, from options or a request file, only cycles that pass them. The exit code is 1 if there is none.
+    """
+    from itertools import islice
+    from math import isfinite
+
+    from gaitgraph.catalog import catalog
+    from gaitgraph.requests import read_request, request_from_mapping, stated_fields
+
+    asked = {name: value for name, value in options.items() if value not in (None, False, ())}
+    for name in ("keep_in", "keep_out"):
+        if name in asked:
+            asked[name] = [polygon_from_text(text, name) for text in asked[name]]
+    if waypoints:
+        asked["waypoints"] = waypoints_from_texts(waypoints)
+    through = bool(waypoints) or (request_file is not None and "waypoints" in stated_fields(request_file))
+    if not through:
+        # The whole region counts; a request has at least one waypoint, which then plays no part.
+        asked["waypoints"] = [(0.0, 0.0)]
+    request, _ = request_from_mapping(asked) if request_file is None else read_request(request_file, asked)
+    longest = None if max_length is None else angle_not_negative(max_length, "max_length")
+    found = catalog(
+        request,
+        through=through,
+        max_length=longest,
+        use=require,
+        effort=effort,
+        progress=progress_notes(at_once=request.divisions > MANY_DIVISIONS),
+    )
+    for note in found.notes:
+        click.echo(f"warning: {note}", err=True)
+    for cycle in islice(found, limit):
+        if as_json:
+            print_json(cycle.as_mapping())
+        else:
+            click.echo(str(cycle))
+    if found.found:
+        click.echo(found.told(), err=True)
+        return 0
+    best, bound, reason = found.best(effort=effort or 1_000_000)
+    if best is not None:
+        exact = best.length <= bound
+        if as_json:
+            print_json({**best.as_mapping(), "exact": exact, "bound": bound})
+        else:
+            click.echo(str(best))
+        proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
+        click.echo(f"the best one found, {proof}", err=True)
+        return 0
+    if as_json:
+        unknown = {} if found.complete else {"bound": bound if isfinite(bound) else None}
+        print_json({"status": "none" if found.complete else "unfinished", "reason": reason, **unknown})
+    else:
+        click.echo(f"{'No cycle' if found.complete else 'Unfinished'}: {reason}")
+    return 1

@@ -1,0 +1,305 @@
+"""Shortest paths in the plane around polygonal obstacles, exact to machine precision.
+
+In a polygonal region a shortest path is a chain of straight lines that bends only at reflex corners of the region. The
+region is cut into triangles whose corners are its own (a constrained Delaunay triangulation); what a point can see is
+found by widening cones through them, so that every decision is the sign of the orientation of three given points, which
+is computed exactly. The path is then searched among the reflex corners by A*, with corners' views computed when the
+search first needs them, and kept.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import networkx as nx
+
+__all__ = ["ShortestPaths", "orientation"]
+
+FloatArray = npt.NDArray[np.float64]
+Point = tuple[float, float]
+
+_ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
+_TOLERANCE = 1e-9
+_DIRECT = -1
+
+
+def orientation(a: Point, b: Point, c: Point) -> float:
+    """Return a number that is positive if a, b, c turn left, negative if right, zero if they lie on a line.
+
+    The sign is exact, whatever the coordinates.
+
+    >>> orientation((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), orientation((0.1, 0.1), (0.2, 0.2), (0.3, 0.3))
+    (1.0, 0.0)
+    """
+    left = (a[0] - c[0]) * (b[1] - c[1])
+    right = (a[1] - c[1]) * (b[0] - c[0])
+    value = left - right
+    if abs(value) > _ORIENTATION_ERROR * (abs(left) + abs(right)):
+        return value
+    if not left and not right and (a[0] == c[0] or b[1] == c[1]) and (a[1] == c[1] or b[0] == c[0]):
+        return 0.0
+    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
+    exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
+    return float(exact) or math.copysign(math.ulp(0.0), exact) * bool(exact)
+
+
+def _pair(point: npt.ArrayLike) -> Point:
+    x, y = np.asarray(point, dtype=float).tolist()
+    return x, y
+
+
+class ShortestPaths:
+    """A polygonal region, prepared for shortest paths inside it.
+
+    The region is closed: paths may run along its border and through its corners.
+
+    Parameters
+    ----------
+    region
+        A shapely Polygon or MultiPolygon, valid, with holes if need be. Parts that touch in a corner are joined there.
+
+    Notes
+    -----
+    Each corner's view is computed once, when a search needs it; :meth:`prepare` computes them all. A point is taken as
+    inside if it is within 1e-9 of the region. Not guaranteed: which of two paths of the same length is taken, but the
+    same input gives the same one.
+
+    Examples
+    --------
+    >>> from shapely import Polygon
+    >>> square = [(0, 0), (4, 0), (4, 4), (0, 4)]
+    >>> paths = ShortestPaths(Polygon(square, [[(1, 1), (3, 1), (3, 3), (1, 3)]]))
+    >>> paths.path((0.5, 2.0), (3.5, 2.0)).tolist()
+    [[0.5, 2.0], [1.0, 1.0], [3.0, 1.0], [3.5, 2.0]]
+    """
+
+    def __init__(self, region: Any) -> None:
+        import shapely
+
+        if shapely.get_dimensions(region) != 2 and not region.is_empty:
+            raise InputError(f"region: a {region.geom_type}; allowed are polygons")
+        self._points: list[Point] = []
+        self._triangles: list[tuple[int, int, int]] = []
+        self._neighbors: list[list[int]] = []
+        self._fans: list[list[int]] = []
+        self._triangulate(region)
+        self._sides = self._reflex_corners(region)
+        self._views: dict[int, tuple[tuple[int, float], ...]] = {}
+        corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
+        self._corners = corners
+        edges = np.roll(corners, -1, axis=1) - corners
+        self._normals = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
+        self._normals /= np.maximum(np.linalg.norm(edges, axis=-1, keepdims=True), 1e-300)
+
+    def _triangulate(self, region: Any) -> None:
+        import shapely
+
+        if region.is_empty:
+            return
+        pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(region))
+        rings = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
+        numbers: dict[Point, int] = {}
+        edges: dict[tuple[int, int], tuple[int, int]] = {}
+        for ring in rings.tolist():
+            corners = [numbers.setdefault((x, y), len(numbers)) for x, y in ring]
+            turn = orientation(*(tuple(corner) for corner in ring))
+            if not turn:
+                continue
+            a, b, c = corners if turn > 0 else corners[::-1]
+            self._triangles.append((a, b, c))
+        self._points = list(numbers)
+        self._fans = [[] for _ in numbers]
+        for t, (a, b, c) in enumerate(self._triangles):
+            self._neighbors.append([-1, -1, -1])
+            for k, edge in enumerate(((a, b), (b, c), (c, a))):
+                self._fans[edge[0]].append(t)
+                edges[edge] = (t, k)
+                if edge[::-1] in edges:
+                    other, at = edges[edge[::-1]]
+                    self._neighbors[t][k], self._neighbors[other][at] = other, t
+
+    def _reflex_corners(self, region: Any) -> dict[int, tuple[Point, Point] | None]:
+        """Return the neighbours on the border of each corner where a path may bend; None where several borders meet."""
+        import shapely
+
+        numbers = {point: number for number, point in enumerate(self._points)}
+        sides: dict[int, tuple[Point, Point] | None] = {}
+        met: set[int] = set()
+        for part in shapely.get_parts(shapely.orient_polygons(region)):
+            for ring in (part.exterior, *part.interiors):
+                points = [(x, y) for x, y in ring.coords[:-1]]
+                for k, point in enumerate(points):
+                    number = numbers.get(point)
+                    if number is None:
+                        continue
+                    before, after = points[k - 1], points[(k + 1) % len(points)]
+                    if number in met:
+                        sides[number] = None
+                    elif orientation(before, point, after) < 0:
+                        sides[number] = (before, after)
+                    met.add(number)
+        return sides
+
+    @property
+    def corners(self) -> FloatArray:
+        """The reflex corners, the only places where a shortest path can bend, shape (k, 2)."""
+        return np.array([self._points[number] for number in sorted(self._sides)]).reshape(-1, 2)
+
+    def _containers(self, point: Point) -> list[int]:
+        """Return the triangles that hold a point, to within the tolerance."""
+        if not self._triangles:
+            return []
+        offset = np.asarray(point) - self._corners
+        inside = ((offset * self._normals).sum(axis=-1) >= -_TOLERANCE).all(axis=1)
+        return [int(t) for t in np.flatnonzero(inside)]
+
+    def contains(self, point: npt.ArrayLike) -> bool:
+        """Return whether a point lies in the region, to within 1e-9."""
+        return bool(self._containers(_pair(point)))
+
+    def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
+        """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
+        points, triangles, neighbors, sides = self._points, self._triangles, self._neighbors, self._sides
+        holding = goal[1] if goal else frozenset()
+        target = goal[0] if goal else point
+        seen: set[int] = set()
+        # From the triangle behind the edge (right, left), within the cone of the points `low` and `high`.
+        stack: list[tuple[int, int, int, Point, Point]] = []
+        for t in containers:
+            if t in holding:
+                seen.add(_DIRECT)
+            for k in range(3):
+                right, left = triangles[t][k], triangles[t][(k + 1) % 3]
+                a, b = points[right], points[left]
+                if orientation(point, a, b) > 0:
+                    seen.update(number for number in (right, left) if number in sides)
+                    stack.append((neighbors[t][k], right, left, a, b))
+        while stack:
+            t, right, left, low, high = stack.pop()
+            if t < 0:
+                continue
+            corners = triangles[t]
+            k = corners.index(left)
+            apex = corners[(k + 2) % 3]
+            if t in holding and orientation(point, low, target) >= 0 and orientation(point, target, high) >= 0:
+                seen.add(_DIRECT)
+            place = points[apex]
+            above, below = orientation(point, low, place), orientation(point, place, high)
+            if apex in sides and above >= 0 and below >= 0:
+                seen.add(apex)
+            if above > 0:
+                stack.append((neighbors[t][(k + 1) % 3], right, apex, low, place if below >= 0 else high))
+            if below > 0:
+                stack.append((neighbors[t][(k + 2) % 3], apex, left, place if above >= 0 else low, high))
+        return seen
+
+    def _touches(self, corner: int, point: Point) -> bool:
+        """Return whether a straight line from a point may bend around a corner: it passes its two sides."""
+        sides = self._sides[corner]
+        if sides is None:
+            return True
+        place = self._points[corner]
+        first, second = (orientation(point, place, side) for side in sides)
+        return first * second >= 0
+
+    def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
+        """Return the corners to which a path may go on from a corner, with distances."""
+        if corner not in self._views:
+            place = self._points[corner]
+            view = []
+            for other in sorted(self._seen(place, self._fans[corner], None) - {corner}):
+                there = self._points[other]
+                if self._touches(corner, there) and self._touches(other, place):
+                    view.append((other, math.dist(place, there)))
+            self._views[corner] = tuple(view)
+        return self._views[corner]
+
+    def prepare(self) -> ShortestPaths:
+        """Compute every corner's view now, and return the region itself."""
+        for corner in self._sides:
+            self._view(corner)
+        return self
+
+    def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
+        """Return the shortest path from one point to another, or None if none exists.
+
+        Parameters
+        ----------
+        start, end
+            Points, shape (2,).
+
+        Returns
+        -------
+        array of shape (k, 2), or None
+            The start, the corners where the path bends, the end. None if an end lies outside or in another part.
+        """
+        return self._search(_pair(start), _pair(end))
+
+    def _search(self, start: Point, end: Point) -> FloatArray | None:
+        here, there = self._containers(start), self._containers(end)
+        if not here or not there:
+            return None
+        if start == end:
+            return np.array([start])
+        seen = self._seen(start, here, (end, frozenset(there)))
+        if _DIRECT in seen:
+            return np.array([start, end])
+        points, dist = self._points, math.dist
+        last = {
+            corner: dist(points[corner], end)
+            for corner in self._seen(end, there, None)
+            if points[corner] == end or self._touches(corner, end)
+        }
+        if not last:
+            return None
+        best: dict[int, float] = {}
+        parent: dict[int, int] = {}
+        heap: list[tuple[float, int, float]] = []
+        for corner in sorted(seen):
+            if points[corner] == start or self._touches(corner, start):
+                best[corner] = dist(start, points[corner])
+                heappush(heap, (best[corner] + dist(points[corner], end), corner, best[corner]))
+        shortest, final = math.inf, _DIRECT
+        while heap and heap[0][0] < shortest:
+            _, corner, reached = heappop(heap)
+            if reached > best[corner]:
+                continue
+            if corner in last and reached + last[corner] < shortest:
+                shortest, final = reached + last[corner], corner
+            for other, length in self._view(corner):
+                total = reached + length
+                if total < best.get(other, math.inf):
+                    best[other], parent[other] = total, corner
+                    heappush(heap, (total + dist(points[other], end), other, total))
+        if final == _DIRECT:
+            return None
+        chain = [final]
+        while chain[-1] in parent:
+            chain.append(parent[chain[-1]])
+        bends = [points[corner] for corner in reversed(chain)]
+        return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
+
+    def graph(self) -> nx.Graph[Any]:
+        """Return the visibility graph of the reflex corners: nodes (x, y), edges with their `length`.
+
+        Only edges along which a shortest path may run are in it: those that touch the border at both ends.
+        """
+        import networkx as nx
+
+        graph: nx.Graph[Any] = nx.Graph()
+        graph.add_nodes_from(self._points[corner] for corner in sorted(self._sides))
+        for corner in sorted(self._sides):
+            for other, length in self._view(corner):
+                graph.add_edge(self._points[corner], self._points[other], length=length)
+        return graph

@@ -1,0 +1,187 @@
+"""Shortest paths around polygons, against a visibility graph built edge by edge with shapely and networkx."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, pairwise
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitgraph.errors import InputError
+from gaitgraph.visibility import ShortestPaths, orientation
+
+
+def length_of(path: Any) -> float:
+    return sum(math.dist(a, b) for a, b in pairwise(path.tolist()))
+
+
+def full_graph(region: Any, points: list[tuple[float, float]]) -> nx.Graph[Any]:
+    """Every pair of corners and points that the region covers, one by one."""
+    corners = {tuple(corner) for corner in shapely.get_coordinates(region).tolist()}
+    nodes = sorted(corners | set(points))
+    graph: nx.Graph[Any] = nx.Graph()
+    graph.add_nodes_from(nodes)
+    # What is on the border but for rounding counts as covered.
+    shell = region.buffer(1e-12, join_style="mitre")
+    for a, b in combinations(nodes, 2):
+        if shell.covers(shapely.LineString([a, b])):
+            graph.add_edge(a, b, length=math.dist(a, b))
+    return graph
+
+
+def same_as_the_full_graph(region: Any, points: list[tuple[float, float]]) -> None:
+    paths, graph = ShortestPaths(region), full_graph(region, points)
+    shell = region.buffer(1e-9)
+    for a, b in combinations(points, 2):
+        found = paths.path(a, b)
+        if not nx.has_path(graph, a, b):
+            assert found is None
+            continue
+        expected = nx.dijkstra_path_length(graph, a, b, weight="length")
+        assert found is not None
+        assert length_of(found) == pytest.approx(expected, abs=1e-11)
+        assert found[0].tolist() == list(a)
+        assert found[-1].tolist() == list(b)
+        assert len(found) < 2 or shell.covers(shapely.LineString(found))
+        back = paths.path(b, a)
+        assert back is not None
+        assert length_of(back) == pytest.approx(length_of(found), abs=1e-12)
+
+
+def random_region(rng: np.random.Generator, number: int) -> Any:
+    obstacles: list[Any] = []
+    while len(obstacles) < number:
+        center, radius = rng.uniform(-1.5, 1.5, 2), rng.uniform(0.1, 0.6)
+        turns = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(3, 7)))
+        reach = radius * rng.uniform(0.3, 1.0, len(turns))
+        polygon = shapely.Polygon(center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]))
+        if polygon.is_valid and polygon.area > 1e-3:
+            obstacles.append(polygon)
+    return shapely.box(-1.5, -1.5, 1.5, 1.5) - shapely.union_all(obstacles)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_among_random_polygons(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    region = random_region(rng, 7)
+    inside: list[tuple[float, float]] = []
+    while len(inside) < 6:
+        x, y = rng.uniform(-1.5, 1.5, 2).tolist()
+        if region.contains(shapely.Point(x, y)):
+            inside.append((x, y))
+    corners = [tuple(corner) for corner in shapely.get_coordinates(region)[:3].tolist()]
+    same_as_the_full_graph(region, [*inside, *corners])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 8), st.integers(0, 8), st.integers(1, 3), st.integers(1, 3)), min_size=1, max_size=7
+    )
+)
+def test_among_boxes_that_touch_line_up_and_overlap(boxes: list[tuple[int, int, int, int]]) -> None:
+    """Whole numbers make corners collinear, borders shared and passages of no width."""
+    region = shapely.box(0, 0, 9, 9) - shapely.union_all([shapely.box(x, y, x + w, y + h) for x, y, w, h in boxes])
+    points = [
+        (x, y)
+        for x, y in ((0.0, 0.0), (9.0, 9.0), (0.0, 9.0), (4.0, 4.0), (4.5, 2.0), (2.0, 7.5), (5.0, 5.0))
+        if region.covers(shapely.Point(x, y))
+    ]
+    same_as_the_full_graph(region, points)
+
+
+def test_parts_that_touch_in_a_corner_are_joined_there_and_others_are_not() -> None:
+    touching = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 1, 2, 2)])
+    found = ShortestPaths(touching).path((0.5, 0.0), (1.0, 2.0))
+    assert found is not None
+    assert found.tolist() == [[0.5, 0.0], [1.0, 1.0], [1.0, 2.0]]
+    apart = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1.1, 1, 2, 2)])
+    assert ShortestPaths(apart).path((0.5, 0.5), (1.5, 1.5)) is None
+
+
+def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None:
+    paths = ShortestPaths(shapely.box(0, 0, 1, 1))
+    assert paths.path((0.5, 0.5), (1.1, 0.5)) is None
+    assert not paths.contains((1.1, 0.5))
+    third = (1.0 + 5e-10, 1 / 3)
+    found = paths.path((0.0, 0.7), third)
+    assert found is not None
+    assert found.tolist() == [[0.0, 0.7], list(third)]
+    alone = paths.path(third, third)
+    assert alone is not None
+    assert alone.tolist() == [list(third)]
+    assert ShortestPaths(shapely.Polygon()).path((0, 0), (0, 0)) is None
+
+
+def test_turning_and_scaling_the_plane_turns_and_scales_the_path() -> None:
+    rng = np.random.default_rng(7)
+    region = random_region(rng, 6)
+    a, b = [tuple(part.representative_point().coords[0]) for part in (region, shapely.box(1.2, 1.2, 1.5, 1.5) & region)]
+    found = ShortestPaths(region).path(a, b)
+    assert found is not None
+    turned = shapely.affinity.rotate(region, 33, origin=(0, 0))
+    cosine, sine = math.cos(math.radians(33)), math.sin(math.radians(33))
+    turn = np.array([[cosine, sine], [-sine, cosine]])
+    same = ShortestPaths(turned).path(np.array(a) @ turn, np.array(b) @ turn)
+    assert same is not None
+    np.testing.assert_allclose(same, found @ turn, atol=1e-12)
+
+
+def test_each_bend_touches_the_border_and_turns_around_it() -> None:
+    rng = np.random.default_rng(3)
+    region = random_region(rng, 12)
+    paths = ShortestPaths(region)
+    corners = {tuple(corner) for corner in paths.corners.tolist()}
+    bends = 0
+    for _ in range(60):
+        found = paths.path(rng.uniform(-1.5, 1.5, 2), rng.uniform(-1.5, 1.5, 2))
+        for before, bend, after in zip(*(found[k:] for k in range(3)), strict=False) if found is not None else ():
+            bends += 1
+            assert tuple(bend) in corners
+            # The shortcut past the bend leaves the region at once: the path is taut.
+            step = 1e-6
+            shortcut = [bend + step * (end - bend) / np.linalg.norm(end - bend) for end in (before, after)]
+            assert not region.covers(shapely.LineString(shortcut))
+    assert bends > 20
+
+
+def test_the_visibility_graph_holds_every_way_from_bend_to_bend() -> None:
+    rng = np.random.default_rng(11)
+    region = random_region(rng, 9)
+    paths = ShortestPaths(region).prepare()
+    graph = paths.graph()
+    assert set(graph) == {tuple(corner) for corner in paths.corners.tolist()}
+    steps = 0
+    for _ in range(100):
+        found = paths.path(rng.uniform(-1.5, 1.5, 2), rng.uniform(-1.5, 1.5, 2))
+        bends = [tuple(bend) for bend in found[1:-1].tolist()] if found is not None else []
+        for a, b in pairwise(bends):
+            steps += 1
+            assert graph.edges[a, b]["length"] == math.dist(a, b)
+    assert steps > 20
+
+
+@given(st.lists(st.floats(-1, 1), min_size=2, max_size=2), st.integers(-3, 3), st.floats(-2, 3))
+def test_orientation_is_exact_near_zero(base: list[float], ulps: int, along: float) -> None:
+    from fractions import Fraction
+
+    a, b = (base[0], base[1]), (base[1], -base[0])
+    c = (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1]))
+    for _ in range(abs(ulps)):
+        c = (c[0], math.nextafter(c[1], math.copysign(math.inf, ulps)))
+    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
+    exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
+    found = orientation(a, b, c)
+    assert (found > 0) == (exact > 0)
+    assert (found < 0) == (exact < 0)
+
+
+def test_what_is_no_polygon_is_refused() -> None:
+    with pytest.raises(InputError, match="region: a LineString; allowed are polygons"):
+        ShortestPaths(shapely.LineString([(0, 0), (1, 1)]))
