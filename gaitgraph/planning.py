@@ -10,25 +10,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from gaitgraph.angles import text_from_angle
+from gaitgraph.anyangle import any_angle_candidates, with_nearest
 from gaitgraph.errors import InputError
-from gaitgraph.gait import Gait
-from gaitgraph.graph import WAYPOINT_SNAP, nodes_above, surface_graph, vehicle_and_coefficients
-from gaitgraph.invertibility import Coefficients, coefficients_of, noise_of
-from gaitgraph.plans import Loop, Obstacle, Plan
-from gaitgraph.regions import separating_factor
+from gaitgraph.graph import vehicle_and_coefficients
+from gaitgraph.gridloops import grid_candidates, notes_beside_the_grid
+from gaitgraph.invertibility import coefficients_of
+from gaitgraph.plans import Candidates, Loop, Plan
 from gaitgraph.requests import PlanRequest, request_of
-from gaitgraph.search import Blocked, Use, best_order, closed_walk
-from gaitgraph.surface import COLORS, root_arrays, roots
-from gaitgraph.timing import CLOCK_CHECKS, parametrize
+from gaitgraph.timing import CLOCK_CHECKS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import networkx as nx
 
+    from gaitgraph.obstacles import Obstacle
 
 __all__ = ["plan", "plan_loop"]
 
@@ -79,6 +75,7 @@ def plan_loop(
         fixed = {
             "sign": graph.graph["sign"],
             "divisions": graph.graph["divisions"],
+            "method": "grid",
             "vehicle": vehicle,
             "coefficients": coefficients.kind,
             "floor": graph.graph["floor"],
@@ -98,52 +95,33 @@ def plan(
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
-    signs = ("positive", "negative") if request.sign == "auto" else (request.sign,)
-    colors = COLORS if request.color == "auto" else (request.color,)
-    loops: list[Loop] = []
-    broken: list[Loop] = []
-    obstacles: list[Obstacle] = []
-    notes: dict[str, None] = {}
-    for sign in signs:
-        rootless = {color: _rootless(request, coefficients, color, sign) for color in colors}
-        if graph is None and set.intersection(*rootless.values()):
-            # Some waypoint has no root at all with this sign: no need to build the graph.
-            obstacles += [_waypoint_obstacle(min(rootless[c]), request, coefficients, c, sign) for c in colors]
-            continue
-        if progress is not None and graph is None:
-            progress(f"building the graph with R {'>' if sign == 'positive' else '<'} 0")
-        on = graph if graph is not None else _graph(request, coefficients, sign)
-        served = nodes_above(on, request.waypoints)
-        if graph is not None and not all(served):
-            missing = request.waypoints[[bool(nodes) for nodes in served].index(False)]
-            raise InputError(f"waypoints: {missing!r} is no node of the graph; pass waypoints= to surface_graph")
-        for color in colors:
-            if progress is not None:
-                progress(f"searching {color} loops")
-            found = _loops_of(on, served, request, coefficients, color, sign, notes)
-            if isinstance(found, Obstacle):
-                obstacles.append(found)
-            else:
-                loops += found
-        if request.color == "auto" and all(served):
-            broken += _broken(on, served, request, sign)
-    loops.sort(key=lambda loop: _preference(loop, request.objective))
+    found = Candidates()
+    for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):
+        if request.method == "exact":
+            more = any_angle_candidates(request, coefficients, sign, progress=progress)
+        else:
+            more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
+        found.take(more)
+    loops = sorted(found.loops, key=lambda loop: _preference(loop, request.objective))
     shortest = min((loop.length for loop in loops), default=math.inf)
-    broken = [loop for loop in broken if loop.length < shortest - 1e-9]
+    broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
     if not loops:
+        if request.method == "exact":
+            found.obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in found.obstacles]
         return Plan(
             request=request,
             loop=None,
-            reason=_refusal(obstacles),
+            reason=_refusal(found.obstacles),
             waypoints=request.waypoints,
             alternatives=tuple(broken),
-            obstacles=tuple(obstacles),
+            obstacles=tuple(found.obstacles),
             warnings=request.notes,
         )
     chosen = loops[0]
     report = chosen.report
     reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
-    warnings = [*request.notes, *_beside_the_grid(request), *notes, *report.warnings]
+    beside = notes_beside_the_grid(request) if request.method == "grid" else []
+    warnings = [*request.notes, *beside, *found.notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
     return Plan(
@@ -152,106 +130,9 @@ def plan(
         reason=reason,
         waypoints=tuple(request.waypoints[k] for k in chosen.order),
         alternatives=(*loops[1:], *broken),
-        obstacles=tuple(obstacles),
+        obstacles=tuple(found.obstacles),
         warnings=tuple(warnings),
     )
-
-
-def _beside_the_grid(request: PlanRequest) -> list[str]:
-    """Return a hint for each waypoint that is nearly a grid node: printed digits, most likely."""
-    step, half = math.pi / request.divisions, request.divisions / 2
-    hints = []
-    for number, point in enumerate(request.waypoints, start=1):
-        node = [(round(angle / step + half) - half) * step for angle in point]
-        distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
-        if WAYPOINT_SNAP < distance < step / 50:
-            place = ", ".join(map(text_from_angle, node))
-            hints.append(
-                f"waypoint {number} is {distance:.1e} rad beside the grid node ({place}), which costs extra corners"
-            )
-    return hints
-
-
-def _graph(request: PlanRequest, coefficients: Coefficients, sign: Any) -> nx.Graph[Any]:
-    return surface_graph(
-        sign,
-        request.divisions,
-        vehicle=request.vehicle,
-        coefficients=coefficients,
-        waypoints=request.waypoints,
-        zones=request.zones,
-        floor=request.floor,
-    )
-
-
-def _loops_of(
-    graph: nx.Graph[Any],
-    served: list[list[Any]],
-    request: PlanRequest,
-    coefficients: Coefficients,
-    color: str,
-    sign: str,
-    notes: dict[str, None],
-) -> list[Loop] | Obstacle:
-    """Return the best flyable and the best valid loop of one color, or what is in the way; notes gain warnings."""
-    stops = [[node for node in nodes if graph.nodes[node]["color"] == color] for nodes in served]
-    lacking = [k for k, nodes in enumerate(stops) if not nodes]
-    if lacking:
-        return _waypoint_obstacle(lacking[0], request, coefficients, color, sign)
-    uses: tuple[Use, ...] = ("flyable", "valid") if color == "red" else ("valid",)
-    loops: list[Loop] = []
-    for use in uses:
-        order = tuple(range(len(stops)))
-        if request.any_order:
-            best = best_order(graph, [nodes[0] for nodes in stops], use=use)
-            if best is not None:
-                order = best.order
-                if not best.exact:
-                    notes[_heuristic_order(len(order))] = None
-        ordered = [stops[k] for k in order]
-        walk = closed_walk(graph, ordered, use=use, objective=request.objective)  # type: ignore[arg-type]
-        if isinstance(walk, Blocked):
-            if use == "flyable":
-                continue
-            return _separation(graph, ordered, walk.leg, request, color, sign)
-        loop = _loop(graph, walk.nodes, order, request, sign)
-        if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
-            loops.append(loop)
-    return loops
-
-
-def _heuristic_order(number: int) -> str:
-    return (
-        f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most 1.5 "
-        "times the shortest in any order on this graph, and not proven shortest"
-    )
-
-
-def _broken(graph: nx.Graph[Any], served: list[list[Any]], request: PlanRequest, sign: str) -> list[Loop]:
-    """Return the shortest two-color loop if it jumps, between colors or by a wrap: valid it cannot be."""
-    walk = closed_walk(graph, served, use="two_color")
-    if isinstance(walk, Blocked) or len(walk.nodes) == 1:
-        return []
-    steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
-    if all(graph.edges[a, b]["continuous"] for a, b in steps):
-        return []
-    return [_loop(graph, walk.nodes, tuple(range(len(served))), request, sign)]
-
-
-def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], order: tuple[int, ...], request: PlanRequest, sign: str) -> Loop:
-    data = [graph.nodes[node] for node in nodes]
-    path = Gait(
-        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
-        colors=tuple(node["color"] for node in data),
-        vehicle=request.vehicle,
-        coefficients=coefficients_of(request.vehicle, request.coefficients),
-        crossing_tolerance=graph.graph["crossing_tolerance"],
-    )
-    if request.reverse:
-        path, order = path.reversed(), (order[0], *order[:0:-1])
-    gait = path.merged()
-    timed = parametrize(gait, request.period, law=request.law)
-    return Loop(path=path, gait=gait, sign=sign, order=order, report=timed.check(floor=request.floor))
 
 
 def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
@@ -267,72 +148,6 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",
-    )
-
-
-def _rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:
-    """Return the waypoints, counted from 0, above which the graph has no node of a color and sign."""
-    if color == "blue" and coefficients.kind == "exact":
-        return set(range(len(request.waypoints)))
-    wanted = 1.0 if sign == "positive" else -1.0
-    plane = np.array(request.waypoints)
-    found = root_arrays(plane[:, 0], plane[:, 1], coefficients)
-    of_color = found.sheet == (1 if color == "red" else -1)
-    rooted = (of_color & (wanted * np.nan_to_num(found.R) > noise_of(coefficients))).any(axis=1)
-    if request.zones is not None:
-        rooted &= request.zones.allow_points(plane)
-    return set(np.nonzero(~rooted)[0].tolist())
-
-
-def _waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:
-    point = request.waypoints[k]
-    place = f"waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f})"
-    if color == "blue" and coefficients.kind == "exact":
-        return Obstacle(
-            color=color,
-            sign=sign,
-            kind="color",
-            message="blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there",
-            R=0.0,
-        )
-    wanted = 1.0 if sign == "positive" else -1.0
-    values = [root.R for root in roots(point[0], point[1], coefficients) if root.color == color]
-    best = max(values, key=lambda value: wanted * value)
-    relation = ">" if sign == "positive" else "<"
-    if wanted * best > 0 and request.zones is not None:
-        message = f"{color}, R {relation} 0: {place} lies where keep_out or keep_in forbids it"
-    elif abs(best) < 1e-9:
-        message = f"{color}, R {relation} 0: {place} has R = 0, the matrix is singular there"
-    else:
-        message = f"{color}, R {relation} 0: {place} has R = {best:.4g}"
-    return Obstacle(color=color, sign=sign, kind="waypoint", message=message, waypoints=(k + 1,), R=best)
-
-
-def _separation(
-    graph: nx.Graph[Any], stops: list[list[Any]], leg: int, request: PlanRequest, color: str, sign: str
-) -> Obstacle:
-    from networkx import node_connected_component, subgraph_view
-
-    def usable(first: Any, second: Any) -> bool:
-        edge = graph.edges[first, second]
-        return bool(edge["continuous"] and edge["keeps_sign"])
-
-    view = subgraph_view(graph, filter_edge=usable)
-    ends = stops[leg], stops[(leg + 1) % len(stops)]
-    points = [(graph.nodes[nodes[0]]["alpha1"], graph.nodes[nodes[0]]["alpha2"]) for nodes in ends]
-    numbers = tuple(request.waypoints.index(min(request.waypoints, key=lambda w: math.dist(w, p))) + 1 for p in points)
-    wall = separating_factor(points[0], points[1], request.vehicle) if color == "red" else None
-    if wall is None:
-        region = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
-        wall = f"{region} of {request.divisions} divisions: more divisions may join them"
-    relation = ">" if sign == "positive" else "<"
-    return Obstacle(
-        color=color,
-        sign=sign,
-        kind="separated",
-        message=f"{color}, R {relation} 0: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}",
-        waypoints=numbers,
-        components=tuple(len(node_connected_component(view, nodes[0])) for nodes in ends),
     )
 
 

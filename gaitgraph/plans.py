@@ -1,20 +1,21 @@
-"""What a plan answers: loops with their verdicts, obstacles as certificates of a refusal, and the plan itself."""
+"""What a plan answers: loops with their verdicts, candidates of a search, and the plan itself."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import Infeasible
 from gaitgraph.timing import TimedGait, parametrize
 
 if TYPE_CHECKING:
     from gaitgraph.gait import Gait
+    from gaitgraph.obstacles import Obstacle
     from gaitgraph.reports import Report
     from gaitgraph.requests import PlanRequest, Point
 
-__all__ = ["Loop", "Obstacle", "Plan"]
+__all__ = ["Candidates", "Loop", "Plan", "heuristic_order", "loop_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +34,9 @@ class Loop:
         The request's waypoints, counted from 0, in the order in which the loop visits them.
     report
         All checks, with those of the clock.
+    lower_bound
+        For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
+        that was asked of it [rad]; None on the grid.
     """
 
     path: Gait
@@ -40,6 +44,7 @@ class Loop:
     sign: str
     order: tuple[int, ...]
     report: Report
+    lower_bound: float | None = None
 
     @property
     def color(self) -> str:
@@ -61,40 +66,47 @@ class Loop:
             "types": list(self.path.types),
             "colors": list(self.path.colors),
             "length": self.length,
+            "lower_bound": self.lower_bound,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
             **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
         }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Obstacle:
-    """Why one color and sign of R has no loop: the certificate of a refusal.
+@dataclass(slots=True, kw_only=True)
+class Candidates:
+    """What a method found: loops, what is two-color but jumps, what was in the way, and notes in their order."""
 
-    Parameters
-    ----------
-    color, sign
-        What was tried.
-    kind
-        "waypoint": a waypoint has no root of this color and sign (or lies where the request forbids it);
-        "separated": two waypoints cannot be joined; "color": the color does not exist.
-    message
-        What is in the way.
-    waypoints
-        The numbers of the waypoints concerned, from 1.
-    R
-        For "waypoint": the value of R there.
-    components
-        For "separated": how many graph nodes can be reached from each of the two waypoints.
-    """
+    loops: list[Loop] = field(default_factory=list)
+    broken: list[Loop] = field(default_factory=list)
+    obstacles: list[Obstacle] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)
 
-    color: str
-    sign: str
-    kind: Literal["waypoint", "separated", "color"]
-    message: str
-    waypoints: tuple[int, ...] = ()
-    R: float | None = None
-    components: tuple[int, ...] = ()
+    def take(self, more: Candidates) -> None:
+        """Append what another search found."""
+        self.loops += more.loops
+        self.broken += more.broken
+        self.obstacles += more.obstacles
+        self.notes |= more.notes
+
+
+def loop_of(
+    path: Gait, order: tuple[int, ...], request: PlanRequest, sign: str, *, lower_bound: float | None = None
+) -> Loop:
+    """Return the loop that a path makes, in the direction that the request asks for, judged with its clock."""
+    if request.reverse:
+        path, order = path.reversed(), (order[0], *order[:0:-1])
+    gait = path.merged()
+    report = parametrize(gait, request.period, law=request.law).check(floor=request.floor)
+    return Loop(path=path, gait=gait, sign=sign, order=order, report=report, lower_bound=lower_bound)
+
+
+def heuristic_order(number: int) -> str:
+    """Return the note on an order of waypoints that is not proven to be the best."""
+    return (
+        f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most 1.5 "
+        "times the shortest in any order with this method, and not proven shortest"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,6 +186,7 @@ class Plan:
             "types": loop.get("types", []),
             "colors": loop.get("colors", []),
             "length": loop.get("length"),
+            "lower_bound": loop.get("lower_bound"),
             "corners": loop.get("corners", []),
             "vertices": loop.get("vertices", []),
             "alternatives": [other.as_mapping() for other in self.alternatives],

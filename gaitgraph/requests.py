@@ -47,7 +47,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
     "objective": ("shortest", "robust"),
-    "method": ("grid",),
+    "method": ("grid", "exact"),
 }
 MOST_WAYPOINTS = 1000
 
@@ -68,7 +68,7 @@ class PlanRequest:
     objective
         "shortest", or "robust": the best worst-case least singular value, then the shortest.
     divisions
-        Pieces into which [−π/2, π/2] is cut by the grid.
+        Pieces into which [−π/2, π/2] is cut by the grid; 16 if it is not given.
     vehicle
         A vehicle, a preset's name, or a TOML file.
     coefficients
@@ -81,7 +81,10 @@ class PlanRequest:
     reverse
         Run the loop the other way.
     method
-        "grid": the paper's grid graph.
+        "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
+        `divisions` are given, else exact.
+    accuracy
+        With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
     period, law
         The clock with which tilt rates are judged; see :func:`gaitgraph.timing.parametrize`.
     floor
@@ -97,14 +100,15 @@ class PlanRequest:
     color: str = "auto"
     sign: str = "auto"
     objective: str = "shortest"
-    divisions: int = DEFAULT_DIVISIONS
+    divisions: int = None  # type: ignore[assignment]  # always known after construction
     vehicle: Any = PAPER
     coefficients: Kind | None = None
     keep_out: Any = ()
     keep_in: Any = ()
     any_order: bool = False
     reverse: bool = False
-    method: str = "grid"
+    method: str = None  # type: ignore[assignment]  # always known after construction
+    accuracy: float = 1e-6
     period: float = 1.0
     law: str = LAWS[0]
     floor: float = DEFAULT_FLOOR
@@ -115,6 +119,12 @@ class PlanRequest:
         def put(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
 
+        method: str | None = self.method
+        divisions: int | None = self.divisions
+        if method is None:
+            put("method", "exact" if divisions is None else "grid")
+        if divisions is None:
+            put("divisions", DEFAULT_DIVISIONS)
         for name, allowed in _CHOICES.items():
             value = getattr(self, name)
             if not isinstance(value, str) or value not in allowed:
@@ -127,6 +137,9 @@ class PlanRequest:
         checked_clock(self.period, self.law)
         if not 0 <= number_of(self.floor) < math.inf:
             raise InputError(f"floor: {shown(self.floor)}; allowed is a finite number ≥ 0 (a singular value)")
+        if not 1e-9 <= number_of(self.accuracy) <= 0.1:
+            raise InputError(f"accuracy: {shown(self.accuracy)}; allowed is 1e-9 to 0.1 (rad)")
+        put("accuracy", float(self.accuracy))
         put("period", float(self.period))
         put("floor", float(self.floor))
         put("vehicle", _vehicle(self.vehicle))

@@ -317,7 +317,10 @@ def keeps_singular_value_above(
     Decided to within 1e-6 of the floor; what is closer than that counts as below.
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
+    if _on_red(starts, ends):
+        above = np.zeros(len(starts), dtype=bool)  # the closed form there costs less than a bound
+    else:
+        above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
     open_ = ~above
     if open_.any():
         asked: dict[str, Any] = {"tolerance": 1e-6, "floor": floor, "each": True}

@@ -207,7 +207,7 @@ WRONG = [
     ("plan --waypoint 0,0 --sign +", "sign: '+'"),
     ("plan --waypoint 0,0 --divisions 1", "divisions: 1"),
     ("plan --waypoint 0,0 --divisions many", "--divisions"),
-    ("plan --waypoint 0,0 --method exact", "method: 'exact'"),
+    ("plan --waypoint 0,0 --method exacto", "method: 'exacto'"),
     ("plan --waypoint 0,0 --objective x", "objective: 'x'"),
     ("plan --waypoint 0,0 --law x", "law: 'x'"),
     ("plan --waypoint 0,0 --period 0", "period: 0.0"),

@@ -10,7 +10,8 @@ from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
     angle_not_negative,
     json_option,
-    polygon_from_text,
+    keep_options,
+    polygons_from_texts,
     setting_options,
     waypoints_from_texts,
 )
@@ -26,8 +27,7 @@ __all__ = ["cycles_command"]
 @click.argument("request_file", metavar="[REQUEST.toml]", required=False)
 @click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="Only through these; repeat in order.")
 @click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
-@click.option("--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.')
-@click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")
+@keep_options
 @click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
 @click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
 @click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
@@ -66,9 +66,7 @@ def cycles_command(
     from gaitgraph.requests import read_request, request_from_mapping, stated_fields
 
     asked = {name: value for name, value in options.items() if value not in (None, False, ())}
-    for name in ("keep_in", "keep_out"):
-        if name in asked:
-            asked[name] = [polygon_from_text(text, name) for text in asked[name]]
+    polygons_from_texts(asked)
     if waypoints:
         asked["waypoints"] = waypoints_from_texts(waypoints)
     through = bool(waypoints) or (request_file is not None and "waypoints" in stated_fields(request_file))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,8 +18,9 @@ __all__ = [
     "crossing_option",
     "force_option",
     "json_option",
+    "keep_options",
     "outputs_option",
-    "polygon_from_text",
+    "polygons_from_texts",
     "require_option",
     "sampling_options",
     "setting_options",
@@ -79,6 +80,14 @@ def sampling_options(command: Callable[..., int]) -> Callable[..., int]:
     return command
 
 
+def keep_options(command: Callable[..., int]) -> Callable[..., int]:
+    """Add the options for the user's own polygons."""
+    command = click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")(command)
+    return click.option(
+        "--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.'
+    )(command)
+
+
 def vehicle_or_none(name: str | None) -> Vehicle | None:
     """Return the vehicle of ``--vehicle``; None, which leaves the choice to the library, if it is not given."""
     from gaitgraph.vehicle import vehicle_named
@@ -108,12 +117,20 @@ def waypoints_from_texts(texts: Sequence[str]) -> list[list[str]]:
     return waypoints
 
 
-def polygon_from_text(text: str, name: str) -> list[list[str]]:
-    """Split ``A1,A2 A1,A2 …`` into corners of two angles, still texts; InputError if one is no pair."""
-    corners = [corner.split(",") for corner in text.split()]
-    if any(len(corner) != 2 for corner in corners):
-        raise InputError(f"{_flag(name)}: {text!r}; allowed is 'A1,A2 A1,A2 A1,A2 …'")
-    return corners
+def polygons_from_texts(asked: dict[str, Any]) -> None:
+    """Split every ``A1,A2 A1,A2 …`` under keep_in and keep_out into corners of two angles, still texts, in place.
+
+    InputError if one is no pair.
+    """
+    for name in ("keep_in", "keep_out"):
+        polygons = []
+        for text in asked.get(name, ()):
+            corners = [corner.split(",") for corner in text.split()]
+            if any(len(corner) != 2 for corner in corners):
+                raise InputError(f"{_flag(name)}: {text!r}; allowed is 'A1,A2 A1,A2 A1,A2 …'")
+            polygons.append(corners)
+        if name in asked:
+            asked[name] = polygons
 
 
 def _flag(name: str) -> str:

@@ -10,7 +10,9 @@ from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
     force_option,
     json_option,
+    keep_options,
     outputs_option,
+    polygons_from_texts,
     require_option,
     sampling_options,
     setting_options,
@@ -33,7 +35,13 @@ __all__ = ["plan_command", "transition_command"]
 @click.option("--sign", metavar="NAME", help="Sign of R: auto, positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
 @click.option("--objective", metavar="NAME", help="shortest or robust.  [default: shortest]")
-@click.option("--method", metavar="NAME", help="grid: the paper's grid graph.  [default: grid]")
+@click.option(
+    "--method",
+    metavar="NAME",
+    help="exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
+)
+@click.option("--accuracy", type=float, metavar="ANGLE", help="Of curved borders, method exact, rad.  [default: 1e-6]")
+@keep_options
 @click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")
 @click.option("--reverse", is_flag=True, help="Run the loop the other way.")
 @outputs_option
@@ -59,7 +67,8 @@ def plan_command(
     from gaitgraph.tables import check_outputs, table_of, write_tables
     from gaitgraph.timing import checked_clock
 
-    asked = {name: value for name, value in options.items() if value is not None and value is not False}
+    asked = {name: value for name, value in options.items() if value not in (None, False, ())}
+    polygons_from_texts(asked)
     if waypoints:
         asked["waypoints"] = waypoints_from_texts(waypoints)
     if request_file is not None:

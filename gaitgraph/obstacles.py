@@ -1,0 +1,89 @@
+"""Why a color and sign of R has no loop: obstacles, the certificates of a refusal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gaitgraph.invertibility import Coefficients, noise_of
+from gaitgraph.surface import root_arrays, roots
+
+if TYPE_CHECKING:
+    from gaitgraph.requests import PlanRequest, Point
+
+__all__ = ["RELATION", "Obstacle", "rootless", "waypoint_obstacle"]
+
+RELATION = {"positive": "R > 0", "negative": "R < 0"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Why one color and sign of R has no loop: the certificate of a refusal.
+
+    Parameters
+    ----------
+    color, sign
+        What was tried.
+    kind
+        "waypoint": a waypoint has no root of this color and sign (or lies where the request forbids it);
+        "separated": two waypoints cannot be joined; "color": the color does not exist.
+    message
+        What is in the way.
+    waypoints
+        The numbers of the waypoints concerned, from 1.
+    R
+        For "waypoint": the value of R there.
+    components
+        For "separated" on the grid: how many graph nodes can be reached from each of the two waypoints.
+    nearest
+        For "waypoint", any-angle: the nearest (α1, α2) that is admissible, if there is any [rad].
+    """
+
+    color: str
+    sign: str
+    kind: Literal["waypoint", "separated", "color"]
+    message: str
+    waypoints: tuple[int, ...] = ()
+    R: float | None = None
+    components: tuple[int, ...] = ()
+    nearest: Point | None = None
+
+
+def rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:
+    """Return the waypoints, counted from 0, above which the graph has no node of a color and sign."""
+    if color == "blue" and coefficients.kind == "exact":
+        return set(range(len(request.waypoints)))
+    wanted = 1.0 if sign == "positive" else -1.0
+    plane = np.array(request.waypoints)
+    found = root_arrays(plane[:, 0], plane[:, 1], coefficients)
+    of_color = found.sheet == (1 if color == "red" else -1)
+    rooted = (of_color & (wanted * np.nan_to_num(found.R) > noise_of(coefficients))).any(axis=1)
+    if request.zones is not None:
+        rooted &= request.zones.allow_points(plane)
+    return set(np.nonzero(~rooted)[0].tolist())
+
+
+def waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:
+    """Return what is in the way at a waypoint, counted from 0, that :func:`rootless` names."""
+    point = request.waypoints[k]
+    place = f"waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f})"
+    if color == "blue" and coefficients.kind == "exact":
+        return Obstacle(
+            color=color,
+            sign=sign,
+            kind="color",
+            message="blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there",
+            R=0.0,
+        )
+    wanted = 1.0 if sign == "positive" else -1.0
+    values = [root.R for root in roots(point[0], point[1], coefficients) if root.color == color]
+    best = max(values, key=lambda value: wanted * value)
+    if wanted * best > 0 and request.zones is not None:
+        message = f"{color}, {RELATION[sign]}: {place} lies where keep_out or keep_in forbids it"
+    elif abs(best) < 1e-9:
+        message = f"{color}, {RELATION[sign]}: {place} has R = 0, the matrix is singular there"
+    else:
+        message = f"{color}, {RELATION[sign]}: {place} has R = {best:.4g}"
+    return Obstacle(color=color, sign=sign, kind="waypoint", message=message, waypoints=(k + 1,), R=best)
