@@ -51,7 +51,15 @@ if TYPE_CHECKING:
     from gaitgraph.requests import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Ground", "any_angle_candidates", "ground_of", "meeting_points", "straight_loop_holds", "with_nearest"]
+__all__ = [
+    "Ground",
+    "any_angle_candidates",
+    "ground_of",
+    "meeting_points",
+    "region_of",
+    "straight_loop_holds",
+    "with_nearest",
+]
 
 FloatArray = npt.NDArray[np.float64]
 Use = Literal["flyable", "valid"]
@@ -188,6 +196,12 @@ class _Asked:
             request.zones,
             request.accuracy,
         )
+
+
+def region_of(request: PlanRequest, color: str, sign: str, use: Use) -> Region:
+    """Return the region in which loops of one color and sign of R are planned for a request."""
+    coefficients = coefficients_of(request.vehicle, request.coefficients)
+    return _Asked(request=request, coefficients=coefficients, color=color, sign=sign, use=use).ground().region
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

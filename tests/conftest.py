@@ -1,10 +1,16 @@
-"""One behaviour for everyone in CI: the same examples in every run; locally new ones each time."""
+"""One behaviour for everyone in CI: the same examples in every run, locally new ones each time; and a command line."""
 
 from __future__ import annotations
 
+import json
 import os
+from typing import TYPE_CHECKING, Any
 
+import pytest
 from hypothesis import HealthCheck, Phase, settings
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 settings.register_profile("ci", derandomize=True)
 # For docs/mutation.md: one process runs the tests again and again, and a failing example need not be made small.
@@ -16,3 +22,29 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.differing_executors, HealthCheck.too_slow],
 )
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "default"))
+
+
+class Result:
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    from gaitgraph.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def call(*args: object) -> Result:
+        with pytest.raises(SystemExit) as stopped:
+            main([str(arg) for arg in args])
+        captured = capsys.readouterr()
+        code = stopped.value.code
+        assert isinstance(code, int)
+        return Result(code, captured.out, captured.err)
+
+    return call

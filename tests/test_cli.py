@@ -39,30 +39,6 @@ def interruptible() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-class Result:
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.chdir(tmp_path)
-
-    def call(*args: object) -> Result:
-        with pytest.raises(SystemExit) as stopped:
-            main([str(arg) for arg in args])
-        captured = capsys.readouterr()
-        code = stopped.value.code
-        assert isinstance(code, int)
-        return Result(code, captured.out, captured.err)
-
-    return call
-
-
 def waypoints(gait: PublishedGait) -> list[str]:
     return [part for a, b in gait.waypoints for part in ("--waypoint", f"{a},{b}")]
 
@@ -79,7 +55,12 @@ def test_plan_json(run: Any, gait: PublishedGait) -> None:
     assert (plan["color"], plan["sign"]) == (gait.color, gait.sign)
     assert (plan["valid"], plan["flyable"], plan["reachable_from_hover"]) == (True, gait.flyable, gait.reachable)
     np.testing.assert_allclose(plan["vertices"], np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4)
-    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 16
+    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 4
+    assert plan["lower_bound"] == pytest.approx(plan["length"], abs=1e-12)
+    grid = run("plan", *waypoints(gait), "--color", gait.color, "--method", "grid", "--json").json
+    assert (plan["method"], grid["method"]) == ("exact", "grid")
+    assert len(grid["path"]) == len(grid["types"]) == len(grid["colors"]) == 16
+    assert grid["length"] == pytest.approx(plan["length"], abs=1e-12)
     assert {"name", "ok", "value", "limit", "where", "message"} <= set(plan["checks"][0])
 
 

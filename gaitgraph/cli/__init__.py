@@ -29,6 +29,7 @@ _FILES = {
     "validate": "judge",
     "colorings": "judge",
     "cycles": "cycles",
+    "region": "region",
     "robustness": "judge",
     "transition": "plan",
     "roots": "roots",

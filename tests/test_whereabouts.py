@@ -1,0 +1,98 @@
+"""Where waypoints lie: told for the library and for the command line, and consistent with what is planned."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.requests import PlanRequest
+from gaitgraph.whereabouts import whereabouts_of
+
+WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
+
+
+def asked(points: Any, **more: Any) -> Any:
+    return whereabouts_of(PlanRequest(waypoints=points, **more))
+
+
+def test_a_wall_separates_what_is_joined_without_it() -> None:
+    points = [("pi/8", "-pi/8"), ("3pi/8", "-3pi/8")]
+    free, walled = (asked(points, sign="negative", keep_out=wall) for wall in ([], WALL))
+    assert free
+    assert not walled
+    assert {place.part for place in free.answers[0].places} == {1}
+    assert {place.part for place in walled.answers[0].places} == {1, 2}
+    assert "no loop can join them" in str(walled)
+
+
+def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
+    rng = np.random.default_rng(5)
+    seen = set()
+    for _ in range(25):
+        points = [tuple(point) for point in rng.uniform(-1.5, 1.5, (2, 2)).tolist()]
+        found = asked(points, keep_out=WALL, accuracy=1e-3)
+        plan = gg.plan_loop(points, color="red", keep_out=WALL, accuracy=1e-3)
+        assert bool(found) == bool(plan and plan.report.flyable)
+        seen.add(bool(found))
+    assert seen == {True, False}
+
+
+def test_the_nearest_point_is_admissible_and_none_of_a_dense_sample_is_nearer() -> None:
+    point = (0.5, 0.5)
+    answer = asked([point], sign="positive").answers[0]
+    (place,) = answer.places
+    assert answer.region.contains(place.nearest).all()
+    assert place.part is None
+    assert "hover thrusts" in place.why_not
+    axis = np.linspace(-np.pi / 2, np.pi / 2, 400)
+    sample = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    inside = sample[answer.region.contains(sample)]
+    distance = np.linalg.norm(np.subtract(place.nearest, point))
+    assert distance <= np.linalg.norm(inside - point, axis=1).min()
+
+
+def test_the_command(run: Any, tmp_path: Any) -> None:
+    out = run("region", "--waypoint", "-0.4,0.4", "--waypoint", "0.5,0.5", "--json")
+    assert out.code == 1
+    content = out.json
+    assert content["use"] == "flyable"
+    assert [region["sign"] for region in content["regions"]] == ["positive", "negative"]
+    first = content["regions"][0]
+    assert [waypoint["part"] for waypoint in first["waypoints"]] == [1, None]
+    assert first["waypoints"][1]["nearest"] == pytest.approx([0.1671, 0.5], abs=1e-4)
+    assert sum(part["area"] for part in first["parts"]) == pytest.approx(first["area"])
+    request = tmp_path / "request.toml"
+    request.write_text('waypoints = [[-0.4, 0.4], ["-pi/8", "pi/8"]]\nsign = "positive"\n')
+    out = run("region", str(request))
+    assert out.code == 0
+    assert "waypoint 2 (-0.3927, 0.3927): in part 1" in out.out
+    assert "all in one part" in out.out
+    out = run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3")
+    assert out.code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "waypoints: none given"),
+        (["--waypoint", "1"], "waypoint 1: '1'; allowed is A1,A2"),
+        (["--waypoint", "2,0"], "waypoint 1 alpha1: '2'; allowed is −π/2 to π/2"),
+        (["--waypoint", "0,0", "--accuracy", "1e-12"], "accuracy: 1e-12; allowed is 1e-9 to 0.1"),
+        (["--waypoint", "0,0", "--keep-out", "0,0 1,1 1,0 0,1"], "keep_out polygon 1: Self-intersection"),
+        (["--waypoint", "0,0", "--use", "any"], "'any' is not one of 'flyable', 'valid'"),
+    ],
+)
+def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -> None:
+    out = run("region", *arguments)
+    assert out.code == 2
+    assert not out.out
+    assert message in out.err
+    assert len(out.err.strip().splitlines()) == 1
+
+
+def test_an_unknown_use_is_refused() -> None:
+    with pytest.raises(gg.InputError, match="use: 'any'; allowed are 'flyable' and 'valid'"):
+        whereabouts_of(PlanRequest(waypoints=[(0, 0)]), use="any")  # type: ignore[arg-type]
