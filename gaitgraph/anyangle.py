@@ -144,7 +144,7 @@ def _length(points: Sequence[Point]) -> float:
 def ground_of(
     vehicle: Vehicle,
     use: Use,
-    color: str,
+    color: Any,
     sign: Any,
     coefficients: Literal["published", "exact"],
     floor: float,

@@ -13,6 +13,7 @@ from gaitgraph.cli.options import (
     keep_options,
     polygons_from_texts,
     setting_options,
+    stated,
     waypoints_from_texts,
 )
 from gaitgraph.cli.terminal import MANY_DIVISIONS, print_json, progress_notes
@@ -65,7 +66,7 @@ def cycles_command(
     from gaitgraph.catalog import catalog
     from gaitgraph.requests import read_request, request_from_mapping, stated_fields
 
-    asked = {name: value for name, value in options.items() if value not in (None, False, ())}
+    asked = stated(options)
     polygons_from_texts(asked)
     if waypoints:
         asked["waypoints"] = waypoints_from_texts(waypoints)

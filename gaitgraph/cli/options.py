@@ -24,6 +24,7 @@ __all__ = [
     "require_option",
     "sampling_options",
     "setting_options",
+    "stated",
     "vehicle_or_none",
     "waypoints_from_texts",
 ]
@@ -86,6 +87,11 @@ def keep_options(command: Callable[..., int]) -> Callable[..., int]:
     return click.option(
         "--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.'
     )(command)
+
+
+def stated(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that were given, flags and repeatable ones among them; a zero is given."""
+    return {name: value for name, value in options.items() if value is not None and value is not False and value != ()}
 
 
 def vehicle_or_none(name: str | None) -> Vehicle | None:

@@ -16,6 +16,7 @@ from gaitgraph.cli.options import (
     require_option,
     sampling_options,
     setting_options,
+    stated,
     vehicle_or_none,
     waypoints_from_texts,
 )
@@ -67,7 +68,7 @@ def plan_command(
     from gaitgraph.tables import check_outputs, table_of, write_tables
     from gaitgraph.timing import checked_clock
 
-    asked = {name: value for name, value in options.items() if value not in (None, False, ())}
+    asked = stated(options)
     polygons_from_texts(asked)
     if waypoints:
         asked["waypoints"] = waypoints_from_texts(waypoints)

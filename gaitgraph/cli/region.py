@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import json_option, keep_options, polygons_from_texts, setting_options, waypoints_from_texts
+from gaitgraph.cli.options import (
+    json_option,
+    keep_options,
+    polygons_from_texts,
+    setting_options,
+    stated,
+    waypoints_from_texts,
+)
 from gaitgraph.cli.terminal import print_json
 from gaitgraph.errors import InputError
 
@@ -41,7 +48,7 @@ def region_command(request_file: str | None, waypoints: Sequence[str], use: Any,
     from gaitgraph.requests import read_request, request_from_mapping
     from gaitgraph.whereabouts import whereabouts_of
 
-    asked = {name: value for name, value in options.items() if value not in (None, ())}
+    asked = stated(options)
     polygons_from_texts(asked)
     if waypoints:
         asked["waypoints"] = waypoints_from_texts(waypoints)
