@@ -479,15 +479,15 @@ def _mixed(request: PlanRequest, coefficients: Coefficients, sign: str) -> Loop 
     meets = meeting_points(coefficients, sign)
     if not meets or request.any_order:
         return None
-    grounds: dict[str, Ground] = {
-        color: _Asked(request=request, coefficients=coefficients, color=color, sign=sign, use="valid").ground()
-        for color in COLORS
-    }
     points = request.waypoints
     lacking = {color: rootless(request, coefficients, color, sign) for color in COLORS}
     stops = [[color for color in COLORS if k not in lacking[color]] for k in range(len(points))]
     if not all(stops):
         return None
+    grounds: dict[str, Ground] = {
+        color: _Asked(request=request, coefficients=coefficients, color=color, sign=sign, use="valid").ground()
+        for color in COLORS
+    }
 
     def way(a: Point, b: Point, before: str, after: str) -> _Way | None:
         if before == after:

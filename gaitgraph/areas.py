@@ -9,7 +9,6 @@ polygons: `inner`, which certainly lies in the region, and `outer`, which certai
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
@@ -28,19 +27,20 @@ from gaitgraph.invertibility import (
     noise_of,
 )
 from gaitgraph.outlines import (
-    beyond_bracket,
     blue_determinant_below,
+    bracket_negative,
     determinant_below,
     mirrored,
     thrust_above,
     weak_block,
 )
 from gaitgraph.regions import red_label
+from gaitgraph.segments import least_level_determinant
 from gaitgraph.surface import COLORS, Color, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
@@ -73,6 +73,10 @@ DEFAULT_ACCURACY = 1e-6
 _TOUCH = 1e-12  # what overlaying polygons may round off
 _OPEN = 1e-9  # how far inside an open condition its straight border is drawn
 _FOLLOWED = 0.45  # how far from a curved border its chords may be, as a share of the accuracy
+_SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
+# What is closer to its limit than this is not decided along segments, and counts as beyond it.
+_DECIDED = 1.5e-6  # singular values; see segments.keeps_singular_value_above
+_DECIDED_THRUST = 1.5e-4  # shares of the weight; see segments.thrust_shares_along
 _COARSEST = 1e-3  # coarser chords would save nothing
 _EPSILON = float(np.finfo(float).eps)
 _SIGNS: dict[str, int] = {"positive": 1, "negative": -1}
@@ -154,7 +158,7 @@ class Region:
         """
         import shapely
 
-        asked = shapely.points(_points(points))
+        asked: Any = shapely.points(_points(points))
         inside = np.asarray(shapely.covers(self.inner, asked))
         inside[~inside] = shapely.dwithin(self.inner, asked[~inside], _TOUCH)
         return inside
@@ -186,14 +190,15 @@ class Region:
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return float(asked[0]), float(asked[1])
-        found = shapely.shortest_line(self.inner, shapely.Point(asked)).coords[0]
+        line = shapely.shortest_line(self.inner, shapely.Point(asked))
+        found = shapely.get_coordinates(line)[0]
         return float(found[0]), float(found[1])
 
     def why_not(self, point: npt.ArrayLike) -> str | None:
         """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`.
 
         >>> admissible_region(sign="positive").why_not((0.5, -0.5))
-        'R = -2.5949 at level attitude, wanted is R ≥ 0.0034'
+        'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
         """
         asked = _points(point)[0]
         if self.contains(asked)[0]:
@@ -328,27 +333,39 @@ def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCUR
     >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
     [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
     """
-    accuracy = _checked_accuracy(accuracy)
+    return _components(vehicle, _checked_accuracy(accuracy), _OPEN)
+
+
+def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
+    """Return the components, those of `inner` with a margin to straight borders."""
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
     spin = 1 if kappa > 0 else -1
     edge = spin * HALF_PI
     exact = coefficients_of(vehicle, "exact")
-    negative = beyond_bracket(kappa, _tolerance(accuracy))
+    negative = bracket_negative(kappa, _tolerance(accuracy))
+    # The bracket vanishes in two corners of the square too.
+    corners = _union(
+        _box(
+            side * HALF_PI - accuracy / 2,
+            -side * HALF_PI - accuracy / 2,
+            side * HALF_PI + accuracy / 2,
+            -side * HALF_PI + accuracy / 2,
+        )
+        for side in (1, -1)
+    )
     wide, narrow = _moved(negative, accuracy / 2), _moved(negative, -accuracy / 2)
     found = []
     for first in (1, -1):
         for second in (1, -1):
-            inner_cell, outer_cell = (
-                _strip(delta - edge, first * spin, margin).intersection(mirrored(_strip(delta - edge, second * spin, margin)))
-                for margin in (_OPEN, 0.0)
-            )
+            inner_cell, outer_cell = (_cell(delta - edge, first * spin, second * spin, kept) for kept in (margin, 0.0))
             for third in (1, -1):
                 # The third sign is positive on the side of α = 0, whichever way the rotors spin.
                 if third * spin > 0:
                     inner, outer = inner_cell.difference(wide), outer_cell.difference(narrow)
                 else:
                     inner, outer = inner_cell.intersection(narrow), outer_cell.intersection(wide)
+                inner = inner.difference(corners)
                 if inner.is_empty:
                     continue
                 sign = first * second * third
@@ -357,10 +374,11 @@ def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCUR
     return tuple(found)
 
 
-def _strip(border: float, side: int, margin: float) -> Polygon:
-    """Return the part of the square with α1 beyond a border, or short of it."""
-    low, high = (border + margin, HALF_PI) if side > 0 else (-HALF_PI, border - margin)
-    return _box(low, -HALF_PI, high, HALF_PI)
+def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
+    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise."""
+    low, high = (border + margin, HALF_PI) if first > 0 else (-HALF_PI, border - margin)
+    left, right = (border + margin, HALF_PI) if second > 0 else (-HALF_PI, border - margin)
+    return _box(low, -right, high, -left)
 
 
 def certain_determinant(coefficients: Coefficients) -> float:
@@ -371,7 +389,7 @@ def certain_determinant(coefficients: Coefficients) -> float:
     (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
 
     >>> round(certain_determinant(coefficients_of()), 4)
-    0.0034
+    0.0035
     """
     form = coefficients.bilinear_form
     size = float(np.linalg.norm(form))
@@ -380,7 +398,7 @@ def certain_determinant(coefficients: Coefficients) -> float:
     parts = 2 * single + double + 2 * triple
     derived = coefficients.sheet_rounding
     turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return 2 * parts + turned + noise_of(coefficients)
+    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
 def sign_region(
@@ -429,14 +447,34 @@ def sign_region(
     if color == "blue":
         coefficients = coefficients or coefficients_of(vehicle)
         return _blue_sign_region(wanted, coefficients, least or noise_of(coefficients), accuracy)
-    condition = _determinant_condition(wanted, least or 0.0, "red", coefficients_of(vehicle, "exact"))
-    if not least:
-        parts = [part.region for part in sign_components(vehicle, accuracy=accuracy) if part.sign == wanted]
-        inner, outer = (_union(getattr(part, side) for part in parts) for side in ("inner", "outer"))
-    else:
+    exact = coefficients_of(vehicle, "exact")
+    condition = _determinant_condition(wanted, least or 0.0, "red", exact)
+    margin = accuracy if least else _OPEN
+    parts = [part.region for part in _components(vehicle, accuracy, margin) if part.sign == wanted]
+    inner, outer = (_union(getattr(part, side) for part in parts) for side in ("inner", "outer"))
+    if least and _falls_below(least, wanted, inner, exact):
         forbidden = determinant_below(least, wanted, vehicle.signed_drag_ratio, _tolerance(accuracy))
         inner, outer = _without(forbidden, _square(), accuracy / 2)
     return _only(condition, inner, outer, accuracy)
+
+
+def _falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
+    """Return whether |R| may be below a value in polygons on which R has one sign.
+
+    |R| is least on a border. Proof: but for a factor R is the product of P = cos β1·cos β2 and D, with ΔP = −2P and
+    ΔD = −2D. Where the gradient of R vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R: |R|
+    has no least value inside.
+    """
+    import shapely
+
+    if shape.is_empty:
+        return False
+    rings = shapely.get_rings(shapely.get_parts(_many(shape)))
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    follows = ring[1:] == ring[:-1]
+    ends = corners[:, [0, 1, 0, 1]]
+    found = least_level_determinant(ends[:-1][follows], ends[1:][follows], exact, sign=sign, tolerance=0.0, floor=least)
+    return bool(found.lower.min() < least)
 
 
 def _union(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
@@ -449,15 +487,20 @@ def _blue_sign_region(sign: int, coefficients: Coefficients, least: float, accur
     condition = _determinant_condition(sign, least, "blue", coefficients)
     edge = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
     side = 1 if coefficients.delta > 0 else -1
-    forbidden = {turn: blue_determinant_below(least, turn * sign, coefficients, _tolerance(accuracy)) for turn in (1, -1)}
-    inner, outer = [], []
+    kept = {
+        turn: _without(
+            blue_determinant_below(least, turn * sign, coefficients, _tolerance(accuracy)), _square(), accuracy / 2
+        )
+        for turn in (1, -1)
+    }
+    parts: list[list[BaseGeometry]] = [[], []]
     for first in (1, -1):
         for second in (1, -1):
             # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
-            for cells, margin, reach in ((inner, _OPEN, accuracy / 2), (outer, 0.0, -accuracy / 2)):
-                cell = _strip(edge, first * side, margin).intersection(mirrored(_strip(edge, second * side, margin)))
-                cells.append(cell.difference(_moved(forbidden[first * second], reach)))
-    return _only(condition, _union(inner), _union(outer), accuracy)
+            for k, margin in enumerate((_OPEN, 0.0)):
+                cell = _cell(edge, first * side, second * side, margin)
+                parts[k].append(cell.intersection(kept[first * second][k]))
+    return _only(condition, _union(parts[0]), _union(parts[1]), accuracy)
 
 
 def hover_region(vehicle: Vehicle = PAPER) -> Region:
@@ -466,7 +509,7 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ. The borders, where a pair of rotors idles, are excluded.
 
     >>> round(hover_region().outer.area, 3)
-    4.992
+    4.991
     """
     inner, outer = (_hover_rectangles(vehicle, margin) for margin in (_OPEN, 0.0))
     return _only(_hover_condition(vehicle), inner, outer, _OPEN)
@@ -545,10 +588,15 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
     Examples
     --------
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
-    [9.138, 3.843, 0.061, 0.0]
+    [9.138, 3.766, 0.061, 0.0]
     """
     floor, accuracy = _checked("floor", floor, "a finite number ≥ 0", zero=True), _checked_accuracy(accuracy)
-    inner, outer = _singular_value_polygons(floor, vehicle.signed_drag_ratio, accuracy)
+    return _singular_value_region(floor, floor, vehicle, accuracy)
+
+
+def _singular_value_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
+    """Return the region, with the third singular value held to a floor of its own."""
+    inner, outer = _singular_value_polygons(floor, block, vehicle.signed_drag_ratio, accuracy)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
@@ -558,7 +606,9 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
 
 
 @lru_cache(maxsize=32)
-def _singular_value_polygons(floor: float, kappa: float, accuracy: float) -> tuple[BaseGeometry, BaseGeometry]:
+def _singular_value_polygons(
+    floor: float, block: float, kappa: float, accuracy: float
+) -> tuple[BaseGeometry, BaseGeometry]:
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
@@ -573,7 +623,7 @@ def _singular_value_polygons(floor: float, kappa: float, accuracy: float) -> tup
         # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
         band = weak_block(accuracy / 2, kappa, accuracy / 32)
         return straight.difference(_moved(band, accuracy / 16)), straight
-    return _without(weak_block(floor, kappa, min(_tolerance(accuracy), floor / 16)), straight, accuracy / 2)
+    return _without(weak_block(block, kappa, min(_tolerance(accuracy), block / 16)), straight, accuracy / 2)
 
 
 def tilt_region(limit: float) -> Region:
@@ -642,7 +692,8 @@ def admissible_region(
         The vehicle; `max_tilt` and `max_thrust` count where they are stated.
     use
         "valid": R has the sign. "flyable": also the least singular value keeps the floor, all hover thrusts are
-        positive and within the limit, and so are the tilts. Nothing on blue is flyable.
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. The floor and the limit of
+        thrust are kept by 1.5e-6 and by 1.5e-4 of m·g, so that the checks of a gait can decide along its segments.
     color
         "red" or "blue".
     sign
@@ -672,7 +723,7 @@ def admissible_region(
     Examples
     --------
     >>> round(admissible_region().area, 3), round(admissible_region(use="valid").area, 3)
-    (4.669, 9.859)
+    (4.748, 9.81)
     """
     if use not in ("valid", "flyable"):
         raise InputError(f"use: {shown(use)}; allowed are 'valid' and 'flyable'")
@@ -700,32 +751,76 @@ def _admissible(
     least: float,
     accuracy: float,
 ) -> Region:
+    signs: tuple[Sign, ...] = ("positive", "negative") if sign is None else (sign,)
     asked: dict[str, Any] = {"color": color, "coefficients": coefficients, "least": least, "accuracy": accuracy}
-    region = _either_sign(vehicle, asked) if sign is None else sign_region(sign, vehicle, **asked)
     if use == "valid":
-        return region
+        return _either([sign_region(one, vehicle, **asked) for one in signs])
     if color == "blue":
-        singular = Condition(
+        condition = Condition(
             name="an invertible decoupling matrix",
-            broken_at=lambda _1, _2: "on blue the decoupling matrix is singular in exact physics: use red",
+            broken_at=lambda _first, _second: "on blue the decoupling matrix is singular in exact physics: use red",
         )
-        return region & _only(singular, _box(0, 0, 0, 0), _box(0, 0, 0, 0), 0.0)
-    region = region & singular_value_region(floor, vehicle, accuracy=accuracy)
+        return _only(condition, _box(0, 0, 0, 0), _box(0, 0, 0, 0), accuracy)
+    region = _singular_value_region(floor, floor + _DECIDED if floor > 0 else 0.0, vehicle, accuracy)
     if vehicle.max_thrust is None:
-        region = region & hover_region(vehicle)
+        region &= hover_region(vehicle)
     else:
         mass, gravity = vehicle.require("mass", "gravity", purpose="the region within the largest thrust")
-        region = region & thrust_region(vehicle.max_thrust / (mass * gravity), vehicle, accuracy=accuracy)
-    return region if vehicle.max_tilt is None else region & tilt_region(vehicle.max_tilt)
+        share = vehicle.max_thrust / (mass * gravity)
+        region &= thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
+    if vehicle.max_tilt is not None:
+        region &= tilt_region(vehicle.max_tilt)
+    if floor < _SEPARATING:
+        return _either([sign_region(one, vehicle, **asked) for one in signs]) & region
+    return _of_sign(region, [_SIGNS[one] for one in signs], vehicle, asked)
 
 
-def _either_sign(vehicle: Vehicle, asked: dict[str, Any]) -> Region:
-    both = [sign_region(sign, vehicle, **asked) for sign in ("positive", "negative")]
-    first, second = (part.conditions[0].broken_at for part in both)
+def _of_sign(region: Region, signs: list[int], vehicle: Vehicle, asked: dict[str, Any]) -> Region:
+    """Return the part of a region of hover with a positive floor where R has one of the signs, and its least size.
+
+    The floor keeps each polygon off R = 0, so R has one sign on it.
+    """
+    exact, least = coefficients_of(vehicle, "exact"), asked["least"]
+    conditions = [_determinant_condition(sign, least, "red", exact) for sign in signs]
+    kept: list[BaseGeometry] = [_box(0, 0, 0, 0), _box(0, 0, 0, 0)]
+    for sign in signs:
+        sides = [
+            _union(part for part in side.geoms if _sign_on(part, vehicle) == sign)
+            for side in (region.inner, region.outer)
+        ]
+        if least > 0 and _falls_below(least, sign, sides[0], exact):
+            cut = sign_region("positive" if sign > 0 else "negative", vehicle, **asked)
+            sides = [sides[0].intersection(cut.inner), sides[1].intersection(cut.outer)]
+        kept = [one.union(other) for one, other in zip(kept, sides, strict=True)]
+    inner, outer = kept
+    return Region(
+        inner=_many(inner),
+        outer=_many(outer),
+        accuracy=region.accuracy,
+        conditions=(_any_of(conditions), *region.conditions),
+    )
+
+
+def _sign_on(part: Polygon, vehicle: Vehicle) -> int:
+    """Return the sign of R on a polygon where it has one."""
+    point = part.representative_point()
+    return int(red_label(point.x, point.y, vehicle).prod())
+
+
+def _any_of(conditions: list[Condition]) -> Condition:
+    """Return the condition that one of two holds, or the only one there is."""
+    if len(conditions) == 1:
+        return conditions[0]
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
-        told = first(alpha1, alpha2)
-        return None if told is None or second(alpha1, alpha2) is None else told.split(",")[0] + ", too near to 0"
+        told = [condition.broken_at(alpha1, alpha2) for condition in conditions]
+        return None if None in told else f"{(told[0] or '').split(',')[0]}, wanted is {name}"
 
-    inner, outer = (_union(getattr(part, side) for part in both) for side in ("inner", "outer"))
-    return _only(Condition(name="R ≠ 0", broken_at=broken_at), inner, outer, asked["accuracy"])
+    name = " or ".join(condition.name for condition in conditions)
+    return Condition(name=name, broken_at=broken_at)
+
+
+def _either(regions: list[Region]) -> Region:
+    inner, outer = (_union(getattr(part, side) for part in regions) for side in ("inner", "outer"))
+    condition = _any_of([part.conditions[0] for part in regions])
+    return _only(condition, inner, outer, regions[0].accuracy)

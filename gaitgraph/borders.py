@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,7 +85,9 @@ class Waves:
 
     def bends_at(self, points: FloatArray, along: FloatArray) -> FloatArray:
         """Return the second derivatives at points along directions of length one, both of shape (m, 2)."""
-        return np.asarray(-np.sum(np.cos(self._phases(points)) * (along @ self.terms[:, 1:3].T) ** 2 * self.terms[:, 0], 1))
+        return np.asarray(
+            -np.sum(np.cos(self._phases(points)) * (along @ self.terms[:, 1:3].T) ** 2 * self.terms[:, 0], 1)
+        )
 
     def most(self, order: int) -> float:
         """Return what no derivative of an order, along any directions of length one, can exceed."""
@@ -165,8 +168,8 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
     >>> zeros_of_degree_two(lambda x: np.cos(x) - 0.5, 2 * math.pi).round(6).tolist()
     [-1.047198, 1.047198]
     """
-    parts = np.fft.fft(function(np.arange(8) * (period / 8))) / 8
-    polynomial = parts[[2, 1, 0, -1, -2]]
+    parts = np.fft.fft(function(np.linspace(0.0, period, 8, endpoint=False))) / 8
+    polynomial = np.asarray(parts[[2, 1, 0, -1, -2]], dtype=complex)
     polynomial[np.abs(polynomial) <= 1e-15 * np.abs(polynomial).max()] = 0.0
     roots = np.roots(polynomial)
     roots = roots[np.abs(np.abs(roots) - 1.0) < _ON_CIRCLE]
@@ -184,14 +187,16 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
         x[0], x[-1] = low, high
         return x
 
-    theta = np.linspace(0.0, math.pi, 2 if border is None else _FIRST_CHORDS + 1)
-    for _ in range(_MOST_ROUNDS if border is not None else 0):
+    if border is None:
+        return np.array([low, high])
+    theta = np.linspace(0.0, math.pi, _FIRST_CHORDS + 1)
+    for _ in range(_MOST_ROUNDS):
         x = at(theta)
         points = np.column_stack([x, function(x)])
         bound = border.deviation(points[:-1], points[1:], 2 * tolerance)
         # A chord shorter than the tolerance is as good as the border.
         bound[np.hypot(*(points[1:] - points[:-1]).T) < tolerance / 2] = 0.0
-        pieces = np.where(np.isfinite(bound), np.ceil(np.sqrt(bound / tolerance)), 4.0)
+        pieces = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
         if pieces.max() <= 1:
             break
         more = [theta[:-1][k < pieces] + (np.diff(theta) * k / pieces)[k < pieces] for k in range(1, int(pieces.max()))]
@@ -238,14 +243,14 @@ def bands_between(
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
     breaks = breaks[kept]
-    for low, high in zip(breaks[:-1], breaks[1:], strict=True):
+    for low, high in pairwise(breaks.tolist()):
         middle = np.array([(low + high) / 2])
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
         edges: list[tuple[float, Function | None]] = [(first, None)]
         edges += [(w, root) for w, root in here if first < w < last]
         edges.append((last, None))
-        inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
         k = 0
         while k < len(inside):
             if not inside[k]:

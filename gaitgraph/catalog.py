@@ -15,7 +15,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.graph import nodes_above, surface_graph
 from gaitgraph.invertibility import coefficients_of
 from gaitgraph.palettes import RELATION, SIGNS
-from gaitgraph.requests import PlanRequest
+from gaitgraph.requests import PlanRequest, planes_only
 from gaitgraph.search import MOST_ANY_ORDER, best_order
 from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
 
@@ -159,6 +159,7 @@ def catalog(
     """
     if not isinstance(request, PlanRequest):
         raise InputError(f"request: {shown(request)}; allowed is a PlanRequest")
+    planes_only(request, "cycles")
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     any_order, notes = request.any_order and through, []
     heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.fibers import family_codes
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import (
     Continuous,
@@ -119,5 +120,5 @@ def check_gait(
 
 def stretch_of(gait: Gait) -> Stretch:
     """Return a gait, with its way back to the first corner, as one stretch."""
-    sheet = np.array([1 if color == "red" else -1 for color in gait.colors] or [0] * len(gait.alpha), dtype=np.int8)
+    sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
     return Stretch(alpha=np.vstack([gait.alpha, gait.alpha[:1]]), sheet=np.append(sheet, sheet[0]), after=0)

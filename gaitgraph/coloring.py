@@ -3,6 +3,10 @@
 An angle may not step from its + plane to its − plane; it may pass through `?`, where the planes cross. Figure
 15 (a) says so for one angle, Figure 15 (b) for the pair (α3, α4): both must be allowed, so (?,?) is a
 neighbour of every type.
+
+On a fibre one angle is free, of the type `*`. It may be a neighbour of every type: the fibre holds both planes of that
+angle and all between them, so the angle moves from one to the other without a jump. The other angle is where its planes
+cross, of the type `?`.
 """
 
 from __future__ import annotations
@@ -14,47 +18,58 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
+from gaitgraph.surface import FREE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["PLANE_TYPES", "first_violation", "neighbors_allowed", "types_from_text", "types_may_be_adjacent"]
+__all__ = [
+    "FIBER_TYPES",
+    "PLANE_TYPES",
+    "first_violation",
+    "neighbors_allowed",
+    "types_from_text",
+    "types_may_be_adjacent",
+]
 
 PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
 """The seven categories of roots; (+,−) and (−,+) never occur."""
 
-_CODES = {"+": 1, "?": 0, "-": -1, "−": -1}
-_LABEL = re.compile(r"\(\s*([+?−-])\s*,\s*([+?−-])\s*\)")
+FIBER_TYPES = ("(?,*)", "(*,?)")
+"""The types on the first and on the second fibre."""
+
+_CODES = {"+": 1, "?": 0, "-": -1, "−": -1, "*": FREE}
+_LABEL = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
 
 
 def types_from_text(label: str) -> tuple[int, int]:
-    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4.
+    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4; `*` is :data:`gaitgraph.surface.FREE`.
 
     Raises
     ------
     InputError
-        If the label is none of the seven categories.
+        If the label is none of the seven categories, nor that of a fibre.
 
     Examples
     --------
-    >>> types_from_text("(?,-)")
-    (0, -1)
+    >>> types_from_text("(?,-)"), types_from_text("(?,*)")
+    ((0, -1), (0, 2))
     """
     match = _LABEL.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_CODES[match[1]], _CODES[match[2]]) if match else (1, -1)
-    if codes[0] * codes[1] < 0:
-        raise InputError(f"types: {shown(label)}; allowed are {', '.join(PLANE_TYPES)}")
+    if codes[0] * codes[1] < 0 or (FREE in codes and 0 not in codes):
+        raise InputError(f"types: {shown(label)}; allowed are {', '.join((*PLANE_TYPES, *FIBER_TYPES))}")
     return codes
 
 
 def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
-    """Return whether types, given as +1, 0 or −1 for α3 and for α4, may be adjacent; arrays broadcast.
+    """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast.
 
-    Neither angle may have the types + and −, whose product is the only negative one.
+    Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
     """
     third = np.multiply(first[0], second[0])
     fourth = np.multiply(first[1], second[1])
-    return (third >= 0) & (fourth >= 0)
+    return (third != -1) & (fourth != -1)
 
 
 def types_may_be_adjacent(first: str, second: str) -> bool:
@@ -62,7 +77,7 @@ def types_may_be_adjacent(first: str, second: str) -> bool:
 
     >>> types_may_be_adjacent("(+,+)", "(+,?)"), types_may_be_adjacent("(+,+)", "(-,-)")
     (True, False)
-    >>> all(types_may_be_adjacent("(?,?)", other) for other in PLANE_TYPES)
+    >>> all(types_may_be_adjacent(one, other) for one in ("(?,?)", *FIBER_TYPES) for other in PLANE_TYPES)
     True
     """
     return bool(neighbors_allowed(types_from_text(first), types_from_text(second)))

@@ -11,11 +11,14 @@ import numpy as np
 from gaitgraph.angles import number_of
 from gaitgraph.coloring import neighbors_allowed, types_from_text
 from gaitgraph.errors import ContractError, InputError, shown
+from gaitgraph.fibers import FAMILIES, FIBERS, FREE_ANGLES, family_codes, family_distances, family_types
 from gaitgraph.graph import CONTRACT, checked_divisions, edge_quantities, grid_axis, vehicle_and_coefficients
 from gaitgraph.invertibility import Coefficients, level_determinant, pitch_sensitivity, roll_sensitivity
-from gaitgraph.surface import COLORS, text_from_types, types_of
+from gaitgraph.surface import COLORS, text_from_types
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["validate_graph"]
@@ -65,6 +68,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     for key, expected in (("step", math.pi / divisions), ("crossing_tolerance", math.pi / (2 * divisions))):
         if not _close(meta[key], expected):
             raise ContractError(f"graph metadata: {key} is {meta[key]!r}, computed is {expected!r}")
+    if meta.get("sheets", "all") != "all":
+        raise ContractError(f"graph metadata: sheets is {shown(meta['sheets'])}; allowed are 'all' and none")
     if math.isnan(number_of(meta["floor"])):
         raise ContractError(f"graph metadata: floor is {shown(meta['floor'])}; allowed is a number")
     for name, data in graph.nodes(data=True):
@@ -85,14 +90,17 @@ def _validate_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coeffi
     for key in _NODE:
         if key not in data:
             raise refuse(f"attribute {key!r} is missing")
-    if data["color"] not in COLORS:
-        raise refuse(f"color is {data['color']!r}; allowed are 'red' and 'blue'")
+    allowed = FAMILIES if "sheets" in meta else COLORS
+    if data["color"] not in allowed:
+        raise refuse(f"color is {data['color']!r}; allowed are {', '.join(map(repr, allowed))}")
     if not isinstance(name, tuple) or len(name) != 3:
         raise refuse("its id is neither (i, j, color) nor ('w', k, m)")
     alpha = [data[f"alpha{k}"] for k in range(1, 5)]
     if not all(isinstance(angle, float) and abs(angle) <= math.pi / 2 for angle in alpha):
         raise refuse(f"tilt angles are {alpha!r}; allowed are floats in [−π/2, π/2]")
-    if name[0] != "w":
+    if "sheets" in meta and (data["color"] in FIBERS or name[0] in _LINES):
+        _validate_place(name, data, alpha, meta, coefficients, refuse)
+    elif name[0] != "w":
         axis = grid_axis(meta["divisions"]).tolist()
         inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in name[:2])
         if not inside or data["cell"] != name[:2] or data["color"] != name[2]:
@@ -110,10 +118,41 @@ def _validate_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coeffi
         raise refuse(f"R is {data['R']!r}, computed is {computed!r}")
     if (computed > 0) != (meta["sign"] == "positive"):
         raise refuse(f"R is {computed!r}, the graph's sign is {meta['sign']}")
-    third, fourth = types_of(data["color"], alpha[0], alpha[1], coefficients, meta["crossing_tolerance"])
-    expected = text_from_types(int(third), int(fourth))
+    pair = family_types([alpha], family_codes([data["color"]]), coefficients, meta["crossing_tolerance"])
+    expected = text_from_types(int(pair[0][0]), int(pair[1][0]))
     if data["types"] != expected:
         raise refuse(f"types are {data['types']!r}, computed are {expected!r}")
+
+
+_LINES = ("line1", "line2")
+
+
+def _validate_place(
+    name: Any,
+    data: dict[str, Any],
+    alpha: list[float],
+    meta: dict[str, Any],
+    coefficients: Coefficients,
+    refuse: Callable[[str], ContractError],
+) -> None:
+    """Raise unless a node of a fibre or its line is on it, where its id says, and has no cell."""
+    on_line = name[0] in _LINES
+    number = _LINES.index(name[0]) if on_line else FIBERS.index(data["color"])
+    fiber, free = FIBERS[number], [alpha[k] for k in FREE_ANGLES[FIBERS[number]]]
+    off = family_distances(alpha, coefficients).tolist()
+    if name[2] != data["color"] or on_line != (data["color"] == "red"):
+        raise refuse(f"its id disagrees with the color {data['color']!r}")
+    if max(off[FAMILIES.index(fiber)], off[0] if on_line else 0.0) > 1e-9:
+        raise refuse(f"tilt angles are {alpha!r}, not {'on the line of' if on_line else 'on'} {fiber}")
+    if data["cell"] is not None:
+        raise refuse(f"cell is {data['cell']!r}; allowed is None off the sheets' grid")
+    if name[0] == "on":
+        return
+    places = (name[1], name[1]) if on_line else name[:2]
+    inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in places)
+    axis = grid_axis(meta["divisions"]).tolist()
+    if not inside or not all(_close(angle, axis[k]) for angle, k in zip(free, places, strict=True)):
+        raise refuse(f"its free angles are {tuple(free)!r}, not those of its id")
 
 
 def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coefficients) -> None:
@@ -122,8 +161,9 @@ def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coeffi
     def refuse(k: int, what: str) -> ContractError:
         return ContractError(f"edge {edges[k][0]!r} – {edges[k][1]!r}: {what}")
 
+    keys = (*_EDGE, "travel") if "sheets" in graph.graph else _EDGE
     for k, (_, _, data) in enumerate(edges):
-        for key in _EDGE:
+        for key in keys:
             if key not in data:
                 raise refuse(k, f"attribute {key!r} is missing")
     index = {name: k for k, name in enumerate(graph.nodes)}
@@ -132,7 +172,10 @@ def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coeffi
     red = np.array([data["color"] == "red" for data in nodes])
     pairs = np.array([(index[first], index[second]) for first, second, _ in edges])
     a, b = pairs.T
-    apart = (np.abs(alpha[a] - alpha[b])[:, :2].max(axis=1) > graph.graph["step"] + 1e-9) | (a == b)
+    families = family_codes([data["color"] for data in nodes])
+    step = np.abs(alpha[a] - alpha[b])
+    fibered = (families[a] > 1) | (families[b] > 1)
+    apart = (np.where(fibered, step.max(axis=1), step[:, :2].max(axis=1)) > graph.graph["step"] + 1e-9) | (a == b)
     if apart.any():
         raise refuse(int(np.argmax(apart)), "its nodes are not neighbours")
     codes = np.array([types_from_text(data["types"]) for data in nodes])
@@ -141,10 +184,14 @@ def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coeffi
         k = int(np.argmax(forbidden))
         raise refuse(k, f"Figure 15 forbids {nodes[a[k]]['types']} beside {nodes[b[k]]['types']}")
     wanted = 1.0 if graph.graph["sign"] == "positive" else -1.0
-    computed = edge_quantities(alpha, red, pairs, wanted, vehicle, coefficients, graph.graph["floor"])
+    floor = graph.graph["floor"]
+    computed = edge_quantities(alpha, red, pairs, wanted, vehicle, coefficients, floor, codes=families)
     computed["continuous"] = computed["jump"] == 0
-    tolerances = {"length": 1e-9, "jump": 1e-9, "least_singular_value": 2e-5}
-    for key in _EDGE:
+    off = fibered & ~computed["continuous"]
+    if off.any():
+        raise refuse(int(np.argmax(off)), "it does not stay on the fibre")
+    tolerances = {"length": 1e-9, "travel": 1e-9, "jump": 1e-9, "least_singular_value": 2e-5}
+    for key in keys:
         for k, (value, (_, _, data)) in enumerate(zip(computed[key].tolist(), edges, strict=True)):
             agrees = _close(data[key], value, tolerances[key]) if key in tolerances else data[key] is value
             if not agrees:

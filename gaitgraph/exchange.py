@@ -12,14 +12,15 @@ import numpy.typing as npt
 
 from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import GaitgraphError
+from gaitgraph.fibers import families_along, family_codes, family_of, family_types, types_contradict
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
 from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import merged, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
-from gaitgraph.requests import holds_request, read_request
+from gaitgraph.requests import holds_request, planes_only, read_request
 from gaitgraph.stretches import Stretch
-from gaitgraph.surface import COLORS, sheets_along, text_from_types, types_of
+from gaitgraph.surface import text_from_types
 from gaitgraph.tables import (
     ACCELERATIONS,
     ANGLES,
@@ -149,6 +150,7 @@ def colorings_of_file(
     if holds_request(path):
         given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
         request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
+        planes_only(request, "colourings")
         points: Any = request.waypoints
         vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
         told = math.pi / (2 * request.divisions)
@@ -173,9 +175,9 @@ def colorings_of_file(
 
 
 def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
-    """Return the color of the sheet that each row lies on, or nothing if a row lies on neither."""
-    sheet = sheets_along(alpha, coefficients, DEFAULT_TOLERANCE)
-    return tuple(COLORS[0] if one > 0 else COLORS[1] for one in sheet.tolist()) if sheet.all() else ()
+    """Return the color of the sheet or fibre that each row lies on, or nothing if a row lies on none."""
+    codes = families_along(alpha, coefficients, DEFAULT_TOLERANCE)
+    return tuple(map(family_of, codes.tolist())) if codes.all() else ()
 
 
 def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
@@ -199,14 +201,11 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
         columns["R"] = computed
     if colors:
         columns["color"] = colors
-        signs = np.array([1 if color == "red" else -1 for color in colors])
+        families = family_codes(colors)
         stated = columns.get("types", ())
         codes = np.array([types_from_text(text) for text in stated]).reshape(-1, 2)
-        if not stated or (codes * signs[:, None] < 0).any():
-            red, blue = (
-                np.column_stack(types_of(name, alpha[:, 0], alpha[:, 1], numbers, tolerance)) for name in COLORS
-            )
-            pairs = np.where(signs[:, None] > 0, red, blue).tolist()
+        if not stated or types_contradict(codes, families).any():
+            pairs = zip(*family_types(alpha, families, numbers, tolerance), strict=True)
             columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
     else:
         columns.pop("types", None)

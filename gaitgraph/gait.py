@@ -16,13 +16,14 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.fibers import FAMILIES, FIBERS, family_codes, family_distances, family_types, fiber_points, travel_of
 from gaitgraph.invertibility import Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface import (
+    COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     checked_plane_angles,
     sheet_angles,
     text_from_types,
-    types_of,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from gaitgraph.reports import Report
     from gaitgraph.timing import TimedGait
 
-__all__ = ["Gait", "color_of_all", "lift", "vertices"]
+__all__ = ["Gait", "color_of_all", "lift", "lift_to_fiber", "vertices"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -49,7 +50,8 @@ class Gait:
         Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the way back from the last to the first is implied.
         Copied and read-only.
     colors
-        The sheet of each corner, "red" or "blue"; empty for a gait that is off the surfaces (a biased one).
+        The sheet of each corner, "red" or "blue", or the fibre, "fiber1" or "fiber2"; empty for a gait that is off the
+        surfaces (a biased one).
     vehicle, coefficients
         What the gait is for, and the coefficients of the surfaces it lies on.
     crossing_tolerance
@@ -81,8 +83,8 @@ class Gait:
         if self.colors and len(self.colors) != len(alpha):
             raise InputError(f"colors: {len(self.colors)} for {len(alpha)} corners; allowed is one for each")
         for color in self.colors:
-            if color not in ("red", "blue"):
-                raise InputError(f"colors: {shown(color)}; allowed are 'red' and 'blue'")
+            if color not in FAMILIES:
+                raise InputError(f"colors: {shown(color)}; allowed are {', '.join(map(repr, FAMILIES))}")
         alpha.flags.writeable = False
         object.__setattr__(self, "alpha", alpha)
         object.__setattr__(self, "colors", tuple(self.colors))
@@ -98,6 +100,11 @@ class Gait:
         return float(np.linalg.norm((self.ends - self.alpha)[:, :2], axis=1).sum())
 
     @property
+    def travel(self) -> float:
+        """Length of the loop in four dimensions over √2 [rad]; on both sheets that is `length`."""
+        return float(travel_of(self.alpha, self.ends).sum())
+
+    @property
     def color(self) -> str | None:
         """The one color of all corners, "mixed", or None off the surfaces."""
         return color_of_all(self.colors)
@@ -105,11 +112,9 @@ class Gait:
     @property
     def types(self) -> tuple[str, ...]:
         """The plane types of each corner; empty off the surfaces."""
-        out = []
-        for color, (a1, a2) in zip(self.colors, self.alpha[:, :2], strict=False):
-            third, fourth = types_of(color, a1, a2, self.coefficients, self.crossing_tolerance)  # type: ignore[arg-type]
-            out.append(text_from_types(int(third), int(fourth)))
-        return tuple(out)
+        codes = family_codes(self.colors)
+        pairs = family_types(self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance)
+        return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
 
     @property
     def R(self) -> FloatArray:
@@ -119,12 +124,13 @@ class Gait:
     def merged(self) -> Gait:
         """Return the gait with straight runs merged; the first point stays, corner or not.
 
-        A corner stays if the direction turns there (an out-and-back turn too), or the color changes.
+        A corner stays if the direction turns there (an out-and-back turn too), or the color changes. Where a fibre
+        only crosses the red sheet, the point gets the color of the fibre.
         """
         if len(self.alpha) == 1:
             return self
         keep = np.linalg.norm(self.ends - self.alpha, axis=1) > 0
-        colors = np.array(self.colors) if self.colors else np.zeros(len(self.alpha), dtype=int)
+        colors = np.array(self._painted_across()) if self.colors else np.zeros(len(self.alpha), dtype=int)
         keep |= np.roll(colors, -1) != colors
         keep[0] |= not keep.any()
         points, colors = self.alpha[keep], colors[keep]
@@ -136,6 +142,19 @@ class Gait:
         corner = turned | painted
         corner[0] = True
         return replace(self, alpha=points[corner], colors=tuple(map(str, colors[corner])) if self.colors else ())
+
+    def _painted_across(self) -> tuple[str, ...]:
+        """Return the colors, with that of a fibre where a point is on it as those before and after are."""
+        if not set(self.colors) & set(FIBERS):
+            return self.colors
+        on = (family_distances(self.alpha, self.coefficients) <= _STRAIGHT).tolist()
+        colors = self.colors
+        out = list(colors)
+        for k, color in enumerate(colors):
+            before, after = colors[k - 1], colors[(k + 1) % len(colors)]
+            if color in COLORS and before == after and before in FIBERS and on[k][FAMILIES.index(before)]:
+                out[k] = before
+        return tuple(out)
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start.
@@ -253,6 +272,12 @@ def lift(
     names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
     if len(names) != len(plane):
         raise InputError(f"colors: {len(names)} for {len(plane)} points; allowed is one for all, or one for each")
+    for name in names:
+        if isinstance(name, str) and name in FIBERS:
+            raise InputError(
+                f"colors: {shown(name)}; allowed are 'red' and 'blue' above (α1, α2): a fibre leaves α3 or α4 open, "
+                "see lift_to_fiber"
+            )
     red = sheet_angles("red", a1, a2, coefficients)
     blue = sheet_angles("blue", a1, a2, coefficients)
     painted = np.array([name == "red" for name in names])
@@ -260,6 +285,54 @@ def lift(
     return Gait(
         alpha=np.column_stack([a1, a2, a3, a4]),
         colors=names,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        crossing_tolerance=crossing_tolerance,
+    )
+
+
+def lift_to_fiber(
+    free: npt.ArrayLike,
+    fiber: str,
+    *,
+    vehicle: Vehicle = PAPER,
+    coefficients: Coefficients | None = None,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> Gait:
+    """Return the gait on a fibre whose corners have the given free angles.
+
+    Parameters
+    ----------
+    free
+        The free angles, shape (n, 2) [rad]: (α2, α4) on the first fibre, (α1, α3) on the second; closed by itself.
+    fiber
+        "fiber1", where α1 = α3 = δ, or "fiber2", where α2 = α4 = −δ.
+    vehicle, coefficients, crossing_tolerance
+        What the gait is for; by default the paper's vehicle with its published coefficients.
+
+    Raises
+    ------
+    InputError
+        If the free angles are no pairs of finite numbers, or there is no such fibre.
+
+    Notes
+    -----
+    A pair of rotors idles on a fibre in hover: such a gait can be valid, and is never flyable with rotors that push one
+    way only.
+
+    Examples
+    --------
+    >>> gait = lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
+    >>> gait.types[0], round(gait.length, 3), round(gait.travel, 3), gait.check().valid
+    ('(?,*)', 1.4, 1.306, True)
+    """
+    coefficients = coefficients or coefficients_of(vehicle)
+    alpha = fiber_points(fiber, free, coefficients)
+    if alpha.ndim != 2 or not len(alpha):
+        raise InputError(f"free: an array of shape {np.shape(free)}; allowed is (n, 2) with n at least 1")
+    return Gait(
+        alpha=alpha,
+        colors=(fiber,) * len(alpha),
         vehicle=vehicle,
         coefficients=coefficients,
         crossing_tolerance=crossing_tolerance,

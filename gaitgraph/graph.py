@@ -9,23 +9,32 @@ Graph metadata (``graph.graph``)
     ``sign``  "positive" or "negative", the sign of R of every node;
     ``coefficients``  "published" or "exact"; ``vehicle``  the vehicle's constants as a plain mapping;
     ``crossing_tolerance``  distance from a crossing line within which a type is `?` [rad];
-    ``floor``  least singular value that a flyable edge keeps.
+    ``floor``  least singular value that a flyable edge keeps;
+    ``sheets``  "all" if the fibres are in it; absent if it holds red and blue alone.
 Node ids
     ``(i, j, color)`` for the root of that color at the interior grid node α1 = −π/2 + iπ/n, α2 = −π/2 + jπ/n,
     0 < i, j < n; ``("w", k, m)`` for the m-th node at the k-th waypoint off the grid that has nodes.
+    With the fibres also ``(j, k, "fiber1")`` for α1 = α3 = δ and (α2, α4) on the grid, ``(i, k, "fiber2")`` for
+    α2 = α4 = −δ and (α1, α3) on the grid; ``("line1", j, "red")`` and ``("line2", i, "red")`` where these meet the red
+    sheet, at (δ, α2) and at (α1, −δ); ``("on", k, color)`` for the k-th waypoint on a fibre off its grid.
 Node attributes
-    ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6);
-    ``cell``, (i, j) or None.
+    ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue", "fiber1" or "fiber2";
+    ``R``, equation (6); ``cell``, (i, j) or None; on fibres and lines None.
 Edges
     between nodes at most one step apart in both α1 and α2 (the eight neighbours and the same cell), where
-    Figure 15 allows the two types.
+    Figure 15 allows the two types. With the fibres also between nodes of one fibre at most one step apart in both of
+    its free angles, the red ones on its line among them; nodes on a line have no edges to blue. A fibre's types, (?,*)
+    and (*,?), may be beside any.
 Edge attributes
     ``length`` in the (α1, α2) plane [rad];
     ``jump``, by how much (α3, α4) leave a continuous motion [rad], 0 for an edge that stays on its sheet;
     ``continuous``, whether jump is 0; ``keeps_sign``, whether R keeps its sign along the whole edge;
     ``least_singular_value``, the least value along the whole edge, exact physics, to within 1e-5 on red; 0 on blue,
     where it is less than that, and on jumps, where nothing is claimed;
-    ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length.
+    ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length;
+    never on a fibre, where a pair of rotors idles in hover.
+    With the fibres also ``travel``, the length in four dimensions over √2 [rad], which is ``length`` for an edge that
+    stays on a sheet; ``least_singular_value`` on a fibre is to within 1e-4.
 """
 
 from __future__ import annotations
@@ -40,6 +49,8 @@ import numpy.typing as npt
 
 from gaitgraph.coloring import neighbors_allowed
 from gaitgraph.errors import ContractError, InputError, shown
+from gaitgraph.fibergrid import fiber_edges, fiber_nodes
+from gaitgraph.fibers import FIBERS, family_jumps, family_of, point_on_family, travel_of
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -76,6 +87,7 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.int64]
 Sign = Literal["positive", "negative"]
+Sheets = Literal["planes", "all"]
 
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16
@@ -85,6 +97,8 @@ _SAME = 1e-12
 WAYPOINT_SNAP = 1e-9
 """A waypoint this near to a grid node [rad] is that node."""
 _SINGULAR_VALUE_TOLERANCE = 1e-5
+_ON_FIBER_TOLERANCE = 1e-4
+_JUMP = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,21 +109,25 @@ class SurfaceArrays:
     ----------
     alpha, red, types, R, cell
         Nodes: tilt angles (N, 4) [rad], whether red (N,), types as +1, 0, −1 (N, 2), equation (6) (N,), grid
-        indices (N, 2), −1 for waypoints.
+        indices (N, 2), −1 for waypoints and for nodes on fibres and lines.
+    codes
+        Nodes: families, +1 red, −1 blue, 2 the first fibre, 3 the second (N,).
     ids
         Node ids, length N.
-    edge, length, jump, keeps_sign, least_singular_value, flyable
+    edge, length, travel, jump, keeps_sign, least_singular_value, flyable
         Edges: node indices (E, 2), the smaller first, sorted; attributes of shape (E,).
     """
 
     alpha: FloatArray
     red: BoolArray
+    codes: npt.NDArray[np.int8]
     types: npt.NDArray[np.int8]
     R: FloatArray
     cell: IndexArray
     ids: list[tuple[Any, ...]]
     edge: IndexArray
     length: FloatArray
+    travel: FloatArray
     jump: FloatArray
     keeps_sign: BoolArray
     least_singular_value: FloatArray
@@ -142,26 +160,60 @@ def surface_arrays(
     waypoints: Sequence[Sequence[float]] | npt.ArrayLike = (),
     zones: Zones | None = None,
     floor: float = DEFAULT_FLOOR,
+    sheets: Sheets = "planes",
 ) -> SurfaceArrays:
     """Return the surface graph as arrays; parameters as for :func:`surface_graph`."""
     divisions = checked_divisions(divisions)
     if sign not in ("positive", "negative"):
         raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
+    if not isinstance(sheets, str) or sheets not in ("planes", "all"):
+        raise InputError(f"sheets: {shown(sheets)}; allowed are 'planes' and 'all'")
     coefficients = coefficients or coefficients_of(vehicle)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, reach = grid_axis(divisions), math.pi / (2 * divisions)
+    waypoints, on_fibers = _sorted_waypoints(waypoints, coefficients) if sheets == "all" else (waypoints, [])
     nodes = [_grid_nodes(axis, wanted, coefficients, reach)]
-    nodes.append(_waypoint_nodes(axis, waypoints, wanted, coefficients, reach))
+    nodes.append(waypoint_nodes(axis, waypoints, wanted, coefficients, reach))
     alpha, red, types, value, cell = (np.concatenate(parts) for parts in zip(*nodes, strict=True))
     if zones is not None and len(alpha):
         allowed = zones.allow_points(alpha[:, :2])
         alpha, red, types, value, cell = (part[allowed] for part in (alpha, red, types, value, cell))
     ids = _ids(alpha, red, cell)
     edge = _edges(alpha, red, types, cell, divisions)
+    codes = np.where(red, 1, -1).astype(np.int8)
+    if sheets == "all":
+        more = fiber_nodes(axis, wanted, coefficients, reach, on_fibers)
+        if zones is not None and len(more.alpha):
+            more = more.chosen(zones.allow_points(more.alpha[:, :2]))
+        alpha, codes, types, value = (
+            np.concatenate(pair)
+            for pair in ((alpha, more.alpha), (codes, more.codes), (types, more.types), (value, more.R))
+        )
+        red, cell = codes == 1, np.vstack([cell, np.full((len(more.alpha), 2), -1)])
+        ids += more.ids
+        edge = np.unique(np.concatenate([edge, fiber_edges(alpha, codes, ids, axis, coefficients)]), axis=0)
     if zones is not None and len(edge):
         edge = edge[zones.allow_segments(alpha[edge[:, 0], :2], alpha[edge[:, 1], :2])]
-    quantities = edge_quantities(alpha, red, edge, wanted, vehicle, coefficients, floor)
-    return SurfaceArrays(alpha=alpha, red=red, types=types, R=value, cell=cell, ids=ids, edge=edge, **quantities)
+    quantities = edge_quantities(alpha, red, edge, wanted, vehicle, coefficients, floor, codes=codes)
+    return SurfaceArrays(
+        alpha=alpha, red=red, codes=codes, types=types, R=value, cell=cell, ids=ids, edge=edge, **quantities
+    )
+
+
+def _sorted_waypoints(waypoints: Any, coefficients: Coefficients) -> tuple[list[Any], list[Any]]:
+    """Return the waypoints (α1, α2), and those of four angles that are on a fibre, each with its color."""
+    plane: list[Any] = []
+    on_fibers: list[Any] = []
+    for point in waypoints:
+        if len(point) == 2:
+            plane.append(tuple(point))
+            continue
+        angles, color = point_on_family(point, coefficients, tolerance=WAYPOINT_SNAP, name="waypoints")
+        if color in FIBERS:
+            on_fibers.append((angles, color))
+        else:
+            plane.append(angles[:2])
+    return plane, on_fibers
 
 
 def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, reach: float) -> tuple[Any, ...]:
@@ -180,7 +232,7 @@ def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, rea
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
 
 
-def _waypoint_nodes(
+def waypoint_nodes(
     axis: FloatArray, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float
 ) -> tuple[Any, ...]:
     plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
@@ -254,11 +306,20 @@ def edge_quantities(
     vehicle: Vehicle,
     coefficients: Coefficients,
     floor: float,
+    *,
+    codes: npt.NDArray[np.int8] | None = None,
 ) -> dict[str, Any]:
-    """Return the edge attributes of :class:`SurfaceArrays`; `wanted` is the sign of R, +1 or −1."""
+    """Return the edge attributes of :class:`SurfaceArrays`; `wanted` is the sign of R, +1 or −1.
+
+    `codes` are the families of the nodes, if some are on fibres.
+    """
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
     jump = jumps(starts, ends, red[a], red[b], coefficients)
+    fibered = np.zeros(len(edge), dtype=bool) if codes is None else (codes[a] > 1) | (codes[b] > 1)
+    if codes is not None and fibered.any():
+        left = family_jumps(starts[fibered], ends[fibered], codes[a][fibered], codes[b][fibered], coefficients)
+        jump[fibered] = np.where(left > _JUMP, left, 0.0)
     keeps_sign = np.zeros(len(edge), dtype=bool)
     singular = np.zeros(len(edge))
     flyable = np.zeros(len(edge), dtype=bool)
@@ -284,8 +345,16 @@ def edge_quantities(
             _, _, largest = thrust_shares_along(p[flies], q[flies], vehicle, each=True)
             flies[flies] = -largest.lower <= share
         flyable[smooth] = flies
+    along = fibered & (jump == 0) & keeps_sign
+    if along.any():
+        singular[along] = least_singular_value_along(
+            starts[along], ends[along], vehicle, tolerance=_ON_FIBER_TOLERANCE, each=True
+        ).upper
+    length = np.linalg.norm((ends - starts)[:, :2], axis=1)
     return {
-        "length": np.linalg.norm((ends - starts)[:, :2], axis=1),
+        "length": length,
+        # On a sheet both are the same but for rounding, which ties between paths would feel.
+        "travel": np.where(fibered | (jump > 0), travel_of(starts, ends), length),
         "jump": jump,
         "keeps_sign": keeps_sign,
         "least_singular_value": singular,
@@ -302,6 +371,7 @@ def surface_graph(
     waypoints: Sequence[Sequence[float]] | npt.ArrayLike = (),
     zones: Zones | None = None,
     floor: float = DEFAULT_FLOOR,
+    sheets: Sheets = "planes",
 ) -> nx.Graph[Any]:
     """Return the graph of the gait surfaces for one sign of R; its contract is the module's.
 
@@ -321,12 +391,19 @@ def surface_graph(
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
         Least singular value that a flyable edge keeps, dimensionless.
+    sheets
+        "planes": the red and the blue sheet. "all": the two fibres too, which with the red sheet are the complete set
+        of solutions with R ≠ 0 in exact physics. Then waypoints may be four angles, on a sheet or a fibre to within
+        1e-9 rad; see :func:`gaitgraph.fibers.point_on_family`.
 
     Examples
     --------
     >>> graph = surface_graph("negative")
     >>> graph.number_of_nodes(), graph.nodes[14, 2, "red"]["types"]
     (294, '(+,+)')
+    >>> complete = surface_graph("negative", sheets="all")
+    >>> complete.nodes[4, 6, "fiber1"]["types"], ("line1", 4, "red") in complete
+    ('(?,*)', True)
     """
     coefficients = coefficients or coefficients_of(vehicle)
     arrays = surface_arrays(
@@ -337,6 +414,7 @@ def surface_graph(
         waypoints=waypoints,
         zones=zones,
         floor=floor,
+        sheets=sheets,
     )
     graph: nx.Graph[Any] = nx.Graph(
         contract=CONTRACT,
@@ -348,15 +426,17 @@ def surface_graph(
         crossing_tolerance=math.pi / (2 * divisions),
         floor=float(floor),
     )
-    _fill(graph, arrays)
+    if sheets == "all":
+        graph.graph["sheets"] = "all"
+    _fill(graph, arrays, travels=sheets == "all")
     return graph
 
 
-def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays) -> None:
-    """Add the nodes and edges of arrays to a graph, in their order."""
+def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays, *, travels: bool) -> None:
+    """Add the nodes and edges of arrays to a graph, in their order; with the attribute `travel` or without."""
     labels = [text_from_types(*pair) for pair in arrays.types.tolist()]
-    rows = zip(arrays.ids, arrays.alpha.tolist(), labels, arrays.R.tolist(), arrays.red.tolist(), strict=True)
-    for name, (a1, a2, a3, a4), types, value, red in rows:
+    rows = zip(arrays.ids, arrays.alpha.tolist(), labels, arrays.R.tolist(), arrays.codes.tolist(), strict=True)
+    for name, (a1, a2, a3, a4), types, value, code in rows:
         graph.add_node(
             name,
             alpha1=a1,
@@ -364,9 +444,9 @@ def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays) -> None:
             alpha3=a3,
             alpha4=a4,
             types=types,
-            color="red" if red else "blue",
+            color=family_of(code),
             R=value,
-            cell=None if name[0] == "w" else (name[0], name[1]),
+            cell=(name[0], name[1]) if abs(code) == 1 and isinstance(name[0], int) else None,
         )
     ids = arrays.ids
     columns = (
@@ -392,15 +472,18 @@ def _fill(graph: nx.Graph[Any], arrays: SurfaceArrays) -> None:
         )
         for (a, b), length, jump, keeps, singular, flies in zip(*columns, strict=True)
     )
+    if travels:
+        for (a, b), travel in zip(arrays.edge.tolist(), arrays.travel.tolist(), strict=True):
+            graph.edges[ids[a], ids[b]]["travel"] = travel
 
 
 def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> list[list[Any]]:
-    """Return the nodes above each waypoint (α1, α2), to within 1e-9 rad."""
+    """Return the nodes above each waypoint (α1, α2), or at each one of four angles, to within 1e-9 rad."""
     nodes = list(graph.nodes)
-    plane = np.array([(data["alpha1"], data["alpha2"]) for _, data in graph.nodes(data=True)]).reshape(-1, 2)
+    alpha = np.array([[data[f"alpha{k}"] for k in range(1, 5)] for _, data in graph.nodes(data=True)]).reshape(-1, 4)
     out = []
     for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1) <= WAYPOINT_SNAP)[0]
+        near = np.nonzero(np.abs(alpha[:, : len(point)] - np.array(point)).max(axis=1) <= WAYPOINT_SNAP)[0]
         out.append([nodes[k] for k in near])
     return out
 

@@ -21,16 +21,17 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.borders import Border, Function, Waves, bands_between, cosine, zeros_of_degree_two
-from gaitgraph.invertibility import Coefficients
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-__all__ = ["beyond_bracket", "blue_determinant_below", "determinant_below", "mirrored", "thrust_above", "weak_block"]
+    from gaitgraph.invertibility import Coefficients
+
+__all__ = ["blue_determinant_below", "bracket_negative", "determinant_below", "mirrored", "thrust_above", "weak_block"]
 
 FloatArray = npt.NDArray[np.float64]
 
-_FAR = 2 * math.pi
+_FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
 _BEYOND = 0.3  # beyond the square, so that its sides are no sides of these polygons
 _ROOT_TWO = math.sqrt(2.0)
@@ -55,16 +56,22 @@ def _real_root(square: FloatArray, scale: float) -> FloatArray:
 
 
 def _turned(shape: BaseGeometry) -> BaseGeometry:
-    """Return a shape of v ≥ 0 in the (u, v) plane, with its mirror image v ≤ 0, in the (α1, α2) plane."""
+    """Return a shape of 0 ≤ v ≤ π in the (u, v) plane, continued by cos v, in the (α1, α2) plane."""
     import shapely
 
-    both = shape.union(shapely.transform(shape, lambda at: at * np.array([1.0, -1.0])))
+    end = math.pi + _BEYOND
+    beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], 2 * math.pi - at[:, 1]]))
+    upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
+    both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
     return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
 
 
 def _breaks(*functions: Function) -> FloatArray:
-    zeros = [zeros_of_degree_two(function, _FULL) for function in functions]
-    return np.unique(np.concatenate([[-math.pi, math.pi], *zeros]))
+    """Return where functions of u of degree two vanish, somewhat beyond [−π, π]."""
+    end = math.pi + _BEYOND
+    zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
+    zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
+    return np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
 
 
 def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
@@ -75,10 +82,10 @@ def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
     half = floor**2 / 2
 
     def bracket(u: FloatArray) -> FloatArray:
-        return kappa * np.cos(u) - np.sin(u)
+        return np.asarray(kappa * np.cos(u) - np.sin(u))
 
     def lean(u: FloatArray) -> FloatArray:
-        return kappa * np.cos(u) - 2 * np.sin(u)
+        return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
 
     def discriminant(u: FloatArray) -> FloatArray:
         return half * (-4 * bracket(u) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
@@ -91,7 +98,8 @@ def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
         )
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        return (kappa * w + bracket(u)) ** 2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2
+        determinant = kappa * w + bracket(u)
+        return np.asarray(determinant**2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2)
 
     def weak(u: float, w: float) -> bool:
         at = np.array([u])
@@ -112,7 +120,7 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
         return np.cos(u - 2 * delta)
 
     def bracket(u: FloatArray) -> FloatArray:
-        return kappa * np.cos(u) - np.sin(u)
+        return np.asarray(kappa * np.cos(u) - np.sin(u))
 
     def discriminant(u: FloatArray) -> FloatArray:
         return (kappa * line(u) - bracket(u)) ** 2 + 4 * small * kappa**2
@@ -134,24 +142,24 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
     return _turned(bands_between(breaks, (root(-1.0), root(1.0)), below, border, _ROOT_TWO * tolerance))
 
 
-def beyond_bracket(kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where the bracket D is negative, tan α1 − tan α2 > 2κ inside the square.
+def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where the bracket D is negative inside the square: tan α1 − tan α2 > 2κ.
 
-    The border is α1 = α2 + the angle from (1 + κ sin 2α2) to 2κ cos²α2, smooth for every α2.
+    On the border α1 − α2 is the angle from 1 + κ sin 2α2 to 2κ cos² α2, a smooth function of α2. D vanishes in the
+    corners (π/2, −π/2) and (−π/2, π/2) too, but changes no sign inside the square there.
     """
     import shapely
 
-    def border(y: FloatArray) -> FloatArray:
-        return y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y))
+    def root(y: FloatArray) -> FloatArray:
+        return np.asarray(y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y)))
 
     # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
-    vanishing = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
-    breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
+    bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
     found = bands_between(
-        breaks,
-        (border,),
-        lambda y, x: x > float(border(np.array([y]))[0]),
-        Border(rest=vanishing),
+        np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND]),
+        (root,),
+        lambda y, x: x > float(root(np.array([y]))[0]),
+        Border(rest=bracket),
         tolerance,
         ends=(-_FAR, _FAR),
         ordinate=lambda x: x,
@@ -203,13 +211,14 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     (both, one), (other, none) = sign * first.T @ form @ second
 
     def border(x: FloatArray) -> FloatArray:
-        cosine_ = np.cos(2 * x)
+        turned = np.cos(2 * x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.nan_to_num((level - none - one * cosine_) / (other + both * cosine_), nan=_FAR)
+            w = (level - none - one * turned) / (other + both * turned)
+        return np.asarray(np.where(np.isfinite(w), w, _FAR))
 
     def below(x: float, w: float) -> bool:
         c = math.cos(2 * x)
-        return both * c * w + one * c + other * w + none < level
+        return bool(both * c * w + one * c + other * w + none < level)
 
     def height(w: float) -> Function:
         return lambda x: (both * w + one) * np.cos(2 * x) + other * w + none - level
@@ -221,9 +230,7 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
         breaks, (border,), below, Border(rest=vanishing), tolerance, ordinate=lambda w: np.arccos(w) / 2
     )
     found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
-    tiles = [
-        shapely.transform(found, lambda at, i=i, j=j: at + np.array([i * math.pi + delta, j * math.pi - delta]))
-        for i in (-1, 0, 1)
-        for j in (-1, 0, 1)
-    ]
-    return shapely.union_all(tiles)
+    end = HALF_PI + _BEYOND
+    near = shapely.box(-end, -end, end, end)
+    shifts = [np.array([i * math.pi + delta, j * math.pi - delta]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    return shapely.union_all([shapely.transform(found, shift.__add__).intersection(near) for shift in shifts])

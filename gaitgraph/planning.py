@@ -8,10 +8,12 @@ kept as an alternative with its verdict. When nothing is found the plan says wha
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.anyangle import any_angle_candidates, with_nearest
 from gaitgraph.errors import InputError
+from gaitgraph.fiberloops import fiber_candidates
 from gaitgraph.graph import vehicle_and_coefficients
 from gaitgraph.gridloops import grid_candidates, notes_beside_the_grid
 from gaitgraph.invertibility import coefficients_of
@@ -71,11 +73,14 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     if graph is not None:
+        if graph.graph.get("sheets", "planes") != "planes":
+            raise InputError("graph: one of all sheets; allowed is one of the planes: ask with sheets instead")
         vehicle, coefficients = vehicle_and_coefficients(graph)
         fixed = {
             "sign": graph.graph["sign"],
             "divisions": graph.graph["divisions"],
             "method": "grid",
+            "sheets": "planes",
             "vehicle": vehicle,
             "coefficients": coefficients.kind,
             "floor": graph.graph["floor"],
@@ -97,16 +102,21 @@ def plan(
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     found = Candidates()
     for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):
+        on_fibers = request.sheets == "all" and request.color != "blue"
+        if on_fibers:
+            found.take(fiber_candidates(request, coefficients, sign, progress=progress))
+        if on_fibers and (request.color == "red" or any(len(point) == 4 for point in request.waypoints)):
+            continue
+        planes = replace(request, color="blue", sheets="planes") if on_fibers else request
         if request.method == "exact":
-            more = any_angle_candidates(request, coefficients, sign, progress=progress)
+            found.take(any_angle_candidates(planes, coefficients, sign, progress=progress))
         else:
-            more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
-        found.take(more)
+            found.take(grid_candidates(planes, coefficients, sign, graph=graph, progress=progress))
     loops = sorted(found.loops, key=lambda loop: _preference(loop, request.objective))
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
     if not loops:
-        if request.method == "exact":
+        if request.method == "exact" and request.sheets == "planes":
             found.obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in found.obstacles]
         return Plan(
             request=request,
@@ -120,7 +130,8 @@ def plan(
     chosen = loops[0]
     report = chosen.report
     reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
-    beside = notes_beside_the_grid(request) if request.method == "grid" else []
+    on_grid = request.method == "grid" and request.sheets == "planes"
+    beside = notes_beside_the_grid(request) if on_grid else []
     warnings = [*request.notes, *beside, *found.notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
@@ -145,7 +156,7 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         not timeless,
         not report.valid,
         -round(robustness, 3) if objective == "robust" else 0.0,
-        round(loop.length, 9),
+        round(loop.travel, 9),
         loop.color != "red",
         loop.sign != "positive",
     )

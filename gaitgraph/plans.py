@@ -56,6 +56,11 @@ class Loop:
         """Length in the (α1, α2) plane [rad]."""
         return self.path.length
 
+    @property
+    def travel(self) -> float:
+        """Length in all four angles over √2 [rad]: that in the plane on the sheets, and not hidden on a fibre."""
+        return self.path.travel
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the loop as plain values, ready for JSON."""
         verdict = self.report.as_mapping()
@@ -66,6 +71,7 @@ class Loop:
             "types": list(self.path.types),
             "colors": list(self.path.colors),
             "length": self.length,
+            "travel": self.travel,
             "lower_bound": self.lower_bound,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
@@ -186,6 +192,7 @@ class Plan:
             "types": loop.get("types", []),
             "colors": loop.get("colors", []),
             "length": loop.get("length"),
+            "travel": loop.get("travel"),
             "lower_bound": loop.get("lower_bound"),
             "corners": loop.get("corners", []),
             "vertices": loop.get("vertices", []),

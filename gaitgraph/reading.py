@@ -16,8 +16,8 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.fibers import FAMILIES
 from gaitgraph.files import blocks_of, decoded, text_of
-from gaitgraph.surface import COLORS
 from gaitgraph.tables import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, known_suffix
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ _FASTEST = 1e12
 _FARTHEST = 1e6  # beyond it floating point carries no angle
 _PRINTED_ROWS = 1000
 _FEWEST, _FULL = 3, 9
+_COLORS = ", ".join(map(repr, FAMILIES))
 
 
 def read_table(path: str | Path) -> Table:
@@ -329,7 +330,7 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     texts = values.tolist() if isinstance(values, np.ndarray) else list(values)
     texts = [text.strip() if isinstance(text, str) else text for text in texts]
     try:
-        unknown = set(texts) - set(COLORS if name == "color" else ())
+        unknown = set(texts) - set(FAMILIES if name == "color" else ())
     except TypeError:  # a list or an object
         unknown = set()
     else:
@@ -337,8 +338,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
             return tuple(texts)
     seen: set[str] = set()
     for k, text in enumerate(texts):
-        if name == "color" and text not in COLORS:
-            raise InputError(f"row {row + k + 1}: color is {shown(text)}; allowed are 'red' and 'blue'")
+        if name == "color" and text not in FAMILIES:
+            raise InputError(f"row {row + k + 1}: color is {shown(text)}; allowed are {_COLORS}")
         if name == "types" and not (isinstance(text, str) and text in seen):
             try:
                 types_from_text(text)

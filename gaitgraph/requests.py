@@ -19,6 +19,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
+from gaitgraph.fibers import stops_on_families
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility import Kind, coefficients_of
@@ -34,6 +35,7 @@ __all__ = [
     "PlanRequest",
     "Point",
     "holds_request",
+    "planes_only",
     "read_request",
     "request_fields",
     "request_from_mapping",
@@ -41,13 +43,14 @@ __all__ = [
     "stated_fields",
 ]
 
-Point = tuple[float, float]
+Point = tuple[float, ...]
 
 _CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
     "objective": ("shortest", "robust"),
     "method": ("grid", "exact"),
+    "sheets": ("planes", "all"),
 }
 MOST_WAYPOINTS = 1000
 
@@ -83,6 +86,9 @@ class PlanRequest:
     method
         "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
         `divisions` are given, else exact.
+    sheets
+        "planes": the red and the blue sheet; "all": the two fibres too, where a waypoint may be a point
+        (α1, α2, α3, α4) on one of them. See :mod:`gaitgraph.fiberloops`.
     accuracy
         With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
     period, law
@@ -108,6 +114,7 @@ class PlanRequest:
     any_order: bool = False
     reverse: bool = False
     method: str = None  # type: ignore[assignment]  # always known after construction
+    sheets: str = "planes"
     accuracy: float = 1e-6
     period: float = 1.0
     law: str = LAWS[0]
@@ -144,11 +151,17 @@ class PlanRequest:
         put("floor", float(self.floor))
         put("vehicle", _vehicle(self.vehicle))
         put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
-        points = _waypoints(self.waypoints)
+        points = _waypoints(self.waypoints, self.sheets)
+        if self.sheets == "all":
+            points, moved = stops_on_families(points, coefficients_of(self.vehicle, self.coefficients))
+            put("notes", moved)
+            if self.color == "blue" and any(len(point) == 4 for point in points):
+                raise InputError("color: 'blue'; allowed with waypoints of four angles are auto, red")
         put("waypoints", _merged(points))
         if len(self.waypoints) < len(points):
             merged = len(points) - len(self.waypoints)
-            put("notes", (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",))
+            note = f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before"
+            put("notes", (*self.notes, note))
         if any(not isinstance(part, (list, tuple)) or part for part in (self.keep_out, self.keep_in)):
             put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
 
@@ -173,7 +186,7 @@ def _vehicle(value: object) -> Vehicle:
     raise InputError(f"vehicle: {shown(value)}; allowed is a preset's name, a .toml file or a table of constants")
 
 
-def _waypoints(value: Any) -> list[Point]:
+def _waypoints(value: Any, sheets: str) -> tuple[Point, ...]:
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
@@ -182,17 +195,21 @@ def _waypoints(value: Any) -> list[Point]:
     if len(value) > MOST_WAYPOINTS:
         raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
     points = []
-    for number, pair in enumerate(value, start=1):
-        if not isinstance(pair, (list, tuple, np.ndarray)) or len(pair) != 2:
-            raise InputError(f"waypoint {number}: {shown(pair)}; allowed is [alpha1, alpha2]")
-        point = tuple(angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
+    for number, angles in enumerate(value, start=1):
+        sizes = (2, 4) if sheets == "all" else (2,)
+        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) not in sizes:
+            more = " or [alpha1, alpha2, alpha3, alpha4]" if sheets == "all" else ""
+            if isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4:
+                more = "; four angles with sheets = 'all'"
+            raise InputError(f"waypoint {number}: {shown(angles)}; allowed is [alpha1, alpha2]{more}")
+        point = tuple(angle_from_text(angle, f"waypoint {number} alpha{k}") for k, angle in enumerate(angles, start=1))
         for k, angle in enumerate(point, start=1):
             if abs(angle) > HALF_PI:
                 raise InputError(
-                    f"waypoint {number} alpha{k}: {shown(pair[k - 1])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                    f"waypoint {number} alpha{k}: {shown(angles[k - 1])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
                 )
-        points.append((point[0], point[1]))
-    return points
+        points.append(point)
+    return tuple(points)
 
 
 def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
@@ -201,6 +218,12 @@ def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
     if len(kept) > 1 and kept[-1] == kept[0]:
         kept.pop()
     return tuple(kept)
+
+
+def planes_only(request: PlanRequest, what: str) -> None:
+    """Raise InputError if a request asks for the fibres, which `what` does not know."""
+    if request.sheets != "planes":
+        raise InputError(f"sheets: {shown(request.sheets)}; allowed for {what} is planes")
 
 
 _SAMPLING = ("samples", "rate")

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import distance_to_multiple, wrapped
 from gaitgraph.coloring import neighbors_allowed
+from gaitgraph.fibers import FAMILIES, FIRST, family_distances, family_jumps, family_of, family_types
 from gaitgraph.invertibility import (
     Coefficients,
     coefficients_of,
@@ -33,7 +34,7 @@ from gaitgraph.segments import (
     where_thrusts_vanish,
 )
 from gaitgraph.stretches import Place, Rule, Setting, Stretch, Worst
-from gaitgraph.surface import COLORS, sheet_angles, sheet_distances, text_from_types, types_of
+from gaitgraph.surface import sheet_angles, text_from_types
 
 __all__ = [
     "Continuous",
@@ -52,6 +53,9 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 _EXACT = 1e-9
+
+# The column of :func:`gaitgraph.fibers.family_distances` by the code of a family; codes count from the end too.
+_COLUMN = np.array([0, 0, 2, 3, 1])
 
 
 class OnSurface(Rule):
@@ -87,16 +91,15 @@ class TwoColor(Rule):
     def __init__(self, setting: Setting) -> None:
         super().__init__(setting)
         self.broken: Check | None = None
-        self.seen = 0
+        self.seen: set[int] = set()
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
-        self.seen |= sum({1: 1, -1: 2}.get(sheet, 0) for sheet in np.unique(stretch.sheet).tolist())
+        self.seen |= set(np.unique(stretch.sheet).tolist()) - {0}
         if self.broken is not None:
             return
         setting, alpha = self.setting, stretch.alpha
-        crossing = types_of("red", alpha[:, 0], alpha[:, 1], setting.coefficients, setting.crossing_tolerance)
-        third, fourth = (np.where(part == 0, 0, stretch.sheet) for part in crossing)
+        third, fourth = family_types(alpha, stretch.sheet, setting.coefficients, setting.crossing_tolerance)
         lacking = stretch.sheet == 0
         forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
         if lacking.any() and (not forbidden.any() or np.argmax(lacking) <= np.argmax(forbidden)):
@@ -123,7 +126,7 @@ class TwoColor(Rule):
         """Return the check `two_color`."""
         if self.broken is not None:
             return [self.broken]
-        color = (None, *COLORS, "mixed")[self.seen]
+        color = family_of(*self.seen) if len(self.seen) == 1 else "mixed"
         message = f"all neighbours allowed by Figure 15 ({color})"
         return [Check(name="two_color", kind="valid", ok=True, value=0.0, limit=0.0, message=message)]
 
@@ -165,6 +168,7 @@ class Continuous(Rule):
         self.rounding = 0.0  # the largest distance that the tolerance takes for rounding
         self.roundings = np.zeros(0)  # the same for each point of the latest stretch
         self.blue = False  # whether a point lies on the blue sheet alone, however it is painted
+        self.fiber: tuple[int, int, Place] | None = None  # the first point painted as one of a fibre, and which
         self.farthest: Place | None = None
         self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False
         self.place: Place | None = None
@@ -179,28 +183,54 @@ class Continuous(Rule):
             self.uncolored = self.uncolored or stretch.place(point)
             if bare.all():
                 return
-        on_red, on_blue = sheet_distances(stretch.alpha, setting.coefficients)
-        self.blue |= bool(((on_blue <= setting.tolerance) & (on_red > setting.tolerance)).any())
-        off = np.where(bare, 0.0, np.where(sheet > 0, on_red, on_blue))
+        distances = family_distances(stretch.alpha, setting.coefficients)
+        on_red, on_blue = distances[:, 0], distances[:, 1]
+        fibered = sheet > 1
+        self.blue |= bool(((on_blue <= setting.tolerance) & (on_red > setting.tolerance) & ~fibered).any())
+        self._see_fibers(stretch, fibered)
+        column = _COLUMN[sheet]
+        off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
         self.roundings = np.where((off > _EXACT) & (off <= setting.tolerance), off, 0.0)
         self.rounding = max(self.rounding, float(self.roundings.max()))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, _EXACT):
             self.distance, self.farthest = float(off[farthest]), stretch.place(farthest)
-            other = on_blue if sheet[farthest] > 0 else on_red
-            names = COLORS if sheet[farthest] > 0 else COLORS[::-1]
-            self.painted = f"{setting.noun} {stretch.number(farthest)} is painted {names[0]} but lies off that sheet"
-            if other[farthest] <= setting.tolerance:
-                self.painted += f", on the {names[1]} one"
+            painted = int(column[farthest])
+            self.painted = (
+                f"{setting.noun} {stretch.number(farthest)} is painted {FAMILIES[painted]} but lies off that "
+            )
+            self.painted += "fibre" if fibered[farthest] else "sheet"
+            others = [
+                name for k, name in enumerate(FAMILIES) if k != painted and distances[farthest, k] <= setting.tolerance
+            ]
+            if others:
+                self.painted += f", on the {others[0]} one"
         red, after = sheet[:-1] > 0, sheet[1:] > 0
         sizes = jumps(stretch.starts, stretch.ends, red, after, setting.coefficients)
-        # Within one color, printed digits may move a segment off its sheet as far as the surface check allows.
-        limits = np.where(red == after, setting.tolerance, _EXACT)
+        by_fiber = fibered[:-1] | fibered[1:]
+        if by_fiber.any():
+            sizes[by_fiber] = family_jumps(
+                stretch.starts[by_fiber],
+                stretch.ends[by_fiber],
+                sheet[:-1][by_fiber],
+                sheet[1:][by_fiber],
+                setting.coefficients,
+            )
+            sizes[sizes <= _EXACT] = 0.0
+        # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
+        # fibre too, whose line with the red sheet is on both.
+        limits = np.where((red == after) | by_fiber, setting.tolerance, _EXACT)
         ratios = sizes / np.maximum(limits, _EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:
             self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
-            self.place, self.changes = stretch.place(worst), bool(red[worst] != after[worst])
+            self.place, self.changes = stretch.place(worst), bool(sheet[worst] != sheet[worst + 1])
+
+    def _see_fibers(self, stretch: Stretch, fibered: BoolArray) -> None:
+        """Note the first point on a fibre."""
+        if fibered.any() and self.fiber is None:
+            point = int(np.argmax(fibered))
+            self.fiber = (int(stretch.sheet[point]), stretch.number(point), stretch.place(point))
 
     def checks(self) -> list[Check]:
         """Return the check `continuous`."""
@@ -383,7 +413,7 @@ class HoverThrust(Rule):
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
-        if self.continuous.blue or self.broken is not None:
+        if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
             return
         vehicle, known = self.setting.vehicle, (self.least.upper, self.largest.upper)
         upward, least, largest = thrust_shares_along(stretch.starts, stretch.ends, vehicle, known=known)
@@ -407,6 +437,8 @@ class HoverThrust(Rule):
             # Floating point would give some ratio of two vanishing quantities.
             message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
             return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
+        if self.continuous.fiber is not None:
+            return [self._idle(*self.continuous.fiber)]
         if self.broken is not None:
             value, number, place = self.broken
             passing = "" if value is not None else f", where they vanish on the way, at {self.tell(place)}"
@@ -446,6 +478,16 @@ class HoverThrust(Rule):
             )
         return checks
 
+    def _idle(self, code: int, number: int, place: Place) -> Check:
+        """Return the check of a gait with a point on a fibre."""
+        which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+        message = (
+            f"{self.setting.noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: "
+            "rotors that push one way only have no room for a torque there; leave it for the red sheet, off its line"
+        )
+        where = self.at(place)
+        return Check(name="hover_thrust", kind="flyable", ok=False, value=0.0, limit=0.0, where=where, message=message)
+
 
 class TiltRange(Rule):
     """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
@@ -483,6 +525,7 @@ class Reach:
         self.vehicle, self.continuous = setting.vehicle, continuous
         self.exact = coefficients_of(setting.vehicle, "exact")
         self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
+        self.confined = True  # whether points of fibres are within ±π/2
 
     def see(self, stretch: Stretch) -> None:
         """Take in the next stretch."""
@@ -502,6 +545,12 @@ class Reach:
             at_ends=ends,
         )
         self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
+        fibered = stretch.sheet > 1
+        if fibered.any():
+            self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + _EXACT).all())
+            alpha = alpha[~fibered]
+            if not len(alpha):
+                return
         self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
         opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
         self.opposite = max(self.opposite, float(opposite.max()))
@@ -519,7 +568,14 @@ class Reach:
         if self.off_red <= DEFAULT_TOLERANCE:
             # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
             if self.home and self.opposite <= DEFAULT_TOLERANCE:
-                return True, "in the component of α = 0, which ordinary hover can enter and leave"
+                if self.continuous.fiber is None:
+                    return True, "in the component of α = 0, which ordinary hover can enter and leave"
+                if self.confined:
+                    return (
+                        True,
+                        "on a fibre that meets the component of α = 0, which ordinary hover can enter and leave",
+                    )
+                return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
             return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
         return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
 

@@ -2,6 +2,9 @@
 
 Lengths are compared as whole multiples of 1e-12 rad, so that paths of the same length tie exactly; among them
 the one with the fewest turns is taken, then the one that the order of the graph's nodes and edges brings first.
+
+A length is that in the (α1, α2) plane. It hides the motion of α3 and α4 on a fibre, so on a graph with the fibres it is
+the *travel* instead, the length in four dimensions over √2: the same on both sheets, and more than zero on a fibre too.
 """
 
 from __future__ import annotations
@@ -11,12 +14,16 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import count
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from gaitgraph.errors import InputError, shown
+from gaitgraph.graph import vehicle_and_coefficients
+from gaitgraph.loads import loads_of, mean_load
 
 if TYPE_CHECKING:
     import networkx as nx
+
+    from gaitgraph.vehicle import Vehicle
 
 __all__ = [
     "MOST_ANY_ORDER",
@@ -32,7 +39,7 @@ __all__ = [
 
 Node = Hashable
 Use = Literal["flyable", "valid", "two_color"]
-Objective = Literal["shortest", "robust"]
+Objective = Literal["shortest", "robust", "thrust"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
 QUANTA_PER_RADIAN = 1e12
@@ -40,6 +47,8 @@ QUANTA_PER_RADIAN = 1e12
 
 MOST_ANY_ORDER = 9
 """Up to so many stops the best order is exact; beyond it is Christofides' heuristic."""
+
+_ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 
 _ALLOWED: dict[str, Allowed] = {
     "flyable": lambda edge: edge["flyable"],
@@ -70,18 +79,24 @@ def quanta_of(length: float) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedWalk:
-    """A closed walk: its nodes in order, the first not repeated, and its length in the (α1, α2) plane [rad]."""
+    """A closed walk: its nodes in order, the first not repeated, and its length [rad]; see the module for which.
+
+    `stops` says where in `nodes` each stop is; `thrust` is the integral of the load along it
+    (:func:`gaitgraph.loads.mean_load`), if that was the objective [rad].
+    """
 
     nodes: tuple[Any, ...]
     length: float
     stops: tuple[int, ...]
+    thrust: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blocked:
-    """No closed walk exists: no usable path leads from stop `leg` to the next one."""
+    """No closed walk exists: no usable path leads from stop `leg` to the next one; if `rootless`, it has no node."""
 
     leg: int
+    rootless: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +126,30 @@ class _Roads:
         self.nodes: dict[Any, dict[str, Any]] = dict(graph.nodes(data=True))
         self.allowed = allowed_edges(use)
         self.legs: dict[tuple[Any, Any], tuple[int, list[Any]] | None] = {}
+        self.fibers = graph.graph.get("sheets") == "all"
+        self.weight = "travel" if self.fibers else "length"
+        self.least = 1.0  # the least that a radian costs
+
+    def _step(self, here: Mapping[str, Any], there: Mapping[str, Any]) -> tuple[float, ...]:
+        """Return the difference of two nodes in the coordinates whose Euclidean length is the weight."""
+        if not self.fibers:
+            return there["alpha1"] - here["alpha1"], there["alpha2"] - here["alpha2"]
+        return tuple((there[name] - here[name]) / math.sqrt(2.0) for name in _ANGLES)
+
+    def weigh_by_load(self, vehicle: Vehicle) -> None:
+        """Let each edge cost its length times the mean load of its ends, instead of its length."""
+        angles = [[data[name] for name in _ANGLES] for data in self.nodes.values()]
+        loads = loads_of(angles, [data["color"] for data in self.nodes.values()], vehicle).tolist()
+        load = dict(zip(self.nodes, loads, strict=True))
+        self.adjacency = {
+            here: {
+                there: {**edge, "cost": edge[self.weight] * mean_load(load[here], load[there])}
+                for there, edge in around.items()
+            }
+            for here, around in self.adjacency.items()
+        }
+        self.weight, self.least = "cost", min(loads, default=1.0)
+        self.legs.clear()
 
     def restrict(self, threshold: float) -> None:
         """Drop edges whose least singular value is below a threshold."""
@@ -129,13 +168,12 @@ class _Roads:
         """Search by A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
         if source == target:
             return 0, [source]
-        nodes, adjacency, allowed, hypot = self.nodes, self.adjacency, self.allowed, math.hypot
+        nodes, adjacency, allowed, weight, hypot = self.nodes, self.adjacency, self.allowed, self.weight, math.hypot
         goal = nodes[target]
         x, y = goal["alpha1"], goal["alpha2"]
         # A little less than the distance, so that rounding to quanta cannot make it too large.
-        scale = QUANTA_PER_RADIAN * (1 - 1e-9)
-        start = nodes[source]
-        straight = int(hypot(start["alpha1"] - x, start["alpha2"] - y) * QUANTA_PER_RADIAN)
+        scale = self.least * QUANTA_PER_RADIAN * (1 - 1e-9)
+        straight = int(hypot(*self._step(nodes[source], goal)) * self.least * QUANTA_PER_RADIAN)
         best: dict[Any, int] = {source: 0}
         parent: dict[Any, Any] = {}
         order = count()
@@ -150,7 +188,7 @@ class _Roads:
             for neighbor, edge in adjacency[node].items():
                 if not allowed(edge):
                     continue
-                reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)
+                reached = cost + int(edge[weight] * QUANTA_PER_RADIAN + 0.5)
                 if reached < best.get(neighbor, math.inf):
                     best[neighbor] = reached
                     parent[neighbor] = node
@@ -159,7 +197,8 @@ class _Roads:
                         if reached <= straight + len(best):
                             break  # a straight line: nothing is shorter or has fewer turns
                     data = nodes[neighbor]
-                    ahead = hypot(data["alpha1"] - x, data["alpha2"] - y) * scale
+                    plane = hypot(data["alpha1"] - x, data["alpha2"] - y)
+                    ahead = (hypot(*self._step(data, goal)) if self.fibers else plane) * scale
                     heappush(heap, (reached + ahead, next(order), reached, neighbor))
             else:
                 continue
@@ -180,7 +219,7 @@ class _Roads:
             for previous, edge in self.adjacency[node].items():
                 if previous not in best or not self.allowed(edge):
                     continue
-                if best[previous] + int(edge["length"] * QUANTA_PER_RADIAN + 0.5) == best[node]:
+                if best[previous] + int(edge[self.weight] * QUANTA_PER_RADIAN + 0.5) == best[node]:
                     onward.setdefault(previous, []).append(node)
                     if previous not in seen:
                         seen.add(previous)
@@ -202,9 +241,9 @@ class _Roads:
             here = self.nodes[node]
             for following in onward.get(node, ()):
                 there = self.nodes[following]
-                dx, dy = there["alpha1"] - here["alpha1"], there["alpha2"] - here["alpha2"]
-                size = math.hypot(dx, dy)
-                ahead = (round(dx / size, 9), round(dy / size, 9)) if size else heading
+                step = self._step(here, there)
+                size = math.hypot(*step)
+                ahead = tuple(round(part / size, 9) for part in step) if size else heading
                 turned = turns + (heading is not None and ahead != heading)
                 heappush(heap, (turned, steps + 1, next(order), following, ahead, (node, heading)))
         raise AssertionError("the shortest paths lead to the target")
@@ -220,7 +259,7 @@ class _Roads:
                 continue
             for neighbor, edge in self.adjacency[node].items():
                 if self.allowed(edge):
-                    reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)
+                    reached = cost + int(edge[self.weight] * QUANTA_PER_RADIAN + 0.5)
                     if reached < best.get(neighbor, math.inf):
                         best[neighbor] = reached
                         heappush(heap, (reached, next(order), neighbor))
@@ -265,8 +304,9 @@ def closed_walk(
     use
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
     objective
-        "shortest" in the (α1, α2) plane, or "robust": the best worst case of the edges' least singular value,
-        then the shortest.
+        "shortest" in the length that the module states, or "robust": the best worst case of the edges' least singular
+        value, then the shortest; or "thrust": the least integral of the load, the largest hover thrust share, along the
+        way (:mod:`gaitgraph.loads`).
 
     Returns
     -------
@@ -282,8 +322,11 @@ def closed_walk(
     (16, 3.1416)
     """
     roads = _Roads(graph, use)
+    weight = roads.weight
+    if objective == "thrust":
+        roads.weigh_by_load(vehicle_and_coefficients(graph)[0])
     if objective == "robust":
-        width = _best_cycle(stops, roads.widest, widest=True)
+        width = best_cycle(stops, roads.widest, widest=True)
         if width is not None and width[0] > -math.inf:
             roads.restrict(width[0])
 
@@ -291,13 +334,9 @@ def closed_walk(
         leg = roads.leg(source, target)
         return math.inf if leg is None else leg[0]
 
-    found = _best_cycle(stops, cost, widest=False)
-    if found is None:
-        for k, here in enumerate(stops):
-            onward = stops[(k + 1) % len(stops)]
-            if all(math.isinf(cost(a, b)) for a in here for b in onward):
-                return Blocked(leg=k)
-        return Blocked(leg=len(stops) - 1)
+    found = cheapest_choice(stops, cost)
+    if isinstance(found, Blocked):
+        return found
     chosen = found[1]
     nodes: list[Any] = []
     starts = []
@@ -305,10 +344,30 @@ def closed_walk(
         starts.append(len(nodes))
         leg = roads.leg(source, target)
         nodes += leg[1][:-1] if leg else []
-    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=found[0] / QUANTA_PER_RADIAN, stops=tuple(starts))
+    total = found[0] / QUANTA_PER_RADIAN
+    walked = tuple(nodes) or (chosen[0],)
+    if objective != "thrust":
+        return ClosedWalk(nodes=walked, length=total, stops=tuple(starts))
+    steps = zip(walked, (*walked[1:], walked[0]), strict=True) if len(walked) > 1 else ()
+    length = sum(quanta_of(graph.edges[step][weight]) for step in steps) / QUANTA_PER_RADIAN
+    return ClosedWalk(nodes=walked, length=length, stops=tuple(starts), thrust=total)
 
 
-def _best_cycle(
+def cheapest_choice(
+    stops: Sequence[Sequence[Any]], cost: Callable[[Any, Any], float]
+) -> tuple[float, list[Any]] | Blocked:
+    """Return the least sum of the legs and the node chosen for each stop, or the leg that no choice can go."""
+    found = best_cycle(stops, cost, widest=False)
+    if found is not None:
+        return found
+    for k, here in enumerate(stops):
+        onward = stops[(k + 1) % len(stops)]
+        if all(math.isinf(cost(a, b)) for a in here for b in onward):
+            return Blocked(leg=k)
+    return Blocked(leg=len(stops) - 1)
+
+
+def best_cycle(
     stops: Sequence[Sequence[Any]], measure: Callable[[Any, Any], float], *, widest: bool
 ) -> tuple[float, list[Any]] | None:
     """Choose a node for each stop so that the sum of the legs is least, or the narrowest leg is widest."""
@@ -357,7 +416,21 @@ def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
     >>> best_order(surface_graph("negative"), [(*corner, "red") for corner in corners])
     Order(order=(0, 2, 1, 3), exact=True, method='exact')
     """
-    roads = _Roads(graph, use)
+    return order_on(_Roads(graph, use), stops)
+
+
+class Legs(Protocol):
+    """What an order of stops is found from: best paths between two of them, and from one to all."""
+
+    def leg(self, source: Any, target: Any) -> tuple[int, list[Any]] | None:
+        """Return (length in quanta, nodes) of the best path, or None."""
+
+    def lengths(self, source: Any) -> dict[Any, int]:
+        """Return the length in quanta of the best path to each node that can be reached."""
+
+
+def order_on(roads: Legs, stops: Sequence[Any]) -> Order | None:
+    """Return the order of stops as :func:`best_order` does, whatever tells the legs."""
     if len(stops) > MOST_ANY_ORDER:
         order = _christofides(roads, stops)
         return None if order is None else Order(order=order, exact=False, method="christofides")
@@ -365,7 +438,7 @@ def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
     return None if order is None else Order(order=order, exact=True, method="exact")
 
 
-def _christofides(roads: _Roads, stops: Sequence[Any]) -> tuple[int, ...] | None:
+def _christofides(roads: Legs, stops: Sequence[Any]) -> tuple[int, ...] | None:
     import networkx as nx
 
     complete: nx.Graph[int] = nx.Graph()
@@ -383,7 +456,7 @@ def _christofides(roads: _Roads, stops: Sequence[Any]) -> tuple[int, ...] | None
     return tuple(order)
 
 
-def _exact_order(roads: _Roads, stops: Sequence[Any]) -> tuple[int, ...] | None:
+def _exact_order(roads: Legs, stops: Sequence[Any]) -> tuple[int, ...] | None:
     n = len(stops)
 
     def cost(a: int, b: int) -> float:

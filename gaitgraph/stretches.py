@@ -89,7 +89,8 @@ class Stretch:
     alpha
         The points, shape (m + 1, 4) with m ≥ 1 [rad].
     sheet
-        The sheet that each point is painted as: +1 red, −1 blue, 0 none, shape (m + 1,).
+        The sheet that each point is painted as: +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none, shape
+        (m + 1,).
     first
         Number of the first point, counted from 0.
     after

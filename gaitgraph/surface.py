@@ -7,9 +7,11 @@ family     equations (mod π)                 plane types
 ========== ================================= ===========
 red sheet  α3 = α1,      α4 = α2             (+,+)
 blue sheet α3 = 2δ − α1, α4 = −2δ − α2       (−,−)
-1st fibre  α1 = α3 = δ,  α2 and α4 free      (?,·)
-2nd fibre  α2 = α4 = −δ, α1 and α3 free      (·,?)
+1st fibre  α1 = α3 = δ,  α2 and α4 free      (?,*)
+2nd fibre  α2 = α4 = −δ, α1 and α3 free      (*,?)
 ========== ================================= ===========
+
+This room is about the two sheets, which have a root above every (α1, α2); :mod:`gaitgraph.fibers` is about the fibres.
 
 On a sheet α3 depends on α1 alone and α4 on α2 alone, so on a grid everything is an outer product. α3 and α4 are
 represented in [−π/2, π/2]; a solution at one end of that range is one at the other end too, with the opposite
@@ -40,6 +42,7 @@ from gaitgraph.invertibility import (
 __all__ = [
     "COLORS",
     "DEFAULT_CROSSING_TOLERANCE",
+    "FREE",
     "Fiber",
     "Root",
     "RootArrays",
@@ -70,7 +73,10 @@ _FIBER_TOLERANCE = 1e-9
 _END_TOLERANCE = 1e-12
 _ROUND_OFF = 1e-12
 _SIGN = {"red": 1, "blue": -1}
-_MARK = {1: "+", 0: "?", -1: "-"}
+FREE = 2
+"""The code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1."""
+
+_MARK = {1: "+", 0: "?", -1: "-", FREE: "*"}
 MOST_ROOTS = 5
 
 
@@ -215,7 +221,7 @@ class SheetGrid:
 
 
 def text_from_types(third: int, fourth: int) -> str:
-    """Return the ASCII label of a pair of plane types given as +1, 0 or −1.
+    """Return the ASCII label of a pair of plane types given as +1, 0, −1, or :data:`FREE` for `*`.
 
     >>> text_from_types(1, 0)
     '(+,?)'

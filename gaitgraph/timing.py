@@ -23,10 +23,11 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.checks import check_gait
 from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.fibers import family_codes, family_types
 from gaitgraph.invertibility import level_determinant
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import limit_check
-from gaitgraph.surface import text_from_types, types_of
+from gaitgraph.surface import text_from_types
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -149,22 +150,10 @@ class TimedGait:
 
     def types(self) -> tuple[str, ...]:
         """Return the plane types of every sample; empty off the surfaces."""
-        colors, gait = np.array(self.colors()), self.gait
-        if not colors.size:
-            return ()
-        alpha = self.alpha
-        out = np.zeros((len(alpha), 2), dtype=int)
-        for color in ("red", "blue"):
-            of = colors == color
-            third, fourth = types_of(
-                color,
-                alpha[of, 0],
-                alpha[of, 1],
-                gait.coefficients,
-                gait.crossing_tolerance,
-            )
-            out[of, 0], out[of, 1] = third, fourth
-        return tuple(text_from_types(*pair) for pair in out.tolist())
+        colors, gait = self.colors(), self.gait
+        codes = family_codes(colors)
+        pairs = family_types(self.alpha[: len(codes)], codes, gait.coefficients, gait.crossing_tolerance)
+        return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
 
     def columns(self) -> dict[str, Any]:
         """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.

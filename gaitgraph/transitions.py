@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.fibers import FIBERS
 from gaitgraph.gait import Gait, lift
 from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
 from gaitgraph.invertibility import Kind, coefficients_of
@@ -319,6 +320,8 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
             home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
             advice = f"plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
             return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
+    if {*first.colors, *last.colors} & set(FIBERS):
+        return "one of the ends is on a fibre, and ways are on one sheet only: use gaits on the red sheet", proof
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
         blue = "in exact physics all of blue is singular: use red"

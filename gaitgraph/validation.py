@@ -18,6 +18,7 @@ from gaitgraph.angles import number_of
 from gaitgraph.checks import Judge, check_gait, checked_limits
 from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import InputError, shown
+from gaitgraph.fibers import families_along, family_codes, family_of, types_contradict
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Kind, level_determinant
 from gaitgraph.paintings import ColoringListing, colorings
@@ -26,7 +27,7 @@ from gaitgraph.reading import read_pieces
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import limit_check
 from gaitgraph.stretches import Place, Setting, Stretch
-from gaitgraph.surface import sheet_angles, sheets_along
+from gaitgraph.surface import sheet_angles
 from gaitgraph.tables import ACCELERATIONS, CLOSED_GAP, RATES, Table, setting_of
 from gaitgraph.timing import TimedGait
 
@@ -65,7 +66,7 @@ def validate(
     tolerance, floor, angle_rounding
         As for :func:`gaitgraph.checks.check_gait`; angles of a CSV file that are printed with three to eight decimals
         are off by half a unit of the last one at least. Rows of a table without colors get the color of the sheet that
-        they are within `tolerance` of.
+        they are within `tolerance` of, or else of the fibre.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
     progress
@@ -183,15 +184,21 @@ class _TableJudge:
         a1, a2 = piece["alpha1"], piece["alpha2"]
         sheet = np.zeros(len(piece), dtype=np.int8)
         if "color" in piece:
-            sheet = np.where(np.array(piece["color"]) == "red", 1, -1).astype(np.int8)
+            sheet = family_codes(piece["color"])
         if "alpha3" in piece:
             alpha = piece.alpha
+        elif (sheet > 1).any():
+            point = int(np.argmax(sheet > 1))
+            raise InputError(
+                f"row {self.rows + point + 1}: color is {family_of(sheet[point])!r}; allowed are 'red' and 'blue' "
+                "without alpha3 and alpha4, of which a fibre leaves one open"
+            )
         else:
             red, blue = (sheet_angles(color, a1, a2, setting.coefficients) for color in ("red", "blue"))
             alpha = np.column_stack([a1, a2, *(np.where(sheet > 0, r, b) for r, b in zip(red, blue, strict=True))])
         if "color" not in piece:
             before = 0 if self.last is None else int(self.last.sheet[0])
-            sheet = sheets_along(alpha, setting.coefficients, setting.tolerance, before=before)
+            sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=before)
         return Stretch(alpha=alpha, sheet=sheet, first=self.rows, t=piece.columns.get("t"))
 
     def _paint(self, plane: FloatArray) -> None:
@@ -206,12 +213,12 @@ class _TableJudge:
         if "types" in piece and "types" not in self.notes:
             texts = {text: types_from_text(text) for text in dict.fromkeys(piece["types"])}
             codes = np.array([texts[text] for text in piece["types"]])
-            wrong = (codes * fresh.sheet[:, None] < 0).any(axis=1)
+            wrong = types_contradict(codes, fresh.sheet)
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["types"] = (
                     f"row {fresh.number(k)} states the types {piece['types'][k]}, but it is "
-                    f"{'red' if fresh.sheet[k] > 0 else 'blue'}; stated types are not used"
+                    f"{family_of(fresh.sheet[k])}; stated types are not used"
                 )
         if "R" in piece and "R" not in self.notes:
             computed = np.asarray(level_determinant(fresh.alpha, self.setting.coefficients))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from gaitgraph.anyangle import region_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.obstacles import RELATION
+from gaitgraph.requests import planes_only
 
 if TYPE_CHECKING:
     from gaitgraph.areas import Region
@@ -21,7 +22,7 @@ _WIDTH = 110
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """One waypoint: the number of the part that holds it, from 1; or why none does, and the nearest point that one does."""
+    """One waypoint: the number of its part, from 1; or why it is in none, and the nearest point that is in one."""
 
     point: Point
     part: int | None
@@ -141,6 +142,7 @@ def whereabouts_of(request: PlanRequest, *, use: Literal["flyable", "valid"] = "
     """
     if use not in ("flyable", "valid"):
         raise InputError(f"use: {shown(use)}; allowed are 'flyable' and 'valid'")
+    planes_only(request, "regions")
     color = "red" if request.color == "auto" else request.color
     answers = []
     for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):

@@ -113,11 +113,11 @@ def angle_not_negative(text: str, name: str) -> float:
 
 
 def waypoints_from_texts(texts: Sequence[str]) -> list[list[str]]:
-    """Split every ``A1,A2`` into its two angles, still texts; InputError, with the number, if one is no pair."""
+    """Split every ``A1,A2`` or ``A1,A2,A3,A4`` into angles, still texts; InputError, with the number, otherwise."""
     waypoints = []
     for number, text in enumerate(texts, start=1):
         parts = text.split(",")
-        if len(parts) != 2:
+        if len(parts) not in (2, 4):
             raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
         waypoints.append([part.strip() for part in parts])
     return waypoints

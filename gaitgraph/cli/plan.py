@@ -41,6 +41,7 @@ __all__ = ["plan_command", "transition_command"]
     metavar="NAME",
     help="exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
 )
+@click.option("--sheets", metavar="NAME", help="planes, or all: fibres too, for A1,A2,A3,A4.  [default: planes]")
 @click.option("--accuracy", type=float, metavar="ANGLE", help="Of curved borders, method exact, rad.  [default: 1e-6]")
 @keep_options
 @click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")

@@ -231,15 +231,15 @@ def gait_loop(
 
 
 def _line_look(color: str, *, band: bool) -> dict[str, Any]:
-    """Return how a gait's segments of a color are drawn; "none" is off the surfaces."""
+    """Return how a gait's segments of a color are drawn; "none" is off the surfaces; fibres are black."""
     if band:
         pale = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
         return {
-            "color": pale[color],
+            "color": pale.get(color, "0.8"),
             "linestyle": "-",
             "solid_joinstyle": "round",
             "solid_capstyle": "butt",
             "zorder": 1.2,
         }
     dash: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
-    return {"color": COLOR_OF.get(color, "black"), "linestyle": dash[color], "zorder": 4}
+    return {"color": COLOR_OF.get(color, "black"), "linestyle": dash.get(color, "-"), "zorder": 4}

@@ -1,0 +1,100 @@
+"""The command pace: how quickly a gait can be run under limits, and the table of the law that does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.options import force_option, json_option, outputs_option, setting_options, vehicle_or_none
+from gaitgraph.cli.terminal import print_json
+from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["pace_command"]
+
+
+@command("The least period of a gait under limits of rate, acceleration and jerk.")
+@click.argument("gait_file", metavar="GAIT_FILE")
+@click.option("--period", metavar="SECONDS", default="least", help="Period T, or least.  [default: least]")
+@click.option("--max-rate", metavar="ANGLE", help="Largest tilt rate per second.  [default: the vehicle's]")
+@click.option("--max-acceleration", metavar="ANGLE", help="Per second squared.  [default: the vehicle's]")
+@click.option("--max-jerk", metavar="ANGLE", help="Per second cubed.  [default: the vehicle's]")
+@click.option("--rounding", metavar="ANGLE", help="Round corners by so much.  [default: rest at corners]")
+@click.option("--servo-lag", type=float, metavar="SECONDS", help="Time constant.  [default: the vehicle's, if any]")
+@click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]")
+@click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples.")
+@outputs_option
+@force_option
+@setting_options
+@json_option
+def pace_command(
+    gait_file: str,
+    period: str,
+    max_rate: str | None,
+    max_acceleration: str | None,
+    max_jerk: str | None,
+    rounding: str | None,
+    servo_lag: float | None,
+    samples: int | None,
+    rate: float | None,
+    outputs: Sequence[str],
+    force: bool,
+    vehicle: str | None,
+    coefficients: Any,
+    as_json: bool,
+) -> int:
+    """Find the fastest smooth law for a gait table (.csv, .json) or a saved plan, or a law for a given period.
+
+    The law is twice continuously differentiable, closed at the seam, and keeps its limits between samples too. It
+    rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
+    """
+    from gaitgraph.angles import angle_from_text
+    from gaitgraph.exchange import read_gait
+    from gaitgraph.limits import limits_of
+    from gaitgraph.pacing import least_period, paced
+    from gaitgraph.servos import servo_response
+    from gaitgraph.tables import check_outputs, table_of, write_tables
+
+    check_outputs(outputs, force=force)
+    seconds = _seconds(period)
+    gait = read_gait(gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients)
+    limits = limits_of(gait.vehicle, rate=max_rate, acceleration=max_acceleration, jerk=max_jerk)
+    asked: dict[str, Any] = {"samples": samples, "rate": rate}
+    if rounding is not None:
+        asked["rounding"] = angle_from_text(rounding, "--rounding")
+    pacing = least_period(gait, limits, **asked) if seconds is None else paced(gait, limits, seconds, **asked)
+    answer: dict[str, Any] = {**pacing.as_mapping(), "valid": None, "flyable": None, "servo": None, "outputs": []}
+    lines = [str(pacing)]
+    if pacing.timed is not None:
+        report = pacing.timed.check()
+        answer |= {"valid": report.valid, "flyable": report.flyable}
+        if not report.flyable:
+            lines.append(f"  not flyable: {report.reason}")
+        lag = gait.vehicle.servo_lag if servo_lag is None else servo_lag
+        if lag is not None:
+            response = servo_response(pacing.timed, lag)
+            answer["servo"] = response.as_mapping()
+            lines.append(f"  {response}")
+        if outputs:
+            write_tables(table_of(pacing.timed), outputs, force=force)
+            answer["outputs"] = list(outputs)
+            lines += [f"wrote {name}: {pacing.timed.samples + 1} rows" for name in outputs]
+    if as_json:
+        print_json(answer)
+    else:
+        click.echo("\n".join(lines))
+    return 0 if pacing else 1
+
+
+def _seconds(text: str) -> float | None:
+    """Return the period of ``--period``, None for the least; InputError if it is neither."""
+    if text == "least":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--period: {text!r}; allowed is 'least' or a number of seconds") from None
