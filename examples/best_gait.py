@@ -1,0 +1,48 @@
+"""
+The best gait through discs
+===========================
+
+Waypoints are often no more than places to be near. Among all loops that pass them within a radius, which one keeps the
+decoupling matrix farthest from singular, all the way round? And how much tilting does it take?
+"""
+
+import numpy as np
+
+import gaitgraph as gg
+from gaitgraph import plots
+from gaitgraph.optimal import optimal_gait
+
+waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+
+# %%
+# The worst case of the best loop through the waypoints themselves, and within 0.1 and 0.2 rad of them.
+# The bound holds for every loop, whatever its form: so the worst case is optimal, to within the gap.
+
+found = {}
+for radius in (0.0, 0.1, 0.2):
+    found[radius] = optimal_gait(waypoints, radius=radius, sign="negative")
+    best = found[radius]
+    print(f"radius {radius}: least singular value {best.value:.3f}, at most {best.bound:.3f}, {best.effort:.2f} rad²/s")
+
+# %%
+# The least tilting within 0.1 rad. No smooth loop needs less than the squared length of the shortest polygon through
+# the discs, in four dimensions, over the period.
+
+calm = optimal_gait(waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0)
+print(f"effort {calm.value:.2f} rad²/s, of any loop at least {calm.bound:.2f}")
+
+# %%
+# The gaits are smooth curves, checked between samples, and come as tables too.
+
+print(gg.validate(calm.table(samples=100)).flyable)
+
+# %%
+# Both on the map of the least singular value: the discs, and the loops that pass them.
+
+ax = plots.singular_value_map()
+for name, best in (("most robust, 0.2 rad", found[0.2]), ("least effort, 0.1 rad", calm)):
+    ax.plot(*best.gait.alpha[:, :2].T, label=name)
+for center, size in zip(found[0.2].waypoints, found[0.2].radius, strict=True):
+    turn = np.linspace(0, 2 * np.pi, 73)
+    ax.plot(center[0] + size * np.cos(turn), center[1] + size * np.sin(turn), color="black", linewidth=0.7)
+ax.legend(loc="upper left", fontsize="small")

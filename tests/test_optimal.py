@@ -1,0 +1,514 @@
+"""Optimal gaits: splines, cells and levels by laws; results re-checked without the search that found them."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import shapely
+from scipy import ndimage
+
+from gaitgraph.areas import admissible_region
+from gaitgraph.cli.optimising import optimize_command
+from gaitgraph.corridors import Sides
+from gaitgraph.curves import Curve
+from gaitgraph.efforts import LeastEffort
+from gaitgraph.errors import Infeasible, InputError, MissingConstant
+from gaitgraph.invertibility import hover_thrust_shares, least_singular_value, least_singular_value_on_red
+from gaitgraph.levels import component_meeting, highest_level, least_share_region, level_region
+from gaitgraph.optima import OBJECTIVES, OptimalGait
+from gaitgraph.optimal import CLEARANCE, optimal_gait
+from gaitgraph.programs import Discs, SmoothLoop
+from gaitgraph.reading import read_table
+from gaitgraph.splines import basis_rows, control_points_along, effort_matrix, hull_matrix, power_pieces
+from gaitgraph.tours import least_loop_length, shortest_loop
+from gaitgraph.validation import validate
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+EIGHTH = math.pi / 8
+SQUARE = [(3 * EIGHTH, -3 * EIGHTH), (3 * EIGHTH, -EIGHTH), (EIGHTH, -EIGHTH), (EIGHTH, -3 * EIGHTH)]
+VEHICLES = [
+    PAPER,
+    Vehicle(drag_ratio=0.06),
+    Vehicle(drag_ratio=0.6, first_rotor_spin="counterclockwise"),
+    Vehicle(drag_ratio=1.5),
+]
+
+
+def discs_of(centers: Any, radius: float) -> Discs:
+    return Discs(centers=np.array(centers, dtype=float), radii=np.full(len(centers), radius))
+
+
+def plane_of(found: OptimalGait, count: int = 4001) -> np.ndarray:
+    assert found.curve is not None
+    return np.asarray(found.curve.at(np.linspace(0, found.period, count))[:, :2])
+
+
+# Splines
+
+
+@pytest.mark.parametrize("count", [8, 9, 13, 40])
+def test_effort_matrix_is_the_integral(count: int) -> None:
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    s = (np.arange(count)[:, None] + (nodes + 1) / 2).ravel()
+    rows = basis_rows(s, count, 1)
+    integral = rows.T @ (np.tile(weights / 2, count)[:, None] * rows)
+    np.testing.assert_allclose(effort_matrix(count), integral, atol=1e-14)
+    assert abs(effort_matrix(count).sum(axis=1)).max() < 1e-14
+
+
+@pytest.mark.parametrize("parts", [1, 3])
+def test_parts_of_a_spline_lie_in_their_hulls(parts: int) -> None:
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(11, 2))
+    hulls = hull_matrix(11, parts) @ points
+    for number, hull in enumerate(hulls):
+        s = (number + np.linspace(0, 1, 7)) / parts
+        on_it = basis_rows(s, 11) @ points
+        t = np.linspace(0, 1, 7)[:, None]
+        bezier = sum(math.comb(3, k) * t**k * (1 - t) ** (3 - k) * hull[k] for k in range(4))
+        np.testing.assert_allclose(on_it, bezier, atol=1e-13)
+
+
+def test_a_spline_is_a_curve_twice_continuously_differentiable() -> None:
+    points = np.random.default_rng(2).normal(size=(9, 2)) / 3
+    curve = Curve(breaks=np.linspace(0, 2.0, 10), pieces=power_pieces(points, 2.0 / 9))  # refuses jumps itself
+    s = np.linspace(0, 9, 100)
+    for order in range(3):
+        expected = basis_rows(s, 9, order) @ points * (9 / 2.0) ** order
+        np.testing.assert_allclose(curve.at(s * 2 / 9, order)[:, :2], expected, atol=1e-9)
+
+
+def test_control_points_run_along_a_polygon() -> None:
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5]])
+    points, knots = control_points_along(corners, 30)
+    assert len(points) == 30
+    np.testing.assert_allclose(basis_rows(knots, 30) @ points, corners, atol=1e-15)
+    ring = shapely.LinearRing(corners)
+    on_it = basis_rows(np.linspace(0, 30, 500), 30) @ points
+    assert shapely.distance(ring, shapely.points(on_it)).max() < 1e-14
+    few, _ = control_points_along(corners, 3)
+    assert len(few) == 12  # three for each corner are the least
+
+
+# Cells
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cells_stay_inside_the_polygon(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * math.pi, 25))
+    outline = shapely.Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.6, 1.4, (25, 1)))
+    holes = [shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(rng.uniform(0.03, 0.2), quad_segs=4) for _ in range(4)]
+    polygon = max(shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)), key=lambda part: part.area)
+    clearance = 1e-3
+    seeds = rng.uniform(-1, 1, (400, 2))
+    hulls = seeds[:, None, :] + rng.normal(scale=0.03, size=(400, 4, 2))
+    shapes = shapely.convex_hull(shapely.multipoints(hulls))
+    room = polygon.buffer(-2 * clearance)
+    hulls = hulls[shapely.covers(room, shapes)]
+    assert len(hulls) > 20
+    cells = Sides(polygon).cells(hulls, clearance=clearance, reach=0.3)
+    for number, hull in enumerate(hulls):
+        own = cells.piece == number
+        normals, offsets = cells.normals[own], cells.offsets[own]
+        assert (hull @ normals.T <= offsets + 1e-12).all()
+        tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
+        inside = tried[(tried @ normals.T <= offsets).all(axis=1)]
+        assert shapely.covers(polygon, shapely.points(inside)).all()
+        if len(inside):
+            assert shapely.distance(polygon.boundary, shapely.points(inside)).min() >= clearance * (1 - 1e-9)
+
+
+# Levels
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.2f}")
+@pytest.mark.parametrize("share", [0.05, 0.25, 0.4, 0.9])
+def test_least_share_region_is_where_the_shares_are(vehicle: Vehicle, share: float) -> None:
+    rng = np.random.default_rng(3)
+    accuracy = 1e-5
+    region = least_share_region(share, vehicle, accuracy=accuracy)
+    points = rng.uniform(-math.pi / 2, math.pi / 2, (20_000, 2))
+    for part in region.outer.geoms:
+        along = shapely.line_interpolate_point(part.exterior, rng.uniform(0, part.exterior.length, 500))
+        near = shapely.get_coordinates(along) + rng.normal(scale=3 * accuracy, size=(500, 2))
+        points = np.vstack([points, near[np.abs(near).max(axis=1) < math.pi / 2]])
+    delta = math.atan(vehicle.signed_drag_ratio)
+    b1, b2 = points[:, 0] - delta, points[:, 1] + delta
+    shares = hover_thrust_shares(np.hstack([points, points]), vehicle).min(axis=1)
+    enough = (b1 * b2 < 0) & (shares >= share)
+    inside = region.contains(points)
+    outside = ~shapely.intersects(region.outer, shapely.points(points))
+    assert not (inside & ~enough).any()
+    assert not (outside & enough).any()
+    assert not (inside & outside).any()
+    assert (inside == enough).mean() > 0.9
+
+
+def bottleneck(value: Callable[..., Any], region: Any, discs: Discs, size: int) -> float:
+    """Return the highest level of a grid's cells through which discs can be joined."""
+    axis = np.linspace(-math.pi / 2, math.pi / 2, size)
+    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    grid = np.column_stack([a1.ravel(), a2.ravel()])
+    usable = region.contains(grid).reshape(a1.shape)
+    height = np.where(usable, value(a1, a2), -np.inf)
+    masks = [np.hypot(a1 - x, a2 - y) <= r for (x, y), r in zip(discs.centers, discs.radii, strict=True)]
+    low, high = 0.0, 3.0
+    for _ in range(12):
+        middle = (low + high) / 2
+        labels, _ = ndimage.label(height >= middle, structure=np.ones((3, 3)))
+        reached = set.intersection(*(set(labels[mask]) - {0} for mask in masks))
+        low, high = (middle, high) if reached else (low, middle)
+    return low
+
+
+def least_share(a1: Any, a2: Any) -> Any:
+    return hover_thrust_shares(np.stack([a1, a2, a1, a2], axis=-1)).min(axis=-1)
+
+
+@pytest.mark.parametrize("objective", ["singular_value", "hover_reserve"])
+def test_highest_level_agrees_with_a_grid(objective: Any) -> None:
+    centers = [(-1.2, 0.2), (-0.1, 1.2)]
+    discs = discs_of(centers, 0.15)
+    region = admissible_region(PAPER, sign="positive", floor=0.05)
+    bracket = highest_level(region, objective, discs, PAPER, clearance=2e-5)
+    assert 0 < bracket.lower <= bracket.upper <= bracket.lower * (1 + 1e-3)
+    value = least_singular_value_on_red if objective == "singular_value" else least_share
+    assert bottleneck(value, region, discs, 401) == pytest.approx(bracket.upper, abs=0.015)
+
+
+def test_highest_level_finds_the_pass_between_obstacles() -> None:
+    """Two discs of high level, joined only through a gate where the level is lower."""
+    from gaitgraph.regions import Zones
+
+    zones = Zones(keep_out=[[(-1.57, 0.6), (-1.3, 0.6), (-1.3, 0.7), (-1.57, 0.7)],
+                            [(-1.25, 0.6), (0.2, 0.6), (0.2, 0.7), (-1.25, 0.7)]])  # fmt: skip
+    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
+    discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
+    bracket = highest_level(region, "singular_value", discs, PAPER, clearance=2e-5)
+    gate = np.array([(a, b) for a in np.linspace(-1.3, -1.25, 51) for b in np.linspace(0.6, 0.7, 51)])
+    highest = least_singular_value_on_red(*gate.T).reshape(51, 51)
+    assert bracket.upper == pytest.approx(highest.max(axis=0).min(), abs=2e-3)
+    ends = [least_singular_value_on_red(*center) for center in discs.centers]
+    assert bracket.upper < min(ends) - 0.05
+
+
+# Lengths
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_polygon_through_discs_is_shorter_than_the_bound(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    discs = Discs(centers=rng.uniform(-1, 1, (5, 2)), radii=rng.uniform(0, 0.3, 5))
+    points, bound = shortest_loop(discs)
+    found = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
+    assert bound <= found <= bound + 1e-4
+    for _ in range(500):
+        way = rng.normal(size=(5, 2))
+        tried = discs.centers + way / np.linalg.norm(way, axis=1, keepdims=True) * discs.radii[:, None]
+        assert np.linalg.norm(np.roll(tried, -1, axis=0) - tried, axis=1).sum() >= bound - 1e-12
+
+
+def test_the_bound_of_points_bends_around_obstacles() -> None:
+    from gaitgraph.regions import Zones
+
+    zones = Zones(keep_out=[[(-0.7, 0.6), (-0.5, 0.6), (-0.5, 1.0), (-0.7, 1.0)]])
+    region = admissible_region(PAPER, sign="positive", zones=zones)
+    discs = discs_of([(-1.0, 0.8), (-0.2, 0.8)], 0.0)
+    around = 2 * (2 * math.hypot(0.3, 0.2) + 0.2)
+    assert least_loop_length(discs, region) == pytest.approx(around, abs=1e-9)
+    assert least_loop_length(discs) == pytest.approx(1.6, abs=1e-9)
+
+
+# Results
+
+
+@pytest.fixture(scope="module")
+def robust() -> OptimalGait:
+    return optimal_gait(SQUARE, radius=0.1, sign="negative", pieces=32)
+
+
+@pytest.fixture(scope="module")
+def swift() -> OptimalGait:
+    return optimal_gait(SQUARE, radius=0.1, objective="tilt_rate", sign="negative", period=2.0, pieces=32)
+
+
+def test_the_worst_case_is_the_best_of_all_loops(robust: OptimalGait) -> None:
+    assert robust
+    assert robust.curve is not None
+    assert robust.value is not None
+    assert robust.bound is not None
+    sampled = least_singular_value(robust.curve.at(np.linspace(0, 1, 3000)))
+    assert robust.value - 1e-9 <= sampled.min() <= robust.value + 1e-3
+    assert robust.value <= robust.bound <= robust.value * (1 + 2e-3)
+    # No loop is better than the best point of its worst disc.
+    best = []
+    for x, y in SQUARE:
+        turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41))
+        best.append(least_singular_value_on_red(x + reach * np.cos(turn), y + reach * np.sin(turn)).max())
+    assert robust.bound == pytest.approx(min(best), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["robust", "swift"])
+def test_a_found_gait_holds_between_samples(name: str, request: pytest.FixtureRequest) -> None:
+    found: OptimalGait = request.getfixturevalue(name)
+    assert found.curve is not None
+    assert found.report is not None
+    assert found.optimality is not None
+    assert found.report.flyable
+    assert found.gait.check().flyable
+    plane = plane_of(found)
+    assert admissible_region(PAPER, sign="negative").contains(plane).all()
+    passes = found.curve.at(found.times)[:, :2]  # type: ignore[arg-type]
+    assert np.linalg.norm(passes - np.array(SQUARE), axis=1).max() <= 0.1 + 1e-9
+    assert found.optimality.violation <= 1e-9
+    assert found.optimality.stationarity < 1e-5
+    times = np.array(found.times)
+    assert (times[1:] > times[:-1]).all()
+    rates = found.curve.at(np.linspace(0, found.period, 20_001), 1)
+    effort = np.trapezoid((rates**2).sum(axis=1), dx=found.period / 20_000)
+    assert effort == pytest.approx(found.effort, rel=1e-6)
+    assert list(found.history) == sorted(found.history, reverse=True)
+    assert found.history[-1] == pytest.approx(found.effort)
+
+
+def test_effort_is_not_less_than_its_bound_and_scales_with_the_period(swift: OptimalGait) -> None:
+    assert swift.bound is not None
+    assert swift.value is not None
+    length = shortest_loop(discs_of(SQUARE, 0.1))[1]
+    assert swift.bound == pytest.approx(2 * length**2 / 2.0)
+    assert swift.bound < swift.value < 1.05 * swift.bound
+    slower = optimal_gait(SQUARE, radius=0.1, objective="tilt_rate", sign="negative", period=4.0, pieces=32)
+    assert slower.value == pytest.approx(swift.value / 2, rel=1e-6)
+
+
+def test_no_small_change_needs_less_effort(swift: OptimalGait) -> None:
+    region = admissible_region(PAPER, sign="negative")
+    discs = discs_of(SQUARE, 0.1)
+    within = component_meeting(region.inner, discs)
+    assert within is not None
+    problem = LeastEffort(within, discs, CLEARANCE)
+    started = problem.start(np.array(SQUARE), np.arange(4), 32)
+    assert started is not None
+    loop, history = problem.solve(started)
+    assert loop.effort == pytest.approx(swift.value, rel=1e-6)  # over 2 s and twice for two pairs of arms
+    assert history == sorted(history, reverse=True)
+    rng = np.random.default_rng(4)
+    tried = 0
+    for _ in range(2000):
+        step = rng.normal(size=loop.points.shape) * 10.0 ** rng.uniform(-5, -2)
+        # Slow changes, so that they are not all lost to roughness.
+        step = np.fft.ifft(np.fft.fft(step, axis=0) * (np.abs(np.fft.fftfreq(32)) < 0.15)[:, None], axis=0).real
+        moved = np.concatenate([[0.0], np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)])
+        other = SmoothLoop(points=loop.points + step, passes=moved)
+        if discs.misses(other.passed()) <= 0 and problem.keeps_inside(other.points):
+            tried += 1
+            assert other.effort >= loop.effort * (1 - 1e-7)
+    assert tried > 5
+
+
+def test_points_are_passed_exactly_and_more_pieces_come_nearer_to_the_bound() -> None:
+    gaps = []
+    for pieces in (24, 48):
+        found = optimal_gait(SQUARE, radius=0, objective="tilt_rate", sign="negative", pieces=pieces)
+        assert found.passed is not None
+        assert found.optimality is not None
+        np.testing.assert_allclose(found.passed[:, :2], SQUARE, atol=1e-12)
+        assert found.bound == pytest.approx(2 * math.pi**2, rel=1e-9)
+        gaps.append(found.optimality.gap)
+    assert 0 < gaps[1] < gaps[0] / 1.5
+
+
+def test_a_loop_bends_around_an_obstacle() -> None:
+    block = shapely.box(0.6, -0.95, 0.95, -0.3)
+    found = optimal_gait(
+        [SQUARE[0], SQUARE[1], SQUARE[2]],
+        radius=[0.05, 0.05, 0.0],
+        objective="tilt_rate",
+        sign="negative",
+        keep_out=[list(block.exterior.coords)[:-1]],
+    )
+    assert found
+    assert found.optimality is not None
+    assert not shapely.intersects(block, shapely.LineString(plane_of(found)))
+    assert shapely.distance(block, shapely.LineString(plane_of(found))) < 0.02
+    assert "the border of the flyable region" in found.optimality.active
+
+
+def test_hover_reserve_counts_both_limits() -> None:
+    discs = discs_of([(-0.5, 0.4), (-0.8, 0.9)], 0.05)
+    free = optimal_gait(discs.centers, radius=0.05, objective="hover_reserve", sign="positive", pieces=16)
+    shares = hover_thrust_shares(free.curve.at(np.linspace(0, 1, 2000)))  # type: ignore[union-attr]
+    assert shares.min() == pytest.approx(free.value, abs=1e-3)
+    weight = 0.429 * 9.8
+    limited = PAPER.replace(max_thrust=0.6 * weight)
+    found = optimal_gait(
+        discs.centers, radius=0.05, objective="hover_reserve", sign="positive", pieces=16, vehicle=limited
+    )
+    shares = hover_thrust_shares(found.curve.at(np.linspace(0, 1, 2000)))  # type: ignore[union-attr]
+    reserve = min(shares.min(), 0.6 - shares.max())
+    assert found.value is not None
+    assert found.bound is not None
+    assert found.value - 1e-9 <= reserve <= found.bound + 1e-6
+    assert found.value > 0.995 * found.bound
+    assert found.bound <= 0.3
+    level = level_region("hover_reserve", found.bound * 1.001, limited).outer
+    assert component_meeting(level, discs) is None
+    with pytest.raises(MissingConstant):
+        optimal_gait([(0, 0)], objective="hover_reserve", vehicle=Vehicle(drag_ratio=0.1, max_thrust=1.0))
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_a_single_disc_is_a_gait_that_stands_still(objective: Any) -> None:
+    found = optimal_gait([(-0.6, 0.5)], radius=0.2, objective=objective, sign="positive", pieces=8)
+    assert found.effort == 0
+    assert found.report is not None
+    assert found.report.flyable
+    x, y = plane_of(found, 2)[0]
+    assert math.hypot(x + 0.6, y - 0.5) <= 0.2
+    if objective != "tilt_rate":
+        value = least_singular_value_on_red if objective == "singular_value" else least_share
+        turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
+        best = value(-0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)).max()
+        assert found.value == pytest.approx(best, rel=2e-3)
+        assert found.bound is not None
+        assert found.bound >= best - 1e-12
+
+
+def test_discs_that_share_a_point_merge() -> None:
+    found = optimal_gait([(-0.6, 0.5), (-0.5, 0.5)], radius=0.3, objective="tilt_rate", sign="positive", pieces=8)
+    assert found.value == 0
+    assert np.ptp(plane_of(found), axis=0).max() == 0
+    assert "nothing" in str(found)
+
+
+def test_mirrored_spin_mirrors_the_answer(robust: OptimalGait) -> None:
+    mirrored = PAPER.replace(first_rotor_spin="counterclockwise")
+    found = optimal_gait(-np.array(SQUARE), radius=0.1, pieces=32, vehicle=mirrored)
+    assert found.sign == "negative"  # (α, κ) → (−α, −κ) leaves R as it is
+    assert found.bound == pytest.approx(robust.bound, rel=1e-5)
+    assert found.value == pytest.approx(robust.value, rel=1e-3)
+
+
+def test_answers_that_are_no() -> None:
+    far = optimal_gait([(1.2, 1.2)], sign="positive")
+    assert not far
+    assert far.status == "infeasible"
+    assert "waypoint 1" in str(far.reason)
+    assert "the nearest flyable point" in str(far.reason)
+    assert far.as_mapping()["path"] == []
+    with pytest.raises(Infeasible):
+        _ = far.gait
+    with pytest.raises(Infeasible):
+        far.table()
+    apart = optimal_gait([(-0.2, 0.2), (0.8, -0.8)], radius=0.05)
+    assert "R > 0: waypoint 2" in str(apart.reason)
+    assert "R < 0: waypoint 1" in str(apart.reason)
+    walled = optimal_gait(
+        [(-0.2, 0.2), (-1.0, 1.0)], sign="positive", keep_in=[[(-0.3, 0.1), (-0.1, 0.1), (-0.1, 0.3), (-0.3, 0.3)],
+                                                            [(-1.1, 0.9), (-0.9, 0.9), (-0.9, 1.1), (-1.1, 1.1)]]
+    )  # fmt: skip
+    assert "waypoints 1 and 2 lie in different parts" in str(walled.reason)
+    assert "no point of the plane" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"waypoints": []}, "waypoints: []"),
+        ({"waypoints": 3}, "waypoints: 3"),
+        ({"waypoints": [(0, 0)] * 41}, "waypoints: 41 given; allowed are 40"),
+        ({"waypoints": [(0, 0), (1,)]}, "waypoint 2: (1,)"),
+        ({"waypoints": [(0, 2)]}, "waypoint 1 alpha2: 2"),
+        ({"waypoints": [(0, "x")]}, "waypoint 1 alpha2: 'x' is no angle"),
+        ({"radius": -0.1}, "radius: -0.1"),
+        ({"radius": [0.1, 0.2]}, "radius: 2 for 1 waypoints"),
+        ({"radius": math.nan}, "radius: nan is no angle"),
+        ({"objective": "tilt"}, "objective: 'tilt'; allowed are singular_value"),
+        ({"objective": 3}, "objective: 3"),
+        ({"sign": "both"}, "sign: 'both'"),
+        ({"floor": -1}, "floor: -1"),
+        ({"period": 0}, "period: 0"),
+        ({"pieces": 7}, "pieces: 7; allowed is a whole number from 8"),
+        ({"pieces": True}, "pieces: True"),
+        ({"concession": 0}, "concession: 0"),
+        ({"vehicle": "paper"}, "vehicle: 'paper'"),
+        ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(options: dict[str, Any], told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        optimal_gait(**{"waypoints": [(0, 0)], **options})
+    assert str(refused.value).startswith(told)
+    assert "\n" not in str(refused.value)
+
+
+def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:
+    points = [(-0.2, 0.2), (-0.2, 0.2), (-0.6, 0.6), (-0.2, 0.2)]
+    found = optimal_gait(points, radius=[0.1, 0.05, 0.1, 0.02], objective="tilt_rate", sign="positive", pieces=8)
+    assert found.radius.tolist() == [0.02, 0.1]
+    assert found.warnings == ("merged 2 waypoints that repeated the one before",)
+
+
+def test_rates_are_judged_along_the_curve() -> None:
+    quick = PAPER.replace(max_tilt_rate=1.0, max_tilt_acceleration=1.0)
+    asked: dict[str, Any] = {"radius": 0, "objective": "tilt_rate", "sign": "negative", "pieces": 24}
+    found = optimal_gait(SQUARE, vehicle=quick, **asked)
+    assert found.report is not None
+    assert found.curve is not None
+    assert not found.report.flyable
+    assert "tilt_rate" in [check.name for check in found.report.checks if not check.ok]
+    t = np.linspace(0, 1, 50_001)
+    for name, order in (("tilt_rate", 1), ("tilt_acceleration", 2)):
+        peak = float(np.abs(found.curve.at(t, order)).max())
+        assert found.report[name].value == pytest.approx(peak, rel=1e-3)
+        assert found.report[name].value >= peak * (1 - 1e-12)  # type: ignore[operator]
+    slow = optimal_gait(SQUARE, vehicle=quick, period=60.0, **asked)
+    assert slow.report is not None
+    assert slow.report.flyable
+    assert slow.reason is None
+
+
+def test_the_same_request_gives_the_same_bytes(swift: OptimalGait) -> None:
+    again = optimal_gait(SQUARE, radius=0.1, objective="tilt_rate", sign="negative", period=2.0, pieces=32)
+    assert json.dumps(again.as_mapping()) == json.dumps(swift.as_mapping())
+
+
+def test_tables_and_json_are_read_again(swift: OptimalGait, tmp_path: Path) -> None:
+    table = swift.table(samples=200)
+    assert (table.alpha[0] == table.alpha[-1]).all()
+    assert validate(table).flyable
+    slope = np.diff(table["alpha1"]) / np.diff(table["t"])
+    middle = (table["alpha1_rate"][1:] + table["alpha1_rate"][:-1]) / 2
+    np.testing.assert_allclose(slope, middle, atol=0.01)
+    saved = tmp_path / "gait.json"
+    saved.write_text(json.dumps(swift.as_mapping()))
+    assert validate(read_table(saved)).flyable
+    assert "any gait through these discs has at least" in str(swift)
+    with pytest.raises(InputError):
+        swift.table(samples=0)
+
+
+def test_the_command_prints_writes_and_says_no(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "gait.csv"
+    words = ["--objective", "tilt_rate", "--sign", "negative", "--pieces", "16", "--json", "--output", str(output)]
+    points = [word for a1, a2 in SQUARE for word in ("--waypoint", f"{a1},{a2}")]
+    asked = [*points, *words, "--radius", "5deg"]
+    assert optimize_command.main(asked, standalone_mode=False) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["status"] == "found"
+    assert answer["radius"] == pytest.approx([math.radians(5)] * 4)
+    assert answer["value"] >= answer["bound"] > 0
+    assert len(read_table(output)) == 101
+    assert optimize_command.main(["--waypoint", "1.2,1.2"], standalone_mode=False) == 1
+    assert "no gait: " in capsys.readouterr().out
+    with pytest.raises(InputError, match="waypoints: none given"):
+        optimize_command.main([], standalone_mode=False)
