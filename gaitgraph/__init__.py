@@ -9,9 +9,13 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, coloring, palettes, paintings, regions, segments, gait, margins, attitudes, reports,
-stretches, rules, checks, timing, graph, contract, search, requests, summary, plans, planning, ways, enumeration,
-circuits, simplecycles, catalog, tables, reading, validation, exchange, transitions, robustness, drawing, plots,
+vehicle, invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, borders, outlines, areas, visibility, gait, margins, attitudes, reports,
+stretches, rules, checks, timing,
+polynomials, chords, curves, rounding, limits, speeds, laws, jerks, rests, routes, pacedgait, pacing, servos,
+fibergrid, graph, contract, loads, search, rasters, compact, sweeps, bottlenecks, walks, requests, obstacles, summary, plans, gridloops, anyangle, whereabouts, fiberloops, planning, ways, enumeration,
+circuits, simplecycles, catalog, tables, reading, validation, exchange, transitions, splines, corridors,
+programs, efforts, levels, tours, optima, optimal, retargeted, retargeting,
+robustness, drawing, plots,
 figures, cli.
 """
 
@@ -24,6 +28,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from gaitgraph.angles import angle_from_text
+    from gaitgraph.areas import Region, admissible_region
     from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
     from gaitgraph.circuits import Cycle, Cycles, cycles
     from gaitgraph.coloring import types_may_be_adjacent
@@ -38,7 +43,8 @@ if TYPE_CHECKING:
         OutputExists,
     )
     from gaitgraph.exchange import gait_of
-    from gaitgraph.gait import Gait, lift, vertices
+    from gaitgraph.fibers import fiber_points
+    from gaitgraph.gait import Gait, lift, lift_to_fiber, vertices
     from gaitgraph.graph import surface_graph
     from gaitgraph.invertibility import (
         Coefficients,
@@ -60,6 +66,8 @@ if TYPE_CHECKING:
         nearest_singular_attitude,
         tilt_margin,
     )
+    from gaitgraph.optima import OptimalGait, Optimality
+    from gaitgraph.optimal import optimal_gait
     from gaitgraph.paintings import Coloring, Colorings, colorings
     from gaitgraph.palettes import ColoringObstacle
     from gaitgraph.planning import plan_loop
@@ -67,23 +75,38 @@ if TYPE_CHECKING:
     from gaitgraph.reading import read_table
     from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
+    from gaitgraph.retargeted import Retargeted
+    from gaitgraph.retargeting import retarget
     from gaitgraph.robustness import Robustness, RobustnessReport, robustness_of
     from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.timing import TimedGait, parametrize
     from gaitgraph.transitions import Transition, transition
+    from gaitgraph.unfolding import shortest_leg_across
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+    from gaitgraph.visibility import ShortestPaths
+    from gaitgraph.whereabouts import whereabouts_of
 
 _HOMES = {
     "angles": ("angle_from_text",),
-    "attitudes": ("AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"),
+    "areas": (
+        "Region",
+        "admissible_region",
+    ),
+    "attitudes": (
+        "AcceptableAttitudes",
+        "SingularCurve",
+        "acceptable_attitudes",
+        "singular_curve",
+    ),
+    "circuits": (
+        "Cycle",
+        "Cycles",
+        "cycles",
+    ),
     "coloring": ("types_may_be_adjacent",),
-    "paintings": ("Coloring", "Colorings", "colorings"),
-    "palettes": ("ColoringObstacle",),
     "contract": ("validate_graph",),
-    "circuits": ("Cycle", "Cycles", "cycles"),
-    "exchange": ("gait_of",),
     "errors": (
         "ContractError",
         "FileProblem",
@@ -93,7 +116,14 @@ _HOMES = {
         "MissingConstant",
         "OutputExists",
     ),
-    "gait": ("Gait", "lift", "vertices"),
+    "exchange": ("gait_of",),
+    "fibers": ("fiber_points",),
+    "gait": (
+        "Gait",
+        "lift",
+        "lift_to_fiber",
+        "vertices",
+    ),
     "graph": ("surface_graph",),
     "invertibility": (
         "Coefficients",
@@ -115,18 +145,61 @@ _HOMES = {
         "nearest_singular_attitude",
         "tilt_margin",
     ),
+    "optima": (
+        "OptimalGait",
+        "Optimality",
+    ),
+    "optimal": ("optimal_gait",),
+    "paintings": (
+        "Coloring",
+        "Colorings",
+        "colorings",
+    ),
+    "palettes": ("ColoringObstacle",),
     "planning": ("plan_loop",),
     "plans": ("Plan",),
-    "reports": ("Check", "Report"),
-    "requests": ("PlanRequest",),
-    "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
-    "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
-    "surface": ("root_arrays", "roots", "sheet_grid"),
     "reading": ("read_table",),
-    "timing": ("TimedGait", "parametrize"),
-    "transitions": ("Transition", "transition"),
+    "reports": (
+        "Check",
+        "Report",
+    ),
+    "requests": ("PlanRequest",),
+    "retargeted": ("Retargeted",),
+    "retargeting": ("retarget",),
+    "robustness": (
+        "Robustness",
+        "RobustnessReport",
+        "robustness_of",
+    ),
+    "simplecycles": (
+        "NoCycle",
+        "SimpleCycle",
+        "simple_cycle",
+    ),
+    "surface": (
+        "root_arrays",
+        "roots",
+        "sheet_grid",
+    ),
+    "timing": (
+        "TimedGait",
+        "parametrize",
+    ),
+    "transitions": (
+        "Transition",
+        "transition",
+    ),
+    "unfolding": ("shortest_leg_across",),
     "validation": ("validate",),
-    "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
+    "vehicle": (
+        "PAPER",
+        "Vehicle",
+        "preset_names",
+        "vehicle_from_mapping",
+        "vehicle_named",
+    ),
+    "visibility": ("ShortestPaths",),
+    "whereabouts": ("whereabouts_of",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -148,12 +221,17 @@ __all__ = [
     "InputError",
     "MissingConstant",
     "NoCycle",
+    "OptimalGait",
+    "Optimality",
     "OutputExists",
     "Plan",
     "PlanRequest",
+    "Region",
     "Report",
+    "Retargeted",
     "Robustness",
     "RobustnessReport",
+    "ShortestPaths",
     "SimpleCycle",
     "SingularCurve",
     "TimedGait",
@@ -161,6 +239,7 @@ __all__ = [
     "Vehicle",
     "__version__",
     "acceptable_attitudes",
+    "admissible_region",
     "angle_from_text",
     "attitude_sensitivities",
     "coefficients_of",
@@ -170,23 +249,28 @@ __all__ = [
     "cycles",
     "decoupling_matrix",
     "determinant",
+    "fiber_points",
     "gait_of",
     "hover_thrust_shares",
     "least_singular_value",
     "least_singular_value_within",
     "level_determinant",
     "lift",
+    "lift_to_fiber",
     "nearest_singular_attitude",
+    "optimal_gait",
     "parametrize",
     "pitch_sensitivity",
     "plan_loop",
     "preset_names",
     "read_table",
+    "retarget",
     "robustness_of",
     "roll_sensitivity",
     "root_arrays",
     "roots",
     "sheet_grid",
+    "shortest_leg_across",
     "simple_cycle",
     "singular_curve",
     "surface_graph",
@@ -198,6 +282,7 @@ __all__ = [
     "vehicle_from_mapping",
     "vehicle_named",
     "vertices",
+    "whereabouts_of",
     "zero_moment_direction",
 ]
 

@@ -613,17 +613,22 @@ def _singular_value_polygons(
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
         return _box(0, 0, 0, 0), _box(0, 0, 0, 0)
-    reach = math.acos(alone)
-    centers = (delta - math.pi, delta, delta + math.pi)
-    strips = _union(_box(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers)
-    straight = strips.intersection(mirrored(strips))
+    outside, inside = (_strips(delta, math.acos(alone) - margin) for margin in (0.0, _TOUCH if floor else 0.0))
     if floor == 0:
-        return straight, straight
+        return inside, outside
     if floor < accuracy / 2:
         # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
         band = weak_block(accuracy / 2, kappa, accuracy / 32)
-        return straight.difference(_moved(band, accuracy / 16)), straight
-    return _without(weak_block(block, kappa, min(_tolerance(accuracy), block / 16)), straight, accuracy / 2)
+        return inside.difference(_moved(band, accuracy / 16)), outside
+    band = weak_block(block, kappa, min(_tolerance(accuracy), block / 16))
+    return inside.difference(_moved(band, accuracy / 2)), outside.difference(_moved(band, -accuracy / 2))
+
+
+def _strips(delta: float, reach: float) -> BaseGeometry:
+    """Return where |cos β1| and |cos β2| are at least cos(reach)."""
+    centers = (delta - math.pi, delta, delta + math.pi)
+    found = _union(_box(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers)
+    return found.intersection(mirrored(found))
 
 
 def tilt_region(limit: float) -> Region:

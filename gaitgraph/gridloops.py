@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import text_from_angle
+from gaitgraph.compact import compact_graph
 from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
-from gaitgraph.graph import WAYPOINT_SNAP, nodes_above, surface_graph
+from gaitgraph.graph import MOST_DIVISIONS, WAYPOINT_SNAP, nodes_above, surface_graph
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.obstacles import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.plans import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.regions import separating_factor
 from gaitgraph.search import Blocked, Use, best_order, closed_walk
-from gaitgraph.surface import COLORS
+from gaitgraph.surface import COLORS, Color
+from gaitgraph.walks import compact_order, compact_walk, reachable_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -69,6 +71,8 @@ def grid_candidates(
         # Some waypoint has no root at all with this sign: no need to build the graph.
         found.obstacles += [waypoint_obstacle(min(lacking[c]), request, coefficients, c, sign) for c in colors]
         return found
+    if graph is None and request.divisions > MOST_DIVISIONS:
+        return _compact_candidates(request, coefficients, sign, progress)
     if progress is not None and graph is None:
         progress(f"building the graph with {RELATION[sign]}")
     on = graph if graph is not None else _graph(request, coefficients, sign)
@@ -160,6 +164,60 @@ def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], order: tuple[int, ...], re
     return loop_of(path, order, request, sign)
 
 
+def _compact_candidates(
+    request: PlanRequest, coefficients: Coefficients, sign: Any, progress: Callable[[str], None] | None
+) -> Candidates:
+    """Return the best loop on a grid too large for a graph of objects: the first color and use that has one."""
+    found = Candidates()
+    uses: dict[Color, tuple[Use, ...]] = {"red": ("flyable", "valid"), "blue": ("valid",)}
+    for color in COLORS:
+        if request.color not in ("auto", color):
+            continue
+        missing = rootless(request, coefficients, color, sign)
+        if missing:
+            found.obstacles.append(waypoint_obstacle(min(missing), request, coefficients, color, sign))
+            continue
+        for use in uses[color]:
+            graph = compact_graph(
+                sign,
+                request.divisions,
+                use=use,
+                vehicle=request.vehicle,
+                coefficients=coefficients,
+                waypoints=request.waypoints,
+                zones=request.zones,
+                floor=request.floor,
+                colors=[color],
+                progress=progress,
+            )
+            order = tuple(range(len(graph.stops)))
+            if request.any_order and all(graph.stops):
+                best = compact_order(graph, [nodes[0] for nodes in graph.stops], progress=progress)
+                if best is not None:
+                    order = best.order
+                    if not best.exact:
+                        found.notes[heuristic_order(len(order))] = None
+            stops = [graph.stops[k] for k in order]
+            walk = compact_walk(graph, stops, objective=request.objective, progress=progress)  # type: ignore[arg-type]
+            if not isinstance(walk, Blocked):
+                path = Gait(
+                    alpha=walk.alpha,
+                    colors=walk.colors,
+                    vehicle=request.vehicle,
+                    coefficients=coefficients,
+                    crossing_tolerance=math.pi / (2 * request.divisions),
+                )
+                found.loops.append(loop_of(path, order, request, sign))
+                found.notes["alternatives are not searched on so many divisions"] = None
+                return found
+            if use == "valid":
+                ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
+                points = [request.waypoints[k] for k in ends]
+                counts = tuple(reachable_nodes(graph, graph.stops[k][0]) for k in ends)
+                found.obstacles.append(_separated(points, counts, request, color, sign))
+    return found
+
+
 def _separation(
     graph: nx.Graph[Any], stops: list[list[Any]], leg: int, request: PlanRequest, color: str, sign: str
 ) -> Obstacle:
@@ -172,6 +230,13 @@ def _separation(
     view = subgraph_view(graph, filter_edge=usable)
     ends = stops[leg], stops[(leg + 1) % len(stops)]
     points = [(graph.nodes[nodes[0]]["alpha1"], graph.nodes[nodes[0]]["alpha2"]) for nodes in ends]
+    counts = tuple(len(node_connected_component(view, nodes[0])) for nodes in ends)
+    return _separated(points, counts, request, color, sign)
+
+
+def _separated(
+    points: Sequence[Sequence[float]], counts: tuple[int, ...], request: PlanRequest, color: str, sign: str
+) -> Obstacle:
     numbers = tuple(request.waypoints.index(min(request.waypoints, key=lambda w: math.dist(w, p))) + 1 for p in points)
     wall = separating_factor(points[0], points[1], request.vehicle) if color == "red" else None
     if wall is None:
@@ -183,5 +248,5 @@ def _separation(
         kind="separated",
         message=f"{color}, {RELATION[sign]}: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}",
         waypoints=numbers,
-        components=tuple(len(node_connected_component(view, nodes[0])) for nodes in ends),
+        components=counts,
     )

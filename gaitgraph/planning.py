@@ -156,6 +156,7 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         not timeless,
         not report.valid,
         -round(robustness, 3) if objective == "robust" else 0.0,
+        round(loop.thrust, 9) if objective == "thrust" else 0.0,
         round(loop.travel, 9),
         loop.color != "red",
         loop.sign != "positive",

@@ -6,7 +6,10 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gaitgraph.errors import Infeasible
+from gaitgraph.loads import loads_of, mean_load
 from gaitgraph.timing import TimedGait, parametrize
 
 if TYPE_CHECKING:
@@ -55,6 +58,13 @@ class Loop:
     def length(self) -> float:
         """Length in the (α1, α2) plane [rad]."""
         return self.path.length
+
+    @property
+    def thrust(self) -> float:
+        """The integral along the loop of the largest hover thrust share, in units of m·g, by its nodes [rad]."""
+        loads = loads_of(self.path.alpha, self.path.colors, self.path.vehicle)
+        steps = np.linalg.norm((self.path.ends - self.path.alpha)[:, :2], axis=1)
+        return float(steps @ mean_load(loads, np.roll(loads, -1)))
 
     @property
     def travel(self) -> float:

@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.compact import checked_compact_divisions
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.fibers import stops_on_families
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.graph import DEFAULT_DIVISIONS, checked_divisions
+from gaitgraph.graph import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
 from gaitgraph.reports import DEFAULT_FLOOR
@@ -48,7 +49,7 @@ Point = tuple[float, ...]
 _CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust"),
+    "objective": ("shortest", "robust", "thrust"),
     "method": ("grid", "exact"),
     "sheets": ("planes", "all"),
 }
@@ -69,9 +70,10 @@ class PlanRequest:
     sign
         Sign of R: "positive", "negative" or "auto".
     objective
-        "shortest", or "robust": the best worst-case least singular value, then the shortest.
+        "shortest"; "robust": the best worst-case least singular value, then the shortest; or "thrust", on the grid:
+        the least integral of the largest hover thrust share along the loop (:mod:`gaitgraph.loads`).
     divisions
-        Pieces into which [−π/2, π/2] is cut by the grid; 16 if it is not given.
+        Pieces into which [−π/2, π/2] is cut by the grid, at most 4096; 16 if it is not given.
     vehicle
         A vehicle, a preset's name, or a TOML file.
     coefficients
@@ -85,7 +87,7 @@ class PlanRequest:
         Run the loop the other way.
     method
         "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
-        `divisions` are given, else exact.
+        `divisions` or the objective "thrust" are given, else exact.
     sheets
         "planes": the red and the blue sheet; "all": the two fibres too, where a waypoint may be a point
         (α1, α2, α3, α4) on one of them. See :mod:`gaitgraph.fiberloops`.
@@ -129,7 +131,7 @@ class PlanRequest:
         method: str | None = self.method
         divisions: int | None = self.divisions
         if method is None:
-            put("method", "exact" if divisions is None else "grid")
+            put("method", "exact" if divisions is None and self.objective != "thrust" else "grid")
         if divisions is None:
             put("divisions", DEFAULT_DIVISIONS)
         for name, allowed in _CHOICES.items():
@@ -137,10 +139,12 @@ class PlanRequest:
             if not isinstance(value, str) or value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
                 raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
+        if self.objective == "thrust" and self.method == "exact":
+            raise InputError("objective: 'thrust'; allowed with the method exact are shortest, robust")
         for name in ("any_order", "reverse"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name}: {shown(getattr(self, name))}; allowed are true and false")
-        put("divisions", checked_divisions(self.divisions))
+        put("divisions", checked_compact_divisions(self.divisions))
         checked_clock(self.period, self.law)
         if not 0 <= number_of(self.floor) < math.inf:
             raise InputError(f"floor: {shown(self.floor)}; allowed is a finite number ≥ 0 (a singular value)")

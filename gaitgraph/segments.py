@@ -309,6 +309,29 @@ def _bounds_without_decomposition(
     return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
 
 
+def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return a lower bound of the least singular value, level, on segments of the red sheet, without halving them.
+
+    The two lone values are cosines, whose least is known. The 2×2 block is √2·B with |det B| = |D|,
+    D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ, whose range follows from those of both terms; and the squares of the
+    singular values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f.
+    """
+    kappa = vehicle.signed_drag_ratio
+    delta, quarter = math.atan(kappa), math.pi / 2
+    first, second = starts[:, :2], ends[:, :2]
+    shift = np.array([-delta, delta]) + quarter
+    alone = _least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
+    mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
+    low, high = _range_of_sine(first @ mix + shift, second @ mix + shift)
+    low, high = np.array([1 / math.cos(delta), abs(kappa)]) * np.stack([low, high])
+    sums = (low[:, 1], high[:, 1]) if kappa > 0 else (-high[:, 1], -low[:, 1])
+    minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
+    return np.asarray(
+        math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
+    )
+
+
 def keeps_singular_value_above(
     starts: npt.ArrayLike, ends: npt.ArrayLike, floor: float, vehicle: Vehicle = PAPER
 ) -> npt.NDArray[np.bool_]:
@@ -318,7 +341,7 @@ def keeps_singular_value_above(
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     if _on_red(starts, ends):
-        above = np.zeros(len(starts), dtype=bool)  # the closed form there costs less than a bound
+        above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
         above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
     open_ = ~above
@@ -338,6 +361,14 @@ def _least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
     """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
     zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
     return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def _range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
+    s0, s1, turn = np.sin(x0), np.sin(x1), 2 * math.pi
+    top = np.floor(x0 / turn - 0.25) != np.floor(x1 / turn - 0.25)
+    bottom = np.floor(x0 / turn + 0.25) != np.floor(x1 / turn + 0.25)
+    return np.where(bottom, -1.0, np.minimum(s0, s1)), np.where(top, 1.0, np.maximum(s0, s1))
 
 
 def _where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:

@@ -32,6 +32,8 @@ Point = tuple[float, float]
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
 _DIRECT = -1
+_WIDER = 1e-6  # how much wider a wedge is drawn than it is [rad]
+_SHORTEST_SIDE = 1e-8  # of a shorter one the direction is not known that well
 
 
 def orientation(a: Point, b: Point, c: Point) -> float:
@@ -52,6 +54,21 @@ def orientation(a: Point, b: Point, c: Point) -> float:
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
     exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
     return float(exact) or math.copysign(math.ulp(0.0), exact) * bool(exact)
+
+
+def _overlap(apex: Point, cone: tuple[Point, Point], wedge: tuple[Point, Point]) -> tuple[Point, Point] | None:
+    """Return what two cones of less than half a turn have in common, by points on its right and left edge, or None."""
+
+    def holds(edges: tuple[Point, Point], point: Point) -> bool:
+        return orientation(apex, edges[0], point) >= 0 and orientation(apex, point, edges[1]) >= 0
+
+    if holds(cone, wedge[0]):
+        low = wedge[0]
+    elif holds(wedge, cone[0]):
+        low = cone[0]
+    else:
+        return None
+    return low, wedge[1] if holds(cone, wedge[1]) else cone[1]
 
 
 def _pair(point: npt.ArrayLike) -> Point:
@@ -168,8 +185,17 @@ class ShortestPaths:
         """Return whether a point lies in the region, to within 1e-9."""
         return bool(self._containers(_pair(point)))
 
-    def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
-        """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
+    def _seen(
+        self,
+        point: Point,
+        containers: Iterable[int],
+        goal: tuple[Point, frozenset[int]] | None,
+        wedges: Iterable[tuple[Point, Point]] | None = None,
+    ) -> set[int]:
+        """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones.
+
+        With `wedges`, each the points on its right and left edge, only what lies in them need be seen.
+        """
         points, triangles, neighbors, sides = self._points, self._triangles, self._neighbors, self._sides
         holding = goal[1] if goal else frozenset()
         target = goal[0] if goal else point
@@ -184,7 +210,8 @@ class ShortestPaths:
                 a, b = points[right], points[left]
                 if orientation(point, a, b) > 0:
                     seen.update(number for number in (right, left) if number in sides)
-                    stack.append((neighbors[t][k], right, left, a, b))
+                    cones = [(a, b)] if wedges is None else (_overlap(point, (a, b), wedge) for wedge in wedges)
+                    stack += [(neighbors[t][k], right, left, *cone) for cone in cones if cone is not None]
         while stack:
             t, right, left, low, high = stack.pop()
             if t < 0:
@@ -204,21 +231,42 @@ class ShortestPaths:
                 stack.append((neighbors[t][(k + 2) % 3], apex, left, place if above >= 0 else low, high))
         return seen
 
-    def _touches(self, corner: int, point: Point) -> bool:
-        """Return whether a straight line from a point may bend around a corner: it passes its two sides."""
+    def _touches(self, corner: int, point: Point, tolerance: float = 0.0) -> bool:
+        """Return whether a straight line from a point may bend around a corner: it passes its two sides.
+
+        With a tolerance also if the point may be on the line of a side: one that is taken as inside may lie beyond it.
+        """
         sides = self._sides[corner]
         if sides is None:
             return True
         place = self._points[corner]
         first, second = (orientation(point, place, side) for side in sides)
-        return first * second >= 0
+        if first * second >= 0:
+            return True
+        reaches = (tolerance * math.dist(place, side) for side in sides)
+        return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
+
+    def _wedges(self, corner: int) -> list[tuple[Point, Point]] | None:
+        """Return where a taut path may go on from a corner: between each side and the other's extension, or anywhere.
+
+        A path leaves a corner between those only if both sides are on one side of it. The extensions are drawn a little
+        too wide, for their rounding; :meth:`_touches` decides.
+        """
+        sides, (x, y) = self._sides[corner], self._points[corner]
+        if sides is None or min(math.dist(side, (x, y)) for side in sides) < _SHORTEST_SIDE:
+            return None
+        before, after = sides
+        (u, v), (p, q) = (before[0] - x, before[1] - y), (x - after[0], y - after[1])
+        ahead = (x - u + _WIDER * v, y - v - _WIDER * u)
+        back = (x + p + _WIDER * q, y + q - _WIDER * p)
+        return [(after, ahead), (back, before)]
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
             place = self._points[corner]
             view = []
-            for other in sorted(self._seen(place, self._fans[corner], None) - {corner}):
+            for other in sorted(self._seen(place, self._fans[corner], None, self._wedges(corner)) - {corner}):
                 there = self._points[other]
                 if self._touches(corner, there) and self._touches(other, place):
                     view.append((other, math.dist(place, there)))
@@ -244,7 +292,30 @@ class ShortestPaths:
         array of shape (k, 2), or None
             The start, the corners where the path bends, the end. None if an end lies outside or in another part.
         """
-        return self._search(_pair(start), _pair(end))
+        first, last = _pair(start), _pair(end)
+        found = self._search(first, last)
+        if found is not None:
+            return found
+        # A point that rounding puts beside its border may see nothing along it; from just inside it does.
+        moved = [self._inwards(point) for point in (first, last)]
+        found = self._search(*moved) if moved != [first, last] else None
+        if found is not None:
+            found[0], found[-1] = first, last
+        return found
+
+    def _inwards(self, point: Point) -> Point:
+        """Return a point beside the border, or on it but for rounding, moved to just inside; any other as it is."""
+        containers = self._containers(point)
+        if not containers:
+            return point
+        offset = ((np.asarray(point) - self._corners[containers[0]]) * self._normals[containers[0]]).sum(axis=-1)
+        if len(containers) > 1 or offset.min() > _TOLERANCE:
+            return point
+        center = self._corners[containers[0]].mean(axis=0)
+        reach = ((center - self._corners[containers[0]]) * self._normals[containers[0]]).sum(axis=-1).min()
+        share = min(1.0, 4 * _TOLERANCE / max(reach, _TOLERANCE))
+        x, y = ((1 - share) * np.asarray(point) + share * center).tolist()
+        return x, y
 
     def _search(self, start: Point, end: Point) -> FloatArray | None:
         here, there = self._containers(start), self._containers(end)
@@ -259,7 +330,7 @@ class ShortestPaths:
         last = {
             corner: dist(points[corner], end)
             for corner in self._seen(end, there, None)
-            if points[corner] == end or self._touches(corner, end)
+            if points[corner] == end or self._touches(corner, end, 2 * _TOLERANCE)
         }
         if not last:
             return None
@@ -267,7 +338,7 @@ class ShortestPaths:
         parent: dict[int, int] = {}
         heap: list[tuple[float, int, float]] = []
         for corner in sorted(seen):
-            if points[corner] == start or self._touches(corner, start):
+            if points[corner] == start or self._touches(corner, start, 2 * _TOLERANCE):
                 best[corner] = dist(start, points[corner])
                 heappush(heap, (best[corner] + dist(points[corner], end), corner, best[corner]))
         shortest, final = math.inf, _DIRECT

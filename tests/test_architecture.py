@@ -5,17 +5,23 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
+import click
+
 import gaitgraph as gg
+from gaitgraph import cli
 
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "files", "vehicle", "invertibility", "surface", "coloring", "palettes", "paintings",
-    "regions", "segments", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing",
-    "graph", "contract", "search", "requests", "summary", "plans", "planning", "ways", "enumeration",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring", "palettes", "paintings",
+    "regions", "segments", "borders", "outlines", "areas", "visibility", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing",
+    "polynomials", "chords", "curves", "rounding", "limits", "speeds", "laws", "jerks", "rests", "routes", "pacedgait", "pacing", "servos",
+    "fibergrid", "graph", "contract", "loads", "search", "rasters", "compact", "sweeps", "bottlenecks", "walks", "requests", "obstacles", "summary", "plans", "gridloops", "anyangle", "whereabouts", "fiberloops", "planning", "ways", "enumeration",
     "circuits", "simplecycles", "catalog", "tables", "reading", "validation", "exchange", "transitions",
+    "splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimal", "retargeted", "retargeting",
     "robustness", "drawing", "plots", "figures", "cli", "__main__",
 )  # fmt: skip
 
@@ -29,6 +35,10 @@ DELEGATIONS = {
 
 # The rooms of the sub-package plots, in its order; its __init__ gathers what they offer.
 PLOTS = ("vehicles", "roots", "types", "regions", "gaits")
+
+# Those of the sub-package cli: what commands share, in order, and the files of commands, which import only that.
+CLI = ("commands", "options", "terminal")
+COMMANDS = ("plan", "region", "optimising", "pacing", "cycles", "judge", "roots", "write", "vehicles")
 
 
 def source_of(module: str) -> str:
@@ -64,7 +74,7 @@ def test_each_room_imports_only_from_rooms_before_it() -> None:
     delegations = set()
     for position, module in enumerate(ORDER):
         for room, function in imports(module):
-            if room == module and room == "plots":
+            if room == module and room in ("plots", "cli"):
                 continue  # its own order is tested below
             if ORDER.index(room) >= position:
                 assert function is not None, f"{module} imports {room}, which comes later"
@@ -78,6 +88,30 @@ def test_the_rooms_of_plots_import_only_from_those_before_them() -> None:
         source = (PACKAGE / "plots" / f"{module}.py").read_text()
         used = [line.split()[1].split(".")[2] for line in source.splitlines() if "from gaitgraph.plots." in line]
         assert all(PLOTS.index(room) < position for room in used), module
+
+
+def test_the_files_of_the_command_line_import_only_what_commands_share() -> None:
+    assert {path.stem for path in (PACKAGE / "cli").glob("*.py")} == {*CLI, *COMMANDS, "__init__"}
+    for module in (*CLI, *COMMANDS, "__init__"):
+        allowed = CLI[: CLI.index(module)] if module in CLI else CLI
+        tree = ast.parse((PACKAGE / "cli" / f"{module}.py").read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("gaitgraph.cli"):
+                assert (node.module or "").removeprefix("gaitgraph.cli").removeprefix(".") in allowed, module
+
+
+def test_every_command_is_in_the_file_that_is_told() -> None:
+    told = {(file, name) for name, file in cli._FILES.items()}
+    there = {
+        (file, name.removesuffix("_command").replace("_", "-"))
+        for file in COMMANDS
+        for name, value in vars(import_module(f"gaitgraph.cli.{file}")).items()
+        if isinstance(value, click.Command)
+    }
+    assert told == there
+    for name in cli._FILES:
+        assert cli.cli.commands[name].name == name
+        assert isinstance(cli.cli.commands[name], cli.commands.Command)
 
 
 def test_the_docstring_tells_the_same_order() -> None:
@@ -103,7 +137,18 @@ def test_help_loads_nothing_heavy() -> None:
     assert loaded_by("import gaitgraph") == set()
     for arguments in ("--help", "--version"):
         assert loaded_by(run.format(arguments)) <= {"click"}
-    assert loaded_by(run.format("plan").replace("['plan']", "['plan', '--help']")) <= {"click"}
+    for command in cli._FILES:
+        assert loaded_by(run.format(command).replace("]", ", '--help']")) <= {"click"}
+
+
+def test_a_command_loads_no_file_of_another() -> None:
+    script = (
+        "import sys\nfrom gaitgraph.cli import main\n"
+        "try:\n    main(['roots', '--help'])\nexcept SystemExit:\n    pass\n"
+        "print(*(name.split('.')[2] for name in sys.modules if name.startswith('gaitgraph.cli.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert set(done.stdout.splitlines()[-1].split()) == {*CLI, "roots"}
 
 
 def test_planning_loads_shapely_only_for_polygons() -> None:

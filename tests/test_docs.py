@@ -40,6 +40,11 @@ EXPECTED = {
     "graph_tour": "Graph with 294 nodes and 1038 edges",
     "robustness_of_a_gait": "biased by 0.8          74.46°      85.15 %   0.3754",
     "draw_a_gait": "figure_15.svg",
+    "where_a_waypoint_lies": "0.1000 rad away is (0.5000, -0.9000)",
+    "least_period": "least period: 0.950 s with rests, 0.729 s rounded",
+    "gait_on_a_fiber": "travel 5.7841 rad on the grid, 5.2589 rad straight; valid True",
+    "best_gait": "radius 0.1: least singular value 0.592, at most 0.592, 13.44 rad²/s",
+    "retarget_a_gait": "moved by 0.4566 rad at most (row 11), 0.3477 rad rms",
 }
 
 

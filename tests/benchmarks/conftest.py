@@ -15,6 +15,10 @@ AIMS = {
     "acceptable attitudes per sample against a raster of formula (1)": "at most 1/50",
     "tilt margins of ten million samples against numpy.sin": "at most 5",
     "closed walk on the built graph against networkx": "at most 0.5",
+    "corner to corner at 1025 x 1025, two sheets, against bare scipy csgraph": "at most 1.2",
+    "searching per node of the grid, against networkx": "at most 1/15",
+    "corner to corner at 1025 x 1025, compiled, against bare scipy csgraph": "at most 1.2",
+    "least period of a square loop under rate and acceleration limits against toppra": "at most 1",
 }
 
 
