@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
     from gaitgraph.circuits import Cycle, Cycles, cycles
     from gaitgraph.coloring import types_may_be_adjacent
+    from gaitgraph.compact import CompactGraph, compact_graph
     from gaitgraph.contract import validate_graph
     from gaitgraph.errors import (
         ContractError,
@@ -86,26 +87,16 @@ if TYPE_CHECKING:
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
     from gaitgraph.visibility import ShortestPaths
+    from gaitgraph.walks import CompactWalk, compact_loop, compact_walk
     from gaitgraph.whereabouts import whereabouts_of
 
 _HOMES = {
     "angles": ("angle_from_text",),
-    "areas": (
-        "Region",
-        "admissible_region",
-    ),
-    "attitudes": (
-        "AcceptableAttitudes",
-        "SingularCurve",
-        "acceptable_attitudes",
-        "singular_curve",
-    ),
-    "circuits": (
-        "Cycle",
-        "Cycles",
-        "cycles",
-    ),
+    "areas": ("Region", "admissible_region"),
+    "attitudes": ("AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"),
+    "circuits": ("Cycle", "Cycles", "cycles"),
     "coloring": ("types_may_be_adjacent",),
+    "compact": ("CompactGraph", "compact_graph"),
     "contract": ("validate_graph",),
     "errors": (
         "ContractError",
@@ -118,12 +109,7 @@ _HOMES = {
     ),
     "exchange": ("gait_of",),
     "fibers": ("fiber_points",),
-    "gait": (
-        "Gait",
-        "lift",
-        "lift_to_fiber",
-        "vertices",
-    ),
+    "gait": ("Gait", "lift", "lift_to_fiber", "vertices"),
     "graph": ("surface_graph",),
     "invertibility": (
         "Coefficients",
@@ -139,66 +125,28 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
-    "margins": (
-        "attitude_sensitivities",
-        "least_singular_value_within",
-        "nearest_singular_attitude",
-        "tilt_margin",
-    ),
-    "optima": (
-        "OptimalGait",
-        "Optimality",
-    ),
+    "margins": ("attitude_sensitivities", "least_singular_value_within", "nearest_singular_attitude", "tilt_margin"),
+    "optima": ("OptimalGait", "Optimality"),
     "optimal": ("optimal_gait",),
-    "paintings": (
-        "Coloring",
-        "Colorings",
-        "colorings",
-    ),
+    "paintings": ("Coloring", "Colorings", "colorings"),
     "palettes": ("ColoringObstacle",),
     "planning": ("plan_loop",),
     "plans": ("Plan",),
     "reading": ("read_table",),
-    "reports": (
-        "Check",
-        "Report",
-    ),
+    "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
     "retargeted": ("Retargeted",),
     "retargeting": ("retarget",),
-    "robustness": (
-        "Robustness",
-        "RobustnessReport",
-        "robustness_of",
-    ),
-    "simplecycles": (
-        "NoCycle",
-        "SimpleCycle",
-        "simple_cycle",
-    ),
-    "surface": (
-        "root_arrays",
-        "roots",
-        "sheet_grid",
-    ),
-    "timing": (
-        "TimedGait",
-        "parametrize",
-    ),
-    "transitions": (
-        "Transition",
-        "transition",
-    ),
+    "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
+    "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
+    "surface": ("root_arrays", "roots", "sheet_grid"),
+    "timing": ("TimedGait", "parametrize"),
+    "transitions": ("Transition", "transition"),
     "unfolding": ("shortest_leg_across",),
     "validation": ("validate",),
-    "vehicle": (
-        "PAPER",
-        "Vehicle",
-        "preset_names",
-        "vehicle_from_mapping",
-        "vehicle_named",
-    ),
+    "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
     "visibility": ("ShortestPaths",),
+    "walks": ("CompactWalk", "compact_loop", "compact_walk"),
     "whereabouts": ("whereabouts_of",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
@@ -211,6 +159,8 @@ __all__ = [
     "Coloring",
     "ColoringObstacle",
     "Colorings",
+    "CompactGraph",
+    "CompactWalk",
     "ContractError",
     "Cycle",
     "Cycles",
@@ -244,6 +194,9 @@ __all__ = [
     "attitude_sensitivities",
     "coefficients_of",
     "colorings",
+    "compact_graph",
+    "compact_loop",
+    "compact_walk",
     "control_force_matrix",
     "control_moment_matrix",
     "cycles",

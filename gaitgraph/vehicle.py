@@ -40,9 +40,11 @@ _UNITS = {
     "max_tilt": "rad",
     "max_tilt_rate": "rad/s",
     "max_tilt_acceleration": "rad/s²",
+    "max_tilt_jerk": "rad/s³",
     "max_thrust": "N",
+    "servo_lag": "s",
 }
-_ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration"})
+_ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,8 +84,12 @@ class Vehicle:
         Largest |dαᵢ/dt| [rad/s].
     max_tilt_acceleration
         Largest |d²αᵢ/dt²| [rad/s²].
+    max_tilt_jerk
+        Largest |d³αᵢ/dt³| [rad/s³].
     max_thrust
         Largest thrust of one rotor [N].
+    servo_lag
+        Time constant of the tilt servos as first-order lags [s].
 
     Raises
     ------
@@ -115,7 +121,9 @@ class Vehicle:
     max_tilt: float | None = None
     max_tilt_rate: float | None = None
     max_tilt_acceleration: float | None = None
+    max_tilt_jerk: float | None = None
     max_thrust: float | None = None
+    servo_lag: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
@@ -266,6 +274,7 @@ def _presets() -> dict[str, Vehicle]:
         inertia=(0.0627958, 0.0620796, 0.0948795),
         first_arm_angle=math.pi / 4,
         first_rotor_spin="counterclockwise",
+        servo_lag=0.048,
     )
     return {vehicle.name: vehicle for vehicle in (PAPER, beetle)}
 

@@ -35,7 +35,7 @@ __all__ = ["plan_command", "transition_command"]
 @click.option("--color", metavar="NAME", help="auto, red or blue.  [default: auto]")
 @click.option("--sign", metavar="NAME", help="Sign of R: auto, positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
-@click.option("--objective", metavar="NAME", help="shortest or robust.  [default: shortest]")
+@click.option("--objective", metavar="NAME", help="shortest, robust or thrust.  [default: shortest]")
 @click.option(
     "--method",
     metavar="NAME",
