@@ -36,7 +36,9 @@ POSITIVE = (
     "max_tilt",
     "max_tilt_rate",
     "max_tilt_acceleration",
+    "max_tilt_jerk",
     "max_thrust",
+    "servo_lag",
 )
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -0.0, -1.0, math.inf, -math.inf),
@@ -67,7 +69,9 @@ other_statements = st.fixed_dictionaries(
         "max_tilt": maybe,
         "max_tilt_rate": maybe,
         "max_tilt_acceleration": maybe,
+        "max_tilt_jerk": maybe,
         "max_thrust": maybe,
+        "servo_lag": maybe,
     },
 )
 vehicles = st.builds(lambda drag, rest: Vehicle(**drag, **rest), drag_statements, other_statements)

@@ -1,0 +1,43 @@
+"""
+Where a waypoint lies
+=====================
+
+The admissible regions of the red sheet are polygons whose borders come from closed forms. They tell in which
+component a waypoint lies, whether two can be joined, why one cannot be used, and which usable point is nearest.
+"""
+
+import math
+
+from gaitgraph import PAPER
+from gaitgraph.areas import admissible_region, sign_components
+from gaitgraph.regions import Zones
+
+# %%
+# R = 0 divides the sheet into seven components, told apart by the signs of the three factors of R.
+
+for part in sign_components():
+    print(f"{part.label!s:12} R {'>' if part.sign > 0 else '<'} 0, area {part.region.area:.4f} rad²")
+
+# %%
+# What is flyable: R of one sign, well invertible, all rotors pushing up at hover, and out of a keep-out polygon.
+
+zones = Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
+region = admissible_region(PAPER, zones=zones)
+print("\n".join(f"component {k}: {part.area:.4f} rad²" for k, part in enumerate(region.components)))
+
+# %%
+# Two waypoints can be joined if one component holds both, around the keep-out if need be.
+
+here, there, other = (0.4, -0.9), (1.0, -0.9), (-0.4, 0.4)
+print("joined:", region.joined(here, there), region.joined(here, other))
+
+# %%
+# Waypoints that cannot be used: the reason, and the nearest point that can.
+
+for point in ((0.6, -0.9), (0.1, -0.4), (0.17, -0.16)):
+    found = region.nearest(point)
+    assert found is not None
+    assert region.contains(found)[0]
+    print(
+        f"{point}: {region.why_not(point)}; {math.dist(point, found):.4f} rad away is ({found[0]:.4f}, {found[1]:.4f})"
+    )

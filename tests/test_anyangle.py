@@ -1,0 +1,486 @@
+"""Any-angle loops: against visibility graphs built edge by edge, bounds, the grid in its limit, and the grid's requests."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import combinations, pairwise, permutations
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from scipy.spatial import ConvexHull
+
+import gaitgraph as gg
+from gaitgraph.anyangle import meeting_points, region_of, straight_loop_holds
+from gaitgraph.invertibility import coefficients_of, least_singular_value_on_red
+from gaitgraph.regions import red_label
+from gaitgraph.requests import PlanRequest, request_of
+from gaitgraph.segments import keeps_singular_value_above
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.plans import Loop, Plan
+
+Point = tuple[float, float]
+G1, G2, G3, G4 = GAITS
+STRONG = gg.Vehicle(drag_ratio=0.4)
+MIRRORED = gg.PAPER.replace(first_rotor_spin="counterclockwise")
+VEHICLES: dict[str, dict[str, Any]] = {
+    "published": {},
+    "exact": {"coefficients": "exact"},
+    "beetle": {"vehicle": "beetle_omni"},
+    "strong": {"vehicle": STRONG},
+    "mirrored": {"vehicle": MIRRORED},
+}
+WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
+
+
+def exact(waypoints: Any, **request: Any) -> Plan:
+    return gg.plan_loop(waypoints, method="exact", **request)
+
+
+def planned(plan: Plan) -> Loop:
+    assert plan.loop is not None, plan.reason
+    return plan.loop
+
+
+def perimeter(points: Any) -> float:
+    rows = [tuple(row) for row in np.asarray(points, dtype=float)[:, :2].tolist()]
+    return sum(math.dist(a, b) for a, b in pairwise([*rows, rows[0]]))
+
+
+def octile(a: Point, b: Point) -> float:
+    x, y = sorted((abs(a[0] - b[0]), abs(a[1] - b[1])))
+    return y + (math.sqrt(2) - 1) * x
+
+
+def bending_corners(region: Any) -> list[Point]:
+    """Where the interior angle of a polygon's ring is more than half a turn: no other corner can hold a taut string."""
+    found = []
+    for part in shapely.orient_polygons(region).geoms:
+        for ring in (part.exterior, *part.interiors):
+            points = np.array(ring.coords[:-1])
+            before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+            turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+            found += [tuple(corner) for corner in points[turn < 1e-15].tolist()]
+    return found
+
+
+def visibility(region: Any, points: list[Point], length: Callable[[Point, Point], float] = math.dist) -> nx.Graph[Any]:
+    """Every pair of bending corners and points between which the region holds the straight line, one by one."""
+    nodes = sorted({*bending_corners(region), *points})
+    shell = region.buffer(1e-11, join_style="mitre")
+    shapely.prepare(shell)
+    graph: nx.Graph[Any] = nx.Graph()
+    graph.add_nodes_from(nodes)
+    for a, b in combinations(nodes, 2):
+        if shell.covers(shapely.LineString([a, b])):
+            graph.add_edge(a, b, length=length(a, b))
+    return graph
+
+
+def shortest(graph: nx.Graph[Any], points: list[Point]) -> float:
+    legs = pairwise([*points, points[0]])
+    return sum(nx.dijkstra_path_length(graph, a, b, weight="length") for a, b in legs)
+
+
+def star(rng: np.random.Generator, center: Any, radius: float) -> list[list[float]]:
+    count = int(rng.integers(3, 7))
+    turns = 2 * pi * (np.arange(count) + rng.uniform(0, 0.8, count)) / count
+    reach = radius * rng.uniform(0.4, 1.0, count)
+    corners = center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+    return [[float(x), float(y)] for x, y in corners]
+
+
+def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, waypoints: int = 4) -> dict[str, Any]:
+    """Keep-outs strewn over the part where gaits with this sign fly, and waypoints between them."""
+    rng = np.random.default_rng(seed)
+    asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
+    free = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
+    center = np.array(free.centroid.coords[0])
+    stars = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
+    asked["keep_out"] = stars
+    if keep_in:
+        arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
+        corner = shapely.affinity.translate(shapely.union_all(arms), *center)
+        asked["keep_in"] = [list(corner.exterior.coords[:-1])]
+    region = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
+    inside: list[list[Point]] = [[] for _ in region.geoms]
+    while True:
+        x, y = (center + rng.uniform(-0.7, 0.7, 2)).tolist()
+        for part, points in zip(region.geoms, inside, strict=True):
+            if part.contains(shapely.Point(x, y)):
+                points.append((x, y))
+                chosen = points[-waypoints:]
+                if len(chosen) == waypoints and not part.covers(shapely.LineString([*chosen, chosen[0]])):
+                    return {"waypoints": chosen, **asked}
+
+
+def holds_between_samples_too(loop: Loop, request: PlanRequest) -> None:
+    """What a flyable loop promises, by decompositions and closed forms at many points, and by the certified report."""
+    s = np.linspace(0, 1, 101)[:, None, None]
+    along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
+    assert gg.least_singular_value(along, request.vehicle).min() >= request.floor - 1e-12
+    assert gg.hover_thrust_shares(along, request.vehicle).min() > 0
+    wanted = 1 if loop.sign == "positive" else -1
+    assert (wanted * gg.level_determinant(along, loop.gait.coefficients) > 0).all()
+    assert loop.gait.check(floor=request.floor).flyable
+
+
+def keeps_to_the_polygons(loop: Loop, request: PlanRequest) -> None:
+    rows = loop.path.alpha[:, :2]
+    line = shapely.LineString(np.vstack([rows, rows[:1]]))
+    for polygon in request.zones.keep_out if request.zones else ():
+        assert not line.intersects(shapely.Polygon(polygon).buffer(-1e-9))
+    if request.zones and request.zones.keep_in:
+        room = shapely.union_all([shapely.Polygon(polygon) for polygon in request.zones.keep_in])
+        assert room.buffer(1e-9).covers(line)
+
+
+def passes_in_order(loop: Loop, plan: Plan) -> None:
+    rows = [tuple(row) for row in loop.path.alpha[:, :2].tolist()]
+    at = 0
+    for point in plan.waypoints:
+        at = rows.index(point, at)
+    assert rows[0] == plan.waypoints[0]
+
+
+def is_taut(loop: Loop, waypoints: Any, region: Any) -> int:
+    """Each bend is a corner of the region, and a shortcut past it leaves the region at once; how many there are."""
+    corners = set(map(tuple, shapely.get_coordinates(region).tolist()))
+    rows = [tuple(row) for row in loop.path.alpha[:, :2].tolist()]
+    bends = 0
+    for before, bend, after in zip([rows[-1], *rows[:-1]], rows, [*rows[1:], rows[0]], strict=True):
+        if bend in waypoints:
+            continue
+        bends += 1
+        assert bend in corners
+        step = 1e-6
+        ends = [np.array(bend) + step * (np.array(end) - bend) / math.dist(end, bend) for end in (before, after)]
+        assert not region.covers(shapely.LineString(ends))
+    return bends
+
+
+CASES = [(seed, name, sign) for seed, name in enumerate(VEHICLES) for sign in ("positive", "negative")]
+
+
+@pytest.mark.parametrize(("seed", "name", "sign"), CASES)
+@pytest.mark.parametrize("keep_in", [False, True])
+def test_shortest_of_all_in_the_region(seed: int, name: str, sign: str, keep_in: bool) -> None:
+    asked = some_request(seed + 10 * keep_in, name, sign, keep_in=keep_in)
+    plan = exact(**asked)
+    loop, points, region = planned(plan), asked["waypoints"], region_of(plan.request, "red", sign, "flyable")
+    assert plan.report.flyable
+    expected = shortest(visibility(region.inner, points), points)
+    assert loop.length == pytest.approx(expected, abs=1e-9)
+    assert loop.lower_bound is not None
+    assert shortest(visibility(region.outer, points), points) == pytest.approx(loop.lower_bound, abs=1e-9)
+    assert loop.lower_bound <= loop.length + 1e-12
+    holds_between_samples_too(loop, plan.request)
+    keeps_to_the_polygons(loop, plan.request)
+    passes_in_order(loop, plan)
+    is_taut(loop, points, region.inner)
+    assert loop.length > perimeter(points)  # something was in the way
+
+
+def test_beside_what_flies_the_shorter_valid_loop_is_told() -> None:
+    """Straight between these two the least singular value dips under the floor."""
+    points = [(3 * pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)]
+    plan = exact(points, color="red", sign="negative", vehicle=STRONG, floor=0.9, accuracy=1e-4)
+    (other,) = plan.alternatives
+    assert plan.report.flyable
+    assert other.report.valid
+    assert not other.report.flyable
+    assert planned(plan).length > other.length == perimeter(points) == other.lower_bound
+
+
+def string_under(curve: Any, start: Point, end: Point) -> float:
+    """Length of a string from start to end, pulled up against a curve: the lower hull of the three, finely sampled."""
+    x = np.linspace(start[0], end[0], 200_001)[1:-1]
+    points = np.vstack([[start], np.column_stack([x, curve(x)]), [end]])
+    hull = points[np.sort(ConvexHull(points).vertices)]
+    # Of the hull the lower side: below the straight line from start to end.
+    chord = np.array(end) - start
+    lower = (chord[0] * (hull[:, 1] - start[1]) - chord[1] * (hull[:, 0] - start[0])) <= 0
+    return float(np.hypot(*np.diff(hull[lower], axis=0).T).sum())
+
+
+@pytest.mark.parametrize("kappa", [0.2, 0.5, 0.9])
+def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float) -> None:
+    vehicle = gg.Vehicle(drag_ratio=kappa)
+
+    def border(x: Any) -> Any:
+        return np.arctan(np.tan(x) - 2 * kappa)
+
+    first = math.atan(kappa) - pi / 2 + 0.2
+    start = (first, float(border(first)) - 0.01)
+    end = (-start[1], -start[0])
+    length = string_under(border, start, end)
+    assert length > math.dist(start, end) + 1e-4
+    for accuracy in (1e-3, 1e-5):
+        asked: dict[str, Any] = {"vehicle": vehicle, "accuracy": accuracy, "floor": 2.0}
+        loop = planned(exact([start, end], color="red", sign="negative", **asked))
+        assert loop.lower_bound is not None
+        assert loop.lower_bound - 1e-9 <= 2 * length <= loop.length + 1e-9
+        assert loop.length - loop.lower_bound < 8 * accuracy
+        assert len(loop.path.alpha) > 10
+
+
+def test_the_lower_bound_closes_in_on_the_length() -> None:
+    """Between the two the border of the floor, beside the corner (δ, −δ), is in the way."""
+    bounds, lengths = [], []
+    for accuracy in (1e-2, 1e-4, 1e-6):
+        plan = exact([(0.169, -0.656), (0.656, -0.169)], color="red", sign="negative", floor=0.5, accuracy=accuracy)
+        loop = planned(plan)
+        assert plan.report.flyable
+        assert loop.lower_bound is not None
+        bounds.append(loop.lower_bound)
+        lengths.append(loop.length)
+        assert loop.lower_bound < loop.length < loop.lower_bound + 8 * accuracy
+        assert loop.length > perimeter(plan.waypoints) + 1e-4
+    assert max(bounds) <= min(lengths)
+
+
+def test_between_straight_borders_the_bound_is_the_length() -> None:
+    for request_ in ({"keep_out": [WALL]}, {"keep_out": [WALL], "sign": "negative", "accuracy": 1e-2}):
+        loop = planned(exact(G3.waypoints, color="red", **request_))
+        assert loop.lower_bound == pytest.approx(loop.length, abs=1e-14)
+        # By hand: from a corner of the loop over both corners of the wall, instead of straight below them.
+        left, right = math.hypot(0.6 - pi / 8, pi / 8 - 0.2), math.hypot(3 * pi / 8 - 1.0, pi / 8 - 0.2)
+        assert loop.length == pytest.approx(3 * pi / 4 + left + 0.4 + right, abs=1e-12)
+
+
+@cache
+def nested() -> tuple[list[Point], list[Point]]:
+    """Waypoints on every grid, and a wall whose corners are nodes of 64 divisions; all legs along the 8 directions."""
+    u = pi / 64
+    wall = [(13 * u, -27 * u), (19 * u, -27 * u), (19 * u, -15 * u), (13 * u, -15 * u)]
+    return [(24 * u, -20 * u), (8 * u, -20 * u)], wall
+
+
+def test_along_the_grids_directions_a_finer_grid_ends_at_the_exact_loop() -> None:
+    points, wall = nested()
+    asked: dict[str, Any] = {"color": "red", "sign": "negative", "keep_out": [wall]}
+    best = planned(exact(points, **asked))
+    assert best.length == pytest.approx(2 * (10 * math.sqrt(2) + 6) * pi / 64, abs=1e-12)
+    lengths = [
+        planned(gg.plan_loop(points, method="grid", divisions=divisions, **asked)).length
+        for divisions in (16, 32, 64, 128)
+    ]
+    assert lengths[0] > lengths[1] > lengths[2] + 1e-3
+    assert lengths[2:] == pytest.approx([best.length] * 2, abs=1e-12)
+
+
+@pytest.mark.parametrize(("seed", "name", "sign"), [(20, "published", "negative"), (21, "strong", "positive")])
+def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name: str, sign: str) -> None:
+    """A grid path costs what its 8 directions cost: at most 1/cos(π/8) of the straight line, however fine the grid."""
+    asked = some_request(seed, name, sign)
+    points = asked["waypoints"]
+    loop = planned(exact(**asked))
+    assert loop.lower_bound is not None
+    rows = [tuple(row) for row in loop.path.alpha[:, :2].tolist()]
+    ways = [region_of(request_of(asked), "red", sign, "flyable").inner]
+    limit = shortest(visibility(ways[0], points, octile), points)
+    assert loop.length < limit <= sum(octile(a, b) for a, b in pairwise([*rows, rows[0]])) + 1e-12
+    assert limit <= loop.length / math.cos(pi / 8)
+    over = []
+    for divisions in (32, 64, 128):
+        found = gg.plan_loop(**{**asked, "method": "grid", "divisions": divisions})
+        assert found.report.flyable
+        length = planned(found).length
+        assert length >= loop.lower_bound
+        over.append(length - limit)
+        # Each waypoint and bend is passed within a cell.
+        assert -2 * asked["accuracy"] * len(rows) <= over[-1] <= 2 * len(rows) * pi / divisions
+    assert over[2] < over[0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_robust_is_at_least_as_robust_as_the_grid(seed: int) -> None:
+    name, sign = list(VEHICLES)[seed % 5], ("positive", "negative")[seed % 2]
+    asked = some_request(30 + seed, name, sign, waypoints=3) | {"objective": "robust", "accuracy": 1e-3}
+    best, found = exact(**asked), gg.plan_loop(**{**asked, "method": "grid", "divisions": 24})
+    assert best.report.flyable
+    plane = np.array(asked["waypoints"])
+    cap = float(least_singular_value_on_red(*plane.T, best.request.vehicle).min())
+    # The border of the best floor is kept to within the accuracy: a Lipschitz constant times it.
+    slack = math.sqrt(2 * (2 + best.request.vehicle.drag_ratio**2)) * 1e-3
+
+    def least(plan: Plan) -> float:
+        value = plan.report["least_singular_value"].value
+        assert value is not None
+        return value
+
+    assert found.report.flyable
+    assert cap + 1e-12 >= least(best) >= least(found) - slack
+    quick = exact(**(asked | {"objective": "shortest"}))
+    assert planned(quick).length <= planned(best).length + 1e-9
+    assert least(quick) <= least(best) + slack
+    passes_in_order(planned(best), best)
+    keeps_to_the_polygons(planned(best), best.request)
+    holds_between_samples_too(planned(best), best.request)
+
+
+def test_robust_to_a_millionth() -> None:
+    """A way as good as the worst waypoint exists: no loop is better, and the grid's is not."""
+    points = [(0.3, -0.25), (1.3, -0.35), (1.2, -1.3)]
+    quick, best = (exact(points, color="red", objective=objective) for objective in ("shortest", "robust"))
+    grid = gg.plan_loop(points, color="red", objective="robust", method="grid", divisions=16)
+    cap = float(least_singular_value_on_red(*np.array(points).T).min())
+    value, other = (plan.report["least_singular_value"].value for plan in (best, grid))
+    assert value is not None
+    assert other is not None
+    assert value == pytest.approx(cap, abs=1e-6)
+    assert value >= other - 1e-6
+    assert planned(quick).length <= planned(best).length <= planned(grid).length + 1e-9
+
+
+@pytest.mark.parametrize(("seed", "number"), [(40, 4), (41, 5), (42, 6)])
+def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
+    asked = some_request(seed, "exact", "negative", waypoints=number) | {"any_order": True}
+    points, plan = asked["waypoints"], exact(**asked)
+    graph = visibility(region_of(plan.request, "red", "negative", "flyable").inner, points)
+    ways = {a: nx.single_source_dijkstra_path_length(graph, a, weight="length") for a in points}
+    orders = ([points[0], *rest] for rest in permutations(points[1:]))
+    best = min(sum(ways[a][b] for a, b in pairwise([*order, order[0]])) for order in orders)
+    assert planned(plan).length == pytest.approx(best, abs=1e-9)
+    assert [points[k] for k in planned(plan).order] == list(plan.waypoints)
+    passes_in_order(planned(plan), plan)
+    assert best < shortest(graph, points) - 1e-6
+    again = exact(**(asked | {"waypoints": [points[k] for k in planned(plan).order], "any_order": False}))
+    assert planned(again).length == pytest.approx(best, abs=1e-12)
+
+
+def test_reverse_runs_the_same_loop_backwards() -> None:
+    asked = some_request(50, "published", "negative")
+    there, back = exact(**asked), exact(**asked, reverse=True)
+    np.testing.assert_array_equal(there.gait.reversed().alpha, back.gait.alpha)
+    assert planned(there).lower_bound == planned(back).lower_bound
+    assert back.waypoints == (there.waypoints[0], *there.waypoints[:0:-1])
+
+
+def test_turning_the_list_of_waypoints_turns_the_loop() -> None:
+    asked = some_request(51, "exact", "positive")
+    lengths = []
+    for k in range(4):
+        points = [*asked["waypoints"][k:], *asked["waypoints"][:k]]
+        lengths.append(planned(exact(**{**asked, "waypoints": points})).length)
+    assert lengths == pytest.approx([lengths[0]] * 4, abs=1e-12)
+
+
+def test_mirroring_the_vehicle_mirrors_the_loop() -> None:
+    asked = some_request(52, "exact", "negative")
+    turned: dict[str, Any] = {
+        **asked,
+        "waypoints": [(-x, -y) for x, y in asked["waypoints"]],
+        "keep_out": [[(-x, -y) for x, y in polygon] for polygon in asked["keep_out"]],
+        "vehicle": MIRRORED,
+        "sign": "auto",
+    }
+    here, there = exact(**asked), exact(**turned)
+    assert there.report.flyable
+    assert planned(there).length == pytest.approx(planned(here).length, abs=1e-9)
+
+
+def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
+    plan = exact(G3.waypoints, color="red", accuracy=0.1)
+    loop = planned(plan)
+    assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
+    assert len(loop.path.alpha) == 4
+    asked, coefficients = request_of({"waypoints": G3.waypoints}), coefficients_of()
+    assert straight_loop_holds(asked, coefficients, "red", "negative", "flyable")
+    assert not straight_loop_holds(asked, coefficients, "red", "positive", "flyable")
+    fenced = request_of({"waypoints": G3.waypoints, "keep_out": [WALL]})
+    assert not straight_loop_holds(fenced, coefficients, "red", "negative", "flyable")
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
+    """The quick answer is the report's, near every border; a step of 1e-5 to either side of it decides."""
+    rng = np.random.default_rng(60)
+    asked: dict[str, Any] = VEHICLES[name]
+    counts = {True: 0, False: 0}
+    for _ in range(120):
+        center, size = rng.uniform(-1.2, 1.2, 2), 10 ** rng.uniform(-2, 0)
+        points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
+        floor = float(rng.uniform(0.05, 0.9))
+        request = request_of({"waypoints": points, "floor": floor, **asked})
+        coefficients = coefficients_of(request.vehicle, request.coefficients)
+        gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=coefficients)
+        found = any(straight_loop_holds(request, coefficients, "red", s, "flyable") for s in ("positive", "negative"))
+        report = gait.check(floor=floor)
+        value = report["least_singular_value"].value
+        if value is not None and abs(value - floor) > 1e-5:
+            assert found is report.flyable
+            counts[found] += 1
+    assert min(counts.values()) > 10
+
+
+def test_one_two_and_repeated_waypoints() -> None:
+    point = exact([(0.7, -0.9)], color="red", keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]])
+    assert planned(point).length == planned(point).lower_bound == 0
+    assert point.report.flyable
+    there = exact([(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL])
+    rows = planned(there).path.alpha[:, :2].tolist()
+    assert rows == [[1.1, -0.35], [1.0, -0.2], [0.6, -0.2], [0.4, -0.35], [0.6, -0.2], [1.0, -0.2]]
+    twice = exact([(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)], color="red", keep_out=[WALL])
+    np.testing.assert_array_equal(planned(twice).path.alpha, planned(there).path.alpha)
+    # The same place again later in the loop is passed again.
+    again = exact([(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)], color="red", keep_out=[WALL])
+    assert planned(again).length == pytest.approx(planned(there).length + 1.3, abs=1e-12)
+
+
+def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
+    points = [(0.6, -0.4), (0.8, -0.2), (1.0, -0.6), (1.0, -0.2)]
+    loop = planned(exact(points, color="red", keep_out=[WALL]))
+    # Along the wall: round its corners, nowhere away from it.
+    assert loop.length == pytest.approx(0.2 + 0.2 + 0.2 + 0.4 + 0.4 + 0.4 + 0.2, abs=1e-12)
+    assert shapely.LinearRing(WALL).buffer(1e-12).covers(shapely.LineString(loop.path.alpha[:, :2]))
+    rng = np.random.default_rng(61)
+    for seed in range(3):
+        asked = some_request(62 + seed, "exact", "negative")
+        walls = [shapely.Polygon(polygon).exterior for polygon in asked["keep_out"]]
+        region = region_of(request_of(asked), "red", "negative", "flyable")
+        edges: list[Point] = []
+        while len(edges) < 5:
+            # Rounding leaves such a point a little inside the keep-out, or a little outside.
+            at = walls[int(rng.integers(len(walls)))].interpolate(rng.uniform(), normalized=True)
+            if region.component_of((at.x, at.y)) == 0:
+                edges.append((at.x, at.y))
+        plan = exact(**{**asked, "waypoints": edges})
+        assert planned(plan).length == pytest.approx(shortest(visibility(region.inner, edges), edges), abs=1e-8)
+        keeps_to_the_polygons(planned(plan), plan.request)
+
+
+def test_waypoints_on_sides_of_the_square() -> None:
+    points = [(pi / 2, -0.5), (0.8, -pi / 2), (0.4, -0.9)]
+    loop = planned(exact(points, color="red", floor=0.01))
+    assert loop.length == loop.lower_bound == perimeter(points)
+    bent = planned(exact([(pi / 2, -1.2), (pi / 2, -0.3)], color="red", keep_out=[[(1, -1), (2, -1), (2, -0.5)]]))
+    corner = (1.0, -1.0)
+    assert bent.length == pytest.approx(2 * (math.dist((pi / 2, -1.2), corner) + math.dist(corner, (pi / 2, -0.3))))
+
+
+@pytest.mark.parametrize("beside", [1e-6, 1e-8, 1e-10])
+def test_waypoints_closer_to_a_curved_border_than_its_polygon(beside: float) -> None:
+    """Such a waypoint is outside the polygon inside the border, and the loop passes it all the same."""
+    points = []
+    for a1 in (0.25, 0.5):
+        low, high = -1.0, -0.167
+        while high - low > 1e-15:  # where the least singular value is the floor
+            middle = (low + high) / 2
+            low, high = (middle, high) if least_singular_value_on_red(a1, middle) >= 0.5 else (low, middle)
+            if middle in (low, high) and high - low < 1e-15:
+                break
+        points.append((a1, low - beside))
+    plan = exact([*points, (1.0, -1.0)], color="red", sign="negative", floor=0.5, accuracy=1e-3)
+    loop = planned(plan)
+    passes_in_order(loop, plan)
+    assert loop.report.valid
+    assert loop.length <= perimeter(plan.waypoints) + 8e-3

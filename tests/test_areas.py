@@ -1,0 +1,625 @@
+"""Regions as polygons: inside and enclosing the truth, told apart by factors, and what is asked of them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+from scipy.integrate import quad
+
+from gaitgraph.angles import HALF_PI
+from gaitgraph.areas import (
+    Region,
+    Sign,
+    admissible_region,
+    certain_determinant,
+    hover_region,
+    sign_components,
+    sign_region,
+    singular_value_region,
+    thrust_region,
+    tilt_region,
+    zones_region,
+)
+from gaitgraph.borders import Border, Waves, cosine, zeros_of_degree_two
+from gaitgraph.checks import check_gait
+from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.gait import lift
+from gaitgraph.invertibility import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+    level_determinant,
+    level_determinant_resolution,
+    noise_of,
+)
+from gaitgraph.regions import Zones, red_label
+from gaitgraph.segments import (
+    least_singular_value_along,
+    thrust_shares_along,
+    thrusts_push_up,
+)
+from gaitgraph.surface import sheet_angles
+from gaitgraph.vehicle import PAPER, Vehicle
+
+KAPPAS = (0.01, 0.06, PAPER.drag_ratio, 0.5, 0.8, 1.5)
+VEHICLES = [
+    Vehicle(drag_ratio=0.01),
+    Vehicle(drag_ratio=0.06, first_rotor_spin="counterclockwise"),
+    Vehicle(drag_ratio=PAPER.drag_ratio),
+    Vehicle(drag_ratio=PAPER.drag_ratio, first_rotor_spin="counterclockwise"),
+    Vehicle(drag_ratio=0.8, first_rotor_spin="counterclockwise"),
+    Vehicle(drag_ratio=1.5),
+]
+names = [f"{vehicle.signed_drag_ratio:.3g}" for vehicle in VEHICLES]
+
+
+def points_near(region: Region, seed: int) -> np.ndarray[Any, Any]:
+    """Return points all over the square, and on both sides of the borders at distances from 1e-7 to 1e-3."""
+    rng = np.random.default_rng(seed)
+    out = [rng.uniform(-HALF_PI, HALF_PI, (4000, 2))]
+    for shape in (region.inner, region.outer):
+        corners = shapely.get_coordinates(shape)
+        if len(corners):
+            for distance in (1e-7, 1e-6, 1e-5, 1e-3):
+                some = corners[rng.integers(len(corners), size=400)]
+                out.append(some + distance * rng.normal(size=some.shape))
+    return np.clip(np.vstack(out), -HALF_PI, HALF_PI)
+
+
+def assert_encloses(region: Region, margin: Any, seed: int = 0, rounding: float = 1e-12) -> None:
+    """Assert inner ⊆ {margin ≥ 0} ⊆ outer at many points near the borders."""
+    points = points_near(region, seed)
+    value, shapes = margin(points), shapely.points(points)
+    inside, enclosed = shapely.covers(region.inner, shapes), shapely.covers(region.outer, shapes)
+    assert value[inside].min(initial=np.inf) > -rounding
+    assert value[~enclosed].max(initial=-np.inf) < rounding
+    assert region.inner.is_valid
+    assert region.outer.is_valid
+
+
+def red(points: Any) -> np.ndarray[Any, Any]:
+    return np.asarray(points)[:, [0, 1, 0, 1]]
+
+
+def edges(region: Region) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return the segments of the borders of `inner` on the red sheet."""
+    corners, ring = shapely.get_coordinates(shapely.get_rings(list(region.components)), return_index=True)
+    follows = ring[1:] == ring[:-1]
+    return red(corners[:-1][follows]), red(corners[1:][follows])
+
+
+def gap(region: Region) -> float:
+    """Return how far `outer` reaches from `inner`."""
+    corners = shapely.get_coordinates(region.outer)
+    some = corners[:: max(len(corners) // 300, 1)]
+    return float(shapely.distance(region.inner, shapely.points(some)).max())
+
+
+# --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
+
+
+def quadrature(label: tuple[int, int, int], kappa: float) -> float:
+    """Return the area of a component for κ > 0, by integrating the length of its sections over α2."""
+    delta = math.atan(kappa)
+    left, top = delta - HALF_PI, HALF_PI - delta
+
+    def section(y: float) -> float:
+        curve = math.atan2(math.sin(y) + 2 * kappa * math.cos(y), math.cos(y))
+        low, high = (left, HALF_PI) if label[0] > 0 else (-HALF_PI, left)
+        low, high = (low, min(high, curve)) if label[2] > 0 else (max(low, curve), high)
+        return max(high - low, 0.0)
+
+    bottom, end = (-HALF_PI, top) if label[1] > 0 else (top, HALF_PI)
+    kink = math.atan(math.tan(left) - 2 * kappa)
+    total, _ = quad(section, bottom, end, points=[kink] if bottom < kink < end else None, epsabs=1e-11, limit=400)
+    return total
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+def test_areas_of_the_components(kappa: float) -> None:
+    parts = sign_components(Vehicle(drag_ratio=kappa))
+    assert len({part.label for part in parts}) == len(parts) == 7
+    for part in parts:
+        area = quadrature(part.label, kappa)
+        assert part.region.area < area <= part.region.outer.area + 1e-15
+        assert part.region.outer.area - part.region.area < 1.2e-5
+        assert part.sign == math.prod(part.label)
+        assert len(part.region.components) == 1
+
+
+def test_the_published_areas() -> None:
+    found = sorted((part.sign, round(part.region.area, 4)) for part in sign_components())
+    assert found == [(-1, 0.4836), (-1, 0.4836), (-1, 4.3829), (1, 0.0135), (1, 0.0135), (1, 0.0279), (1, 4.4647)]
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+def test_components_have_the_signs_of_their_factors(vehicle: Vehicle) -> None:
+    parts, rng = sign_components(vehicle), np.random.default_rng(3)
+    points = rng.uniform(-HALF_PI, HALF_PI, (3000, 2))
+    labels = red_label(points[:, 0], points[:, 1], vehicle)
+    for part in parts:
+        inside = part.region.contains(points)
+        assert (labels[inside] == part.label).all()
+        enclosed = np.atleast_1d(shapely.covers(part.region.outer, shapely.points(points)))
+        assert enclosed[(labels == part.label).all(axis=1)].all()
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+def test_r_vanishes_nowhere_on_the_borders_of_inner(vehicle: Vehicle) -> None:
+    """Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends."""
+    kappa = vehicle.signed_drag_ratio
+    delta = math.atan(kappa)
+    for part in sign_components(vehicle, accuracy=1e-4):
+        starts, ends = edges(part.region)
+        steps = np.linspace(0.0, 1.0, 1025)[:, None, None]
+        a1, a2 = np.moveaxis(starts + steps * (ends - starts), -1, 0)[:2]
+        bracket = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
+        piece = np.hypot(*(ends - starts).T[:2]) / 1024
+        # |second derivative| of D along a side is at most 2·(1 + 2|κ|); cosines are concave where they are positive.
+        falls = (2 + 4 * abs(kappa)) * piece**2 / 8
+        assert (part.label[2] * bracket > falls).all()
+        assert (part.label[0] * np.cos(a1 - delta) > 0).all()
+        assert (part.label[1] * np.cos(a2 + delta) > 0).all()
+
+
+def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> None:
+    """At the saddle where β1 = −π/2 meets D = 0 two corners of R < 0 touch: the sign of R on a grid connects them."""
+    axis = np.linspace(-HALF_PI, HALF_PI, 21)[1:-1]
+    alpha1, alpha2 = np.meshgrid(axis, axis, indexing="ij")
+    alpha = np.stack([alpha1, alpha2, alpha1, alpha2], axis=-1)
+    leaked, _ = ndimage.label(level_determinant(alpha, coefficients_of(kind="exact")) < 0)
+    labels = red_label(alpha1, alpha2)
+    here, there = ((labels == label).all(axis=-1) for label in ((1, 1, -1), (-1, 1, 1)))
+    assert set(leaked[here]) == set(leaked[there]) == {1}
+    region = sign_region("negative")
+    x = math.atan(PAPER.drag_ratio) - HALF_PI
+    saddle = np.array([x, math.atan(math.tan(x) - 2 * PAPER.drag_ratio)])
+    sideways = np.array([1.0, 0.0])
+    for step in (1e-2, 1e-4, 3e-6):
+        right, left = saddle + step * sideways, saddle - step * sideways
+        assert region.contains(np.array([right, left])).all()
+        assert not region.joined(right, left)
+        assert region.joined(right, (1.178, -0.393))
+        assert region.joined(left, (-1.5, 1.2))
+
+
+# --- each condition against what it stands for -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
+def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
+    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    for seed, floor in enumerate((0.02, 0.05, 0.4, 0.95 * cap)):
+        region = singular_value_region(floor, vehicle, accuracy=accuracy)
+        assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at), vehicle) - floor, seed)
+    assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
+    assert singular_value_region(1.01 * cap + 1e-3, vehicle).outer.area < 1e-5
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    kappa=st.floats(-3, 0.7).map(lambda x: 10**x),
+    share=st.floats(0.001, 1.0),
+    accuracy=st.floats(-6, -2).map(lambda x: 10**x),
+    spin=st.sampled_from(["clockwise", "counterclockwise"]),
+)
+def test_singular_value_region_of_any_vehicle(kappa: float, share: float, accuracy: float, spin: Any) -> None:
+    vehicle = Vehicle(drag_ratio=kappa, first_rotor_spin=spin)
+    floor = share * 2 * math.sqrt((1 + kappa**2) / 3)
+    region = singular_value_region(floor, vehicle, accuracy=accuracy)
+    assert_encloses(region, lambda at: least_singular_value(red(at), vehicle) - floor, rounding=1e-11)
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES[1::2], ids=names[1::2])
+def test_the_singular_value_is_certified_along_the_borders(vehicle: Vehicle) -> None:
+    region = singular_value_region(0.3, vehicle, accuracy=1e-3)
+    starts, ends = edges(region)
+    found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
+    assert found.lower.min() >= 0.3 - 1e-12
+
+
+def test_area_above_a_floor_by_sampling() -> None:
+    axis = (np.arange(1200) + 0.5) / 1200 * math.pi - HALF_PI
+    share = np.mean(least_singular_value_on_red(axis[:, None], axis) >= 0.6)
+    assert singular_value_region(0.6).area == pytest.approx(share * math.pi**2, rel=4e-3)
+
+
+def test_floors_narrower_than_the_accuracy() -> None:
+    for floor in (1e-9, 1e-7, 3e-7):
+        region = singular_value_region(floor)
+        assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at)) - floor, rounding=1e-15)
+        assert len(region.components) == 7
+        assert region.outer.area - region.area < 1e-5
+    assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+def test_thrust_region(vehicle: Vehicle) -> None:
+    def margin(share: float) -> Any:
+        def value(at: Any) -> Any:
+            found = hover_thrust_shares(red(at), vehicle)
+            return np.minimum(
+                np.nan_to_num(found.min(axis=1), nan=-1.0), share - np.nan_to_num(found.max(axis=1), nan=9.0)
+            )
+
+        return value
+
+    for seed, share in enumerate((0.26, 0.45, 0.7, 3.0)):
+        region = thrust_region(share, vehicle)
+        # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
+        assert_encloses(region, margin(share), seed, rounding=1e-7)
+    # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
+    small = thrust_region(0.3, vehicle, accuracy=1e-3)
+    starts, ends = (
+        np.vstack(pair) for pair in zip(*(edges(small & part.region) for part in sign_components(vehicle)), strict=True)
+    )
+    upward, _, largest = thrust_shares_along(starts, ends, vehicle)
+    assert upward.all()
+    assert -largest.lower.min() <= 0.3 + 1e-4  # its own tolerance
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+def test_hover_region(vehicle: Vehicle) -> None:
+    region = hover_region(vehicle)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    for part in sign_components(vehicle):  # across R = 0 the thrusts are not determined
+        assert thrusts_push_up(*edges(region & part.region), vehicle).all()
+    assert region.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
+    assert not region.contains([delta, -delta])[0]
+    assert_encloses(region, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES[::2], ids=names[::2])
+@pytest.mark.parametrize("least", [1e-3, 0.5, 3.0])
+def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
+    exact = coefficients_of(vehicle, "exact")
+    size = float(np.abs(exact.bilinear_form).sum())
+    signs: tuple[tuple[Sign, float], ...] = (("positive", 1.0), ("negative", -1.0))
+    for sign, factor in signs:
+        region = sign_region(sign, vehicle, least=least, accuracy=1e-5)
+        assert_encloses(region, lambda at, f=factor: (f * level_determinant(red(at), exact) - least) / size)
+
+
+@pytest.mark.parametrize("sign", ["positive", "negative"])
+def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
+    coefficients = coefficients_of()
+    factor = 1.0 if sign == "positive" else -1.0
+
+    def margin(at: Any) -> Any:
+        third, fourth = sheet_angles("blue", at[:, 0], at[:, 1], coefficients)
+        return factor * level_determinant(np.column_stack([at, third, fourth]), coefficients) - noise_of(coefficients)
+
+    region = sign_region(sign, color="blue", accuracy=1e-5)
+    assert_encloses(region, margin, rounding=1e-13)
+    delta = coefficients.delta
+    wraps = (2 * delta - HALF_PI, HALF_PI - 2 * delta)
+    for part in region.components:
+        left, bottom, right, top = part.bounds
+        assert not left < wraps[0] < right
+        assert not bottom < wraps[1] < top
+    exact = sign_region(sign, color="blue", coefficients=coefficients_of(kind="exact"))
+    assert exact.inner.is_empty
+    assert exact.outer.is_empty
+    assert "R = " in (exact.why_not((0.3, 0.2)) or "")
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_inner_and_outer_are_as_near_as_stated(accuracy: float) -> None:
+    regions = [singular_value_region(floor, accuracy=accuracy) for floor in (0.5, 1.0)]
+    regions += [thrust_region(share, accuracy=accuracy) for share in (0.6, 1.0)]
+    for region in regions:
+        # Both borders are within the accuracy of the true one, and farther apart only in corners.
+        assert accuracy / 2 < gap(region) < 1.7 * accuracy
+        assert region.accuracy == accuracy
+
+
+def test_finer_regions_lie_between_coarser_ones() -> None:
+    found = [singular_value_region(0.4, accuracy=accuracy) for accuracy in (1e-2, 1e-3, 1e-5)]
+    for coarse, fine in pairwise(found):
+        assert fine.inner.buffer(1e-9).covers(coarse.inner)
+        assert coarse.outer.buffer(1e-9).covers(fine.outer)
+    assert shapely.get_num_coordinates(singular_value_region(0.4).inner) < 3000
+
+
+@pytest.mark.parametrize("kappa", KAPPAS)
+def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
+    here, there = Vehicle(drag_ratio=kappa), Vehicle(drag_ratio=kappa, first_rotor_spin="counterclockwise")
+    for make in (lambda v: singular_value_region(0.3, v), hover_region, lambda v: thrust_region(0.5, v)):
+        turned = shapely.transform(make(there).inner, np.negative)
+        assert make(here).inner.symmetric_difference(turned).area < 2e-6
+    turned = shapely.transform(sign_region("positive", there).inner, np.negative)
+    assert sign_region("positive", here).inner.symmetric_difference(turned).area < 2e-6
+
+
+# --- admissible regions and the checks of a gait ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "vehicle",
+    [
+        PAPER,
+        PAPER.replace(first_rotor_spin="counterclockwise", max_tilt=1.2),
+        PAPER.replace(max_thrust=2.2, max_tilt="80deg"),
+        Vehicle(drag_ratio=0.06),
+        Vehicle(drag_ratio=1.5, mass=1.0, max_thrust=6.0),
+    ],
+    ids=["paper", "mirrored", "limited", "small", "large"],
+)
+def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> None:
+    """A loop right along the border of a flyable component passes every check, between samples too."""
+    signs: tuple[Sign, ...] = ("positive", "negative")
+    for sign in signs:
+        region = admissible_region(vehicle, sign=sign)
+        assert region.components
+        for part in region.components:
+            corners = np.asarray(part.exterior.coords)[:-1]
+            report = check_gait(lift(corners, "red", vehicle=vehicle))
+            assert report.flyable, (sign, [check.message for check in report.checks if not check.ok])
+            assert {part.label for part in sign_components(vehicle) if part.region.contains(corners[:1])[0]} == {
+                tuple(red_label(corners[0, 0], corners[0, 1], vehicle).tolist())
+            }
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+@pytest.mark.parametrize("sign", ["positive", "negative"])
+def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any, sign: Any) -> None:
+    coefficients = coefficients_of(kind=kind)
+    region = admissible_region(use="valid", sign=sign, coefficients=coefficients, accuracy=1e-4)
+    for part in region.components:
+        corners = np.asarray(part.exterior.coords)[:-1]
+        report = check_gait(lift(corners, "red", coefficients=coefficients))
+        assert report.valid, [check.message for check in report.checks if not check.ok]
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+def test_certain_determinant_covers_what_digits_can_change(kind: Any) -> None:
+    coefficients, exact = coefficients_of(kind=kind), coefficients_of(kind="exact")
+    alpha = red(np.random.default_rng(2).uniform(-HALF_PI, HALF_PI, (20000, 2)))
+    given_, true = level_determinant(alpha, coefficients), level_determinant(alpha, exact)
+    resolution = level_determinant_resolution(alpha, coefficients)
+    least = certain_determinant(coefficients)
+    assert (np.abs(given_ - true) + resolution <= least).all()
+    assert least < 10 * resolution.max()
+
+
+def test_admissible_is_the_intersection_of_its_conditions() -> None:
+    vehicle = PAPER.replace(max_tilt=1.3, max_thrust=2.5)
+    zones = Zones(
+        keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]],
+        keep_in=[[(0, -1.2), (1.25, -1.2), (1.25, 0), (0, 0)]],
+    )
+    region = admissible_region(vehicle, zones=zones, sign="negative", least=0.0)
+    share = 2.5 / (0.429 * 9.8)
+    parts = [
+        sign_region("negative", vehicle), singular_value_region(0.05, vehicle), hover_region(vehicle),
+        thrust_region(share, vehicle), tilt_region(1.3), zones_region(zones),
+    ]  # fmt: skip
+    together = parts[0]
+    for part in parts[1:]:
+        together &= part
+    assert region.inner.symmetric_difference(together.inner).area < 2e-3  # the margins of what checks can decide
+    assert together.outer.buffer(1e-5).covers(region.inner)
+    assert len(together.conditions) == 7
+    assert admissible_region(vehicle, sign="negative") is admissible_region(vehicle, sign="negative")  # built once
+
+
+def test_nothing_on_blue_is_flyable() -> None:
+    region = admissible_region(color="blue")
+    assert region.inner.is_empty
+    assert region.nearest((0.3, 0.3)) is None
+    assert region.component_of((0.3, 0.3)) is None
+    assert "singular" in (region.why_not((0.3, 0.3)) or "")
+    assert not region.joined((0.3, 0.3), (0.3, 0.3))
+    assert admissible_region(use="valid", color="blue", sign="negative").components
+
+
+# --- what is asked of a region ---------------------------------------------------------------------------------------
+
+
+def test_components_are_sorted_and_hold_their_points() -> None:
+    region = admissible_region()
+    areas = [part.area for part in region.components]
+    assert areas == sorted(areas, reverse=True)
+    for k, part in enumerate(region.components):
+        point = part.representative_point()
+        assert region.component_of((point.x, point.y)) == k
+        assert region.joined((point.x, point.y), part.exterior.coords[0])
+    assert region.area == pytest.approx(sum(areas))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nearest_point(seed: int) -> None:
+    region = admissible_region(zones=Zones(keep_out=[[(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]]))
+    rng = np.random.default_rng(seed)
+    rings = [np.asarray(ring.coords) for part in region.components for ring in (part.exterior, *part.interiors)]
+    along = np.vstack(
+        [a + t * (b - a) for ring in rings for a, b in pairwise(ring) for t in np.linspace(0, 1, 33)[:, None]]
+    )
+    for point in rng.uniform(-2.0, 2.0, (60, 2)):
+        found = region.nearest(point)
+        assert found is not None
+        assert region.contains(found)[0]
+        assert region.nearest(found) == found
+        if region.contains(point)[0]:
+            assert found == tuple(point)
+        else:
+            best = float(np.hypot(*(along - point).T).min())
+            away = math.dist(found, point)
+            assert best - 0.08 <= away <= best + 1e-12
+
+
+def test_user_polygons_are_exact() -> None:
+    square = [(0.0, 0.0), (0.3, 0.1), (0.2, 0.4), (-0.1, 0.3)]
+    region = zones_region(Zones(keep_out=[square], keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]]))
+    between = [
+        (np.asarray(a) * (1 - t) + np.asarray(b) * t)
+        for a, b in zip(square, square[1:] + square[:1], strict=True)
+        for t in (0.0, 0.3, 0.77)
+    ]
+    assert region.contains(between).all()
+    assert not region.contains([0.1, 0.2])[0]
+    assert region.contains([[1.0, 1.0], [1.0, 1.0 + 1e-9]]).tolist() == [True, False]
+    assert set(square) <= {tuple(at) for at in shapely.get_coordinates(region.inner).tolist()}
+    assert region.accuracy == 0.0
+    assert region.inner.equals(region.outer)
+
+
+@pytest.mark.parametrize(
+    ("point", "told"),
+    [
+        ((0.5, -0.5), "R = -6.336 at level attitude, wanted is R ≥ 0.0035"),
+        ((0.1, -0.3), "hover thrusts of"),
+        ((-1.55, 0.2), "tilt 1.5500 rad, wanted is ≤ 1.2000"),
+        ((0.16, -0.16), "least singular value"),
+        ((-0.3, 0.3), "inside keep_out polygon 2"),
+        ((-1.1, 1.1), "outside the keep_in polygons"),
+    ],
+)
+def test_why_not_names_the_condition(point: tuple[float, float], told: str) -> None:
+    polygons = [[(2, 2), (3, 2), (3, 3)], [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)]]
+    zones = Zones(keep_out=polygons, keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]])
+    region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
+    assert told in (region.why_not(point) or "")
+    assert region.why_not((-0.5, 0.5)) is None
+
+
+def test_why_not_right_at_a_border_and_for_thrust() -> None:
+    region = singular_value_region(0.5, accuracy=1e-2)
+    points = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
+    near = points[(least_singular_value(red(points)) >= 0.5) & ~region.contains(points)]
+    assert len(near)
+    assert region.why_not(near[0]) == "closer to the border than the accuracy of the region (0.01 rad)"
+    told = thrust_region(0.3).why_not((1.0, -1.0)) or ""
+    assert told.startswith("largest hover thrust ")
+    assert told.endswith("wanted is ≤ 0.3")
+    either = admissible_region(use="valid").why_not((0.0, HALF_PI - math.atan(PAPER.drag_ratio))) or ""
+    assert either.startswith("R = ")
+    assert "or" in either
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: sign_components(accuracy=1e-10),
+        lambda: singular_value_region(0.1, accuracy=0.2),
+        lambda: singular_value_region(-0.1),
+        lambda: singular_value_region(math.nan),
+        lambda: thrust_region(0.0),
+        lambda: thrust_region(math.inf),
+        lambda: tilt_region("1"),  # type: ignore[arg-type]
+        lambda: sign_region("up"),  # type: ignore[arg-type]
+        lambda: sign_region("positive", color="green"),  # type: ignore[arg-type]
+        lambda: sign_region("positive", least=-1.0),
+        lambda: admissible_region(use="fun"),  # type: ignore[arg-type]
+        lambda: admissible_region(color="green"),  # type: ignore[arg-type]
+        lambda: admissible_region(sign="none"),  # type: ignore[arg-type]
+        lambda: admissible_region(floor=math.nan),
+        lambda: hover_region().contains([1.0, 2.0, 3.0]),
+        lambda: hover_region().nearest((math.nan, 0.0)),
+        lambda: hover_region().component_of("here"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(ask: Any) -> None:
+    with pytest.raises(InputError, match="; allowed (is|are) ") as raised:
+        ask()
+    assert "\n" not in str(raised.value)
+
+
+def test_a_thrust_limit_needs_the_mass() -> None:
+    with pytest.raises(MissingConstant, match="mass"):
+        admissible_region(Vehicle(drag_ratio=0.1, max_thrust=1.0))
+
+
+# --- what borders are followed with ----------------------------------------------------------------------------------
+
+
+def some_waves(seed: int, count: int = 3) -> Waves:
+    rng = np.random.default_rng(seed)
+    return Waves(np.column_stack([rng.normal(size=count), rng.integers(-2, 3, (count, 2)), rng.uniform(0, 6, count)]))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_waves_add_multiply_and_bend(seed: int) -> None:
+    one, two = some_waves(seed), some_waves(seed + 100)
+    points = np.random.default_rng(seed).uniform(-3, 3, (50, 2))
+    np.testing.assert_allclose((one * two + 0.5).at(points), one.at(points) * two.at(points) + 0.5, atol=1e-12)
+    np.testing.assert_allclose((one * -2.0).at(points), -2 * one.at(points), atol=1e-12)
+    angle, step = 0.7 * seed, 1e-4
+    along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
+    ahead, behind = one.at(points + step * along), one.at(points - step * along)
+    np.testing.assert_allclose((ahead - behind) / (2 * step), np.sum(one.slopes_at(points) * along, axis=1), atol=1e-6)
+    bends = (ahead - 2 * one.at(points) + behind) / step**2
+    np.testing.assert_allclose(bends, one.bends_at(points, along), atol=1e-6)
+    assert (np.abs(bends) <= one.most(2) + 1e-6).all()
+
+
+def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
+    """cos x + cos y = 2 − ε is nearly a circle; its true distance from a chord is known by bisection."""
+    level = 2 - 0.02
+    border = Border(rest=cosine(1, 0) + cosine(0, 1) + -level)
+    angles = np.linspace(0, 2 * math.pi, 60)
+
+    def at(angle: float) -> np.ndarray[Any, Any]:
+        low, high = 0.0, 1.0
+        for _ in range(80):
+            middle = (low + high) / 2
+            inside = math.cos(middle * math.cos(angle)) + math.cos(middle * math.sin(angle)) > level
+            low, high = (middle, high) if inside else (low, middle)
+        return np.array([low * math.cos(angle), low * math.sin(angle)])
+
+    for first, second in pairwise(angles):
+        p, q = at(first), at(second)
+        bound = float(border.deviation(p[None], q[None], 0.004)[0])
+        normal = np.array([-(q - p)[1], (q - p)[0]]) / np.hypot(*(q - p))
+        true = max(abs(float((at(angle) - p) @ normal)) for angle in np.linspace(first, second, 9))
+        assert true <= bound < 2 * true
+    # A rectangle that reaches the other side of the circle certifies nothing.
+    assert border.deviation(at(0.0)[None], at(0.1)[None], 0.4)[0] == np.inf
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_zeros_of_degree_two(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a = rng.normal(size=5)
+    if seed == 0:
+        a = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])  # cos x − 1: a double zero
+    if seed == 1:
+        a = np.array([0.0, 0.0, 0.0, 0.0, 0.0])
+
+    def value(x: Any) -> Any:
+        return a[0] + a[1] * np.cos(x) + a[2] * np.sin(x) + a[3] * np.cos(2 * x) + a[4] * np.sin(2 * x)
+
+    found = zeros_of_degree_two(value, 2 * math.pi)
+    x = np.linspace(-math.pi, math.pi, 20001)
+    changes = x[:-1][np.sign(value(x[:-1])) * np.sign(value(x[1:])) < 0]
+    assert all(np.abs(found - change).min() < 1e-3 for change in changes)
+    if seed == 0:
+        assert np.abs(found).min() < 1e-6
+    if seed > 1:
+        assert (np.abs(value(found)) < 1e-3).all()
+
+
+def test_every_region_is_the_same_each_time() -> None:
+    texts = []
+    for _ in range(2):
+        from gaitgraph import areas
+
+        for cached in (areas._admissible, areas._singular_value_polygons, areas._thrust_polygons):
+            cached.cache_clear()
+        texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
+    assert texts[0] == texts[1]
+
+
+def test_labels_cover_all_but_one_of_eight() -> None:
+    missing = set(product((1, -1), repeat=3)) - {part.label for part in sign_components()}
+    assert missing == {(-1, -1, -1)}

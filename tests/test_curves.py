@@ -1,0 +1,227 @@
+"""Curves: closed and smooth, on their sheet, within their chords' tolerance, and checked between samples."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import polynomial as power
+from scipy.interpolate import CubicSpline
+
+import gaitgraph as gg
+from gaitgraph.curves import Curve, curve_through
+from gaitgraph.invertibility import least_singular_value, level_determinant
+from gaitgraph.polynomials import bernstein_from_power, derivative_of, values_of
+from gaitgraph.rounding import rounded
+
+angle = st.floats(-1.4, 1.4)
+points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True)
+RING = [(0.8 + 0.4 * np.cos(t), -0.8 + 0.4 * np.sin(t)) for t in np.arange(8) * pi / 4]
+
+
+def apart(loop: list[tuple[float, float]]) -> bool:
+    return float(np.linalg.norm(np.diff([*loop, loop[0]], axis=0), axis=1).min()) > 1e-3
+
+
+@settings(deadline=None, max_examples=40)
+@given(loop=points, color=st.sampled_from(["red", "blue"]))
+def test_a_spline_closes_and_is_smooth_at_every_break(loop: list[tuple[float, float]], color: str) -> None:
+    if not apart(loop):
+        return
+    curve = curve_through(loop, color)
+    np.testing.assert_allclose(curve.at(curve.breaks[:-1])[:, :2], loop, atol=1e-12)
+    h = 1e-7 * curve.span
+    for order in range(3):
+        before, after = curve.at(curve.breaks - h, order), curve.at(curve.breaks + h, order)
+        higher = derivative_of(curve.pieces, order + 1)
+        size = max(np.abs(higher[-1]).max(), np.abs(values_of(higher, np.diff(curve.breaks))).max())
+        assert np.abs(before - after).max() <= 4 * h * size + 1e-9
+    s = np.linspace(0, 3 * curve.span, 100)
+    np.testing.assert_allclose(curve.at(s), curve.at(np.mod(s, curve.span)), atol=1e-12)
+
+
+@settings(deadline=None, max_examples=40)
+@given(loop=points, color=st.sampled_from(["red", "blue"]))
+def test_a_curve_stays_on_its_sheet_without_wrapping(loop: list[tuple[float, float]], color: str) -> None:
+    if not apart(loop):
+        return
+    curve = curve_through(loop, color)
+    alpha = curve.at(np.linspace(0, curve.span, 501))
+    assert np.abs(gg.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
+    assert np.abs(gg.pitch_sensitivity(alpha, curve.coefficients)).max() < 1e-12
+    # No wrap: opposite angles change by as much as the first pair.
+    step = np.diff(alpha, axis=0)
+    np.testing.assert_allclose(np.abs(step[:, 2:]), np.abs(step[:, :2]), atol=1e-12)
+
+
+@settings(deadline=None, max_examples=25)
+@given(loop=points, tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]))
+def test_chords_are_within_the_tolerance(loop: list[tuple[float, float]], tolerance: float) -> None:
+    if not apart(loop):
+        return
+    curve = curve_through(loop)
+    s = np.append(curve.chord_parameters(tolerance), curve.span)
+    share = np.linspace(0, 1, 9)[:, None]
+    between = curve.at(s[:-1] + share * np.diff(s))[..., :2]
+    ends = curve.at(s)[:, :2]
+    chord = ends[:-1] + share[..., None] * (ends[1:] - ends[:-1])
+    assert np.linalg.norm(between - chord, axis=-1).max() <= tolerance * (1 + 1e-9) + 1e-14
+    gait = curve.polyline(tolerance)
+    assert gait.length <= curve.length + 1e-9
+    np.testing.assert_allclose(gait.alpha, curve.at(s[:-1]), atol=0)
+
+
+@settings(deadline=None, max_examples=40)
+@given(loop=points)
+def test_extremes_are_those_of_a_dense_sampling(loop: list[tuple[float, float]]) -> None:
+    if not apart(loop):
+        return
+    curve = curve_through(loop)
+    alpha = curve.at(np.linspace(0, curve.span, 20001))
+    low, high = curve.extremes()
+    assert (alpha.min(axis=0) >= low - 1e-12).all()
+    assert (alpha.max(axis=0) <= high + 1e-12).all()
+    np.testing.assert_allclose(alpha.min(axis=0), low, atol=1e-4)
+    np.testing.assert_allclose(alpha.max(axis=0), high, atol=1e-4)
+
+
+def test_the_spline_is_that_of_scipy() -> None:
+    closed = np.array([*RING, RING[0]])
+    curve = curve_through(RING)
+    other = CubicSpline(curve.breaks, closed, bc_type="periodic")
+    s = np.linspace(0, curve.span, 301)
+    for order in range(3):
+        np.testing.assert_allclose(curve.at(s, order)[:, :2], other(s, order), atol=1e-9)
+
+
+def test_a_quintic_has_four_continuous_derivatives_and_a_ring_its_length() -> None:
+    curve = curve_through(RING, degree=5)
+    for order in range(5):
+        h = 1e-9
+        jump = curve.at(curve.breaks + h, order) - curve.at(curve.breaks - h, order)
+        assert np.abs(jump).max() < 1e-4
+    assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-4)
+    s = np.linspace(0, curve.span, 200_001)
+    chords = np.linalg.norm(np.diff(curve.at(s), axis=0), axis=1).sum()
+    assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-8)
+
+
+@settings(deadline=None, max_examples=20)
+@given(center=st.tuples(angle, angle), radius=st.floats(0.01, 0.5), sign=st.sampled_from([1.0, -1.0]))
+def test_what_a_check_says_holds_on_a_dense_sampling(center: tuple[float, float], radius: float, sign: float) -> None:
+    turn = sign * np.arange(6) * pi / 3
+    ring = np.column_stack([center[0] + radius * np.cos(turn), center[1] + 0.6 * radius * np.sin(turn)])
+    curve = curve_through(ring, vehicle=gg.PAPER.replace(max_tilt=1.3, max_thrust=4.0))
+    report = curve.check(chord=1e-5)
+    alpha = curve.at(np.linspace(0, curve.span, 4001))
+    sigma = least_singular_value(alpha, curve.vehicle).min()
+    values = np.asarray(level_determinant(alpha, curve.coefficients))
+    shares = gg.hover_thrust_shares(alpha, curve.vehicle)
+    if report["least_singular_value"].ok:
+        assert 0.05 <= report["least_singular_value"].value <= sigma + 1e-12  # type: ignore[operator]
+        assert report["least_singular_value"].value >= sigma - 1e-3
+    else:
+        assert sigma < 0.05 + 1e-4
+    if report["R_sign"].ok and report["R_sign"].decided:
+        assert (np.sign(values) == np.sign(values[0])).all()
+        assert abs(report["R_sign"].value) <= np.abs(values).min() + 1e-12  # type: ignore[arg-type]
+    if report["hover_thrust"].ok:
+        assert 0 < report["hover_thrust"].value <= shares.min() + 1e-12  # type: ignore[operator]
+    if report["hover_thrust"].ok and report["thrust_limit"].ok:
+        newtons = shares.max() * curve.vehicle.mass * curve.vehicle.gravity
+        assert newtons <= report["thrust_limit"].value + 1e-9  # type: ignore[operator]
+        assert report["thrust_limit"].value <= 4.0  # type: ignore[operator]
+    assert report["tilt_range"].ok == (np.abs(alpha).max() <= 1.3) or abs(np.abs(alpha).max() - 1.3) < 1e-5
+    if report.reachable_from_hover:
+        assert (values > 0).all()
+
+
+def test_a_curve_that_bulges_between_flyable_points_is_refused() -> None:
+    # The corners hover with positive thrusts; the spline swings across α1 = δ between them.
+    delta = gg.coefficients_of().delta
+    corners = [(delta + 0.02, -1.2), (delta + 0.02, -0.4), (1.2, -0.8)]
+    assert gg.lift(corners, "red").check()["hover_thrust"].ok
+    curve = curve_through(corners)
+    assert curve.extremes()[0, 0] < delta
+    assert not curve.check()["hover_thrust"].ok
+
+
+def test_a_coarse_chord_refuses_what_a_fine_one_passes_and_never_the_other_way() -> None:
+    curve = curve_through(RING)
+    floor = least_singular_value(curve.at(np.linspace(0, curve.span, 20001)), curve.vehicle).min()
+    verdicts = [curve.check(floor=floor - 2e-4, chord=chord)["least_singular_value"].ok for chord in (1e-3, 1e-5)]
+    assert verdicts == [False, True]
+    assert not curve.check(floor=floor + 1e-6, chord=1e-6)["least_singular_value"].ok
+
+
+def test_blue_is_never_flyable() -> None:
+    report = curve_through([(0.4, 0.4), (0.8, 0.4), (0.8, 0.8)], "blue").check()
+    assert report["on_surface"].ok
+    assert report["continuous"].ok
+    assert not report.flyable
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    coefficients=st.lists(st.floats(-3, 3), min_size=1, max_size=8), width=st.floats(0.1, 3), order=st.integers(0, 3)
+)
+def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], width: float, order: int) -> None:
+    pieces = np.array(coefficients)[:, None, None]
+    derived = derivative_of(pieces, order)
+    x = np.linspace(0, width, 101)
+    values = values_of(np.broadcast_to(derived, (len(derived), 101, 1)), x)[:, 0]
+    expected = (
+        power.polyval(x, power.polyder(coefficients[::-1], order)) if order else power.polyval(x, coefficients[::-1])
+    )
+    np.testing.assert_allclose(values, expected, atol=1e-9 * (1 + np.abs(expected).max()))
+    control = bernstein_from_power(derived, np.array([width]))[:, 0, 0]
+    slack = 1e-9 * (1 + np.abs(control).max())
+    assert control.min() - slack <= values.min()
+    assert values.max() <= control.max() + slack
+    np.testing.assert_allclose(control[[0, -1]], values[[0, -1]], atol=slack)
+
+
+@pytest.mark.parametrize(
+    ("breaks", "pieces", "message"),
+    [
+        ([0.0, 1.0], np.ones((2, 1, 2)), "the position jumps"),
+        ([0.0, 1.0, 2.0], [[[1.0, 0], [-1.0, 0]], [[0, 0], [1.0, 0]]], "the first derivative jumps by 2 at the seam"),
+        ([0.0], np.zeros((1, 0, 2)), "breaks"),
+        ([0.0, 1.0, 1.0], np.zeros((1, 2, 2)), "breaks"),
+        ([0.5, 1.0], np.zeros((1, 1, 2)), "breaks"),
+        ([0.0, 1.0], np.zeros((1, 2, 2)), "pieces: an array of shape"),
+        ([0.0, 1.0], [[[np.nan, 0.0]]], "pieces: np.float64.nan"),
+        ([0.0, 1.0], "x", "pieces: 'x'"),
+    ],
+)
+def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        Curve(breaks=breaks, pieces=pieces)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: curve_through(RING, degree=4), "degree: 4"),
+        (lambda: curve_through(RING[:2]), "points: an array of shape"),
+        (lambda: curve_through(RING[:5], degree=5), "points: an array of shape"),
+        (lambda: curve_through([RING[0], RING[0], RING[1]]), "point 1 is repeated"),
+        (lambda: curve_through(RING, "green"), "color: 'green'"),
+        (lambda: curve_through(RING).at(0.0, -1), "derivative: -1"),
+        (lambda: curve_through(RING).polyline(0.0), "tolerance: 0.0"),
+        (lambda: curve_through(RING).polyline(1e-18), "takes"),
+        (lambda: curve_through(RING).check(floor=-1.0), "floor: -1.0"),
+    ],
+)
+def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        call()
+
+
+def test_a_point_is_a_curve_that_stands_still() -> None:
+    curve = rounded(gg.lift([(0.5, -0.5)], "red"), 0.1).curve
+    assert curve.length == 0
+    assert curve.check().flyable

@@ -1,0 +1,544 @@
+"""Least periods: closed forms, an independent linear programme, certain limits between samples, and answers."""
+
+from __future__ import annotations
+
+import json
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.optimize import linprog
+
+import gaitgraph as gg
+from gaitgraph.cli.pacing import pace_command
+from gaitgraph.curves import Curve, curve_through
+from gaitgraph.gait import lift
+from gaitgraph.limits import Limits, limits_of
+from gaitgraph.pacing import least_period, paced
+from gaitgraph.reading import read_table
+from gaitgraph.rests import phases
+from gaitgraph.rounding import rounded
+from gaitgraph.speeds import fastest_squared_speeds
+from gaitgraph.tables import table_of
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.pacedgait import PacedGait
+
+SQUARE = lift(GAITS[2].angles, "red")
+FORTH_AND_BACK = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+SLANTED = lift([(0.4, -0.4), (1.2, -0.8)], "red")
+LIMITS = Limits(rate=6.0, acceleration=60.0)
+
+
+def law_of(*arguments, **options) -> PacedGait:  # type: ignore[no-untyped-def]
+    timed = least_period(*arguments, **options).timed
+    assert timed is not None
+    return timed
+
+
+def assert_keeps(timed: PacedGait, limits: Limits) -> None:
+    """Sample densely, by the law itself and by differences of its angles, and compare with limits and peaks."""
+    t = np.unique(np.concatenate([np.linspace(0, timed.period, 20_001), timed.knots]))
+    middle = (timed.knots[:-1] + timed.knots[1:]) / 2
+    for order, kind in enumerate(("rate", "acceleration", "jerk"), start=1):
+        values = np.abs(timed.derivative(np.concatenate([t, middle]), order)).max(axis=0)
+        peaks = timed.peaks(order)
+        assert (values <= peaks * (1 + 1e-9) + 1e-9).all()
+        limit = limits.of(kind)
+        if limit is not None:
+            assert (peaks <= limit * (1 + 1e-9) + 1e-12).all()
+            assert (values <= limit * (1 + 1e-9) + 1e-12).all()
+
+
+def assert_smooth_and_closed(timed: PacedGait) -> None:
+    """Look on both sides of every knot, the seam among them."""
+    h = np.diff(timed.knots)
+    step = 1e-6 * np.minimum(h, np.roll(h, 1))
+    for order in range(3):
+        after, before = timed.derivative(timed.knots[:-1], order), timed.derivative(timed.knots[:-1] - step, order)
+        allowed = 2 * timed.peaks(order + 1) * step[:, None] + 1e-9 * (1 + timed.peaks(order))
+        assert (np.abs(after - before) <= allowed).all()
+    np.testing.assert_array_equal(timed.alpha[0], timed.alpha[-1])
+
+
+def forth_and_back(distance: float, rate: float, acceleration: float) -> float:
+    """Return the period of a law that speeds up and slows down as it may, there and back."""
+    if distance * acceleration > rate**2:
+        return 2 * (distance / rate + rate / acceleration)
+    return 4 * sqrt(distance / acceleration)
+
+
+@pytest.mark.parametrize("rate", [None, 6.0, 1.0])
+@pytest.mark.parametrize("acceleration", [60.0, 3.0])
+def test_forth_and_back_takes_the_time_of_the_closed_form(rate: float | None, acceleration: float) -> None:
+    for gait, distance in ((FORTH_AND_BACK, 0.8), (SLANTED, 0.8)):
+        pacing = least_period(gait, Limits(rate=rate, acceleration=acceleration))
+        exact = forth_and_back(distance, rate or 1e9, acceleration)
+        assert pacing.least is not None
+        assert pacing.lower_bound == pytest.approx(exact)
+        assert exact <= pacing.least <= exact * 1.002
+
+
+def test_forth_and_back_under_a_jerk_limit_tends_to_the_extremal_of_kolmogorov() -> None:
+    # The periodic motion of largest extent for a given jerk has a jerk of constant size: T³ = 96·extent/jerk.
+    pacing = least_period(FORTH_AND_BACK, Limits(jerk=800.0))
+    exact = (96 * 0.8 / 800) ** (1 / 3)
+    assert pacing.lower_bound == pytest.approx(exact)
+    assert pacing.least is not None
+    assert exact <= pacing.least <= exact * 1.003
+    assert pacing.timed is not None
+    assert_keeps(pacing.timed, pacing.limits)
+    assert_smooth_and_closed(pacing.timed)
+
+
+def by_linear_programme(curve: Curve, limits: Limits, nodes: int) -> float:
+    """Return the least period of a dense linear programme in the squared speed: limits at nodes, no passes."""
+    s = np.linspace(0, curve.span, nodes + 1)
+    first, second = (curve.at(s[:-1], order)[:, :2] for order in (1, 2))
+    step = s[1]
+    here = sparse.identity(nodes, format="csr")
+    after = sparse.csr_matrix((np.ones(nodes), (np.arange(nodes), (np.arange(nodes) + 1) % nodes)))
+    rise = (after - after.T) / (4 * step)
+    rows = [sparse.diags(second[:, k]) @ here + sparse.diags(first[:, k]) @ rise for k in range(2)]
+    limit = np.concatenate([np.full(nodes, value) for value in limits.in_plane("acceleration")])
+    both = sparse.vstack(rows)
+    found = linprog(
+        -np.ones(nodes),
+        A_ub=sparse.csr_matrix(sparse.vstack([both, -both])),  # type: ignore[call-overload]
+        b_ub=np.concatenate([limit, limit]),
+        bounds=[(0, float(((limits.in_plane("rate") / np.abs(row)) ** 2).min())) for row in first],
+        method="highs",
+    )
+    speed = np.sqrt(found.x)
+    return float((2 * step / (speed + np.roll(speed, -1))).sum())
+
+
+@pytest.mark.parametrize(
+    "curve",
+    [
+        rounded(SQUARE, 0.05).curve,
+        curve_through([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2)]),
+        curve_through([(0.4, -1.2), (0.5, -0.4), (1.2, -0.6)]),
+    ],
+)
+def test_the_passes_find_what_a_linear_programme_finds(curve: Curve) -> None:
+    with np.errstate(divide="ignore"):
+        oracle = [by_linear_programme(curve, LIMITS, nodes) for nodes in (1500, 3000)]
+    least = least_period(curve, LIMITS, nodes=3000).least
+    assert least is not None
+    assert least == pytest.approx(oracle[1], rel=3 * abs(oracle[0] - oracle[1]) / oracle[1] + 1e-3)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(8, 40),
+    rate=st.sampled_from([np.inf, 3.0]),
+)
+def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int, rate: float) -> None:
+    # The largest solution point by point, against a linear programme over the very same rows.
+    random = np.random.default_rng(seed)
+    width = random.uniform(0.02, 0.2, n)
+    first, second = random.normal(size=(n, 2)), 3 * random.normal(size=(n, 2))
+    first, second = np.vstack([first, first[:1]]), np.vstack([second, second[:1]])
+    limits = random.uniform(0.5, 2, 2)
+    b = fastest_squared_speeds(first, second, width, np.full(2, rate), limits)
+    assert b[0] == b[-1]
+    assert (b > 0).all()
+    rise = np.diff(b) / (2 * width)
+    for side in (slice(None, -1), slice(1, None)):
+        size = np.abs(second[side] * b[side, None] + first[side] * rise[:, None])
+        assert (size <= limits * (1 + 1e-9)).all()
+    rows, right = [], []
+    box = np.full(n, np.inf)
+    for k in range(n):
+        for node, end in ((k, k), (k + 1, (k + 1) % n)):
+            for joint in range(2):
+                row = np.zeros(n)
+                row[k] -= first[node, joint] / (2 * width[k])
+                row[(k + 1) % n] += first[node, joint] / (2 * width[k])
+                row[end] += second[node, joint]
+                if row[k] * row[(k + 1) % n] > 0:
+                    # Rows that bound a sum are replaced by bounds of each.
+                    bound = limits[joint] / abs(row[k] + row[(k + 1) % n])
+                    box[[k, (k + 1) % n]] = np.minimum(box[[k, (k + 1) % n]], bound)
+                    continue
+                rows += [row, -row]
+                right += [limits[joint]] * 2
+    high = np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1))
+    high = np.minimum(high, 1e12)
+    found = linprog(-np.ones(n), A_ub=np.array(rows), b_ub=right, bounds=np.column_stack([np.zeros(n), high]))  # type: ignore[call-overload]
+    np.testing.assert_allclose(b[:-1], found.x, rtol=1e-5, atol=1e-7)
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=1, max_size=6),
+    rounding=st.sampled_from([None, 0.01, 0.2]),
+    rate=st.sampled_from([None, 4.0, [1.0, 2.0, 3.0, 4.0]]),
+    acceleration=st.sampled_from([30.0, [10.0, 80.0, 20.0, 40.0]]),
+)
+def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, rate, acceleration) -> None:  # type: ignore[no-untyped-def]
+    limits = Limits(rate=rate, acceleration=acceleration)
+    gait = lift(points, "red")
+    pacing = least_period(gait, limits, rounding=rounding, nodes=200)
+    if not pacing:
+        assert pacing.status == "still"
+        return
+    timed = pacing.timed
+    assert timed is not None
+    assert_keeps(timed, limits)
+    assert_smooth_and_closed(timed)
+    assert pacing.lower_bound <= timed.period * (1 + 1e-9)
+    alpha = timed.at(np.linspace(0, timed.period, 301))[0]
+    np.testing.assert_array_equal(alpha[:, :2], alpha[:, 2:])
+    # At least one limit is met: nothing was stretched for nothing.
+    assert timed.limits_touched(1e-6)
+
+
+@pytest.mark.parametrize("jerk", [800.0, 3000.0, 1e5])
+def test_a_jerk_limit_is_kept_between_knots_and_costs_time(jerk: float) -> None:
+    limits = Limits(rate=6.0, acceleration=60.0, jerk=jerk)
+    pacing = least_period(SQUARE, limits, rounding=0.03)
+    assert pacing.timed is not None
+    assert pacing.least is not None
+    assert_keeps(pacing.timed, limits)
+    assert_smooth_and_closed(pacing.timed)
+    free = least_period(SQUARE, LIMITS, rounding=0.03, nodes=3000).least
+    assert free is not None
+    assert free <= pacing.least * (1 + 1e-3)
+    # Resting at the corners is slower.
+    resting = least_period(SQUARE, limits).least
+    assert resting is not None
+    assert pacing.least < resting
+
+
+@settings(deadline=None, max_examples=8)
+@given(
+    points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=2, max_size=5),
+    rounding=st.sampled_from([1e-4, 0.01, 0.2]),
+    limits=st.sampled_from([{"jerk": 500.0}, {"rate": 2.0, "acceleration": 20.0, "jerk": 1000.0}]),
+)
+def test_laws_under_jerk_are_smooth_closed_and_within_their_limits(points, rounding, limits) -> None:  # type: ignore[no-untyped-def]
+    pacing = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=150)
+    if not pacing:
+        assert pacing.status == "still"
+        return
+    assert pacing.timed is not None
+    assert_keeps(pacing.timed, pacing.limits)
+    assert_smooth_and_closed(pacing.timed)
+    assert pacing.lower_bound <= pacing.timed.period * (1 + 1e-9)
+    # A jerk limit takes time, but for what fewer nodes lose.
+    without = {kind: limit for kind, limit in limits.items() if kind != "jerk"}
+    if without:
+        free = least_period(lift(points, "red"), Limits(**without), rounding=rounding).least
+        assert free is not None
+        assert free <= pacing.timed.period * 1.01
+
+
+def test_the_same_input_gives_the_same_bytes() -> None:
+    limits = Limits(rate=6.0, acceleration=60.0, jerk=3000.0)
+    first, second = (law_of(SQUARE, limits, rounding=0.03) for _ in range(2))
+    np.testing.assert_array_equal(first.tilts, second.tilts)
+    np.testing.assert_array_equal(first.widths, second.widths)
+
+
+def test_under_a_jerk_limit_the_programmes_gain_over_an_averaged_law() -> None:
+    # Averaging the fastest law over a window gives a law with bounded jerk too; this is the better one.
+    limits = Limits(rate=6.0, acceleration=60.0, jerk=800.0)
+    least = least_period(SQUARE, limits, rounding=0.03).least
+    assert least is not None
+    assert least < 0.9 * 1.36
+
+
+@settings(deadline=None, max_examples=100)
+@given(
+    distance=st.floats(1e-4, 3),
+    rate=st.floats(0.05, 20),
+    acceleration=st.floats(0.5, 500),
+    jerk=st.floats(5, 50_000),
+)
+def test_a_leg_from_rest_to_rest_covers_its_distance_within_limits(
+    distance: float, rate: float, acceleration: float, jerk: float
+) -> None:
+    s = v = total = fastest = highest = 0.0
+    for duration, start, end in phases(distance, rate, acceleration, jerk):
+        assert abs(end - start) <= jerk * duration * (1 + 1e-6) + 1e-9
+        highest = max(highest, abs(start), abs(end))
+        s += v * duration + duration**2 * (2 * start + end) / 6
+        v += duration * (start + end) / 2
+        fastest = max(fastest, v)
+        total += duration
+    assert s == pytest.approx(distance, rel=1e-6)
+    assert v == pytest.approx(0, abs=1e-6 * fastest)
+    assert fastest <= rate * (1 + 1e-9)
+    assert highest <= acceleration * (1 + 1e-9)
+    # The fastest motion meets a limit throughout: speed, acceleration or jerk.
+    with_jerk = 4 * (distance / (2 * jerk)) ** (1 / 3)
+    without = (
+        distance / rate + rate / acceleration
+        if distance * acceleration > rate**2
+        else 2 * sqrt(distance / acceleration)
+    )
+    assert total >= max(with_jerk, without) * (1 - 1e-6)
+    assert total <= without + with_jerk + acceleration / jerk
+
+
+def test_legs_from_rest_to_rest_have_their_closed_form() -> None:
+    leg, limits = pi / 4, Limits(rate=6.0, acceleration=60.0, jerk=3000.0)
+    exact = 4 * (leg / 6.0 + 6.0 / 60.0 + 60.0 / 3000.0)
+    pacing = least_period(SQUARE, limits)
+    assert pacing.least == pytest.approx(exact)
+    assert pacing.timed is not None
+    assert_keeps(pacing.timed, limits)
+    assert_smooth_and_closed(pacing.timed)
+    assert pacing.timed.vertices().shape == (4, 4)
+    rates = pacing.timed.at(np.arange(4) * exact / 4)[1]
+    np.testing.assert_allclose(rates, 0, atol=1e-6)
+
+
+def test_rounding_more_and_looser_limits_never_take_longer() -> None:
+    by_rounding = [least_period(SQUARE, LIMITS, rounding=size).least for size in (0.005, 0.02, 0.08)]
+    assert by_rounding == sorted(by_rounding, reverse=True)  # type: ignore[type-var]
+    by_rate = [least_period(SQUARE, Limits(rate=rate, acceleration=60.0), rounding=0.02).least for rate in (1, 3, 9)]
+    assert by_rate == sorted(by_rate, reverse=True)  # type: ignore[type-var]
+
+
+@settings(deadline=None, max_examples=10)
+@given(factor=st.floats(0.1, 10))
+def test_limits_scale_with_the_period(factor: float) -> None:
+    base = least_period(SQUARE, LIMITS, rounding=0.05, nodes=200).least
+    scaled = Limits(rate=6.0 / factor, acceleration=60.0 / factor**2)
+    assert base is not None
+    assert least_period(SQUARE, scaled, rounding=0.05, nodes=200).least == pytest.approx(base * factor, rel=1e-9)
+
+
+def test_turning_the_loop_round_or_over_changes_nothing() -> None:
+    base = least_period(SQUARE, LIMITS, rounding=0.05).least
+    swapped = lift(-SQUARE.alpha[:, [1, 0]], "red")
+    for gait in (SQUARE.reversed(), SQUARE.started_at(2), swapped):
+        assert least_period(gait, LIMITS, rounding=0.05).least == pytest.approx(base, rel=2e-3)
+
+
+def test_a_blue_law_stays_on_blue() -> None:
+    timed = law_of(lift(GAITS[1].angles, "blue"), LIMITS, rounding=0.02)
+    alpha = timed.alpha
+    on_blue = gg.surface.sheet_distances(alpha, timed.gait.coefficients)[1]
+    assert on_blue.max() < 1e-12
+    assert set(timed.colors()) == {"blue"}
+    assert not timed.check().flyable
+
+
+def test_a_period_that_is_long_enough_is_met_and_scales() -> None:
+    pacing = paced(SQUARE, LIMITS, 1.0, rounding=0.03, rate=200)
+    assert pacing
+    assert pacing.timed is not None
+    assert pacing.least is not None
+    assert (pacing.timed.period, pacing.timed.samples, pacing.timed.law) == (1.0, 200, "paced")
+    fast = law_of(SQUARE, LIMITS, rounding=0.03)
+    for order in (1, 2, 3):
+        np.testing.assert_allclose(pacing.timed.peaks(order), fast.peaks(order) * pacing.least**order)
+    assert_keeps(pacing.timed, LIMITS)
+    assert_smooth_and_closed(pacing.timed)
+
+
+def test_a_period_that_is_too_short_says_which_limit_where_and_what_would_do() -> None:
+    pacing = paced(SQUARE, LIMITS, 0.7, rounding=0.03)
+    assert not pacing
+    assert pacing.status == "too short"
+    assert pacing.timed is None
+    assert pacing.limit == "acceleration"
+    assert pacing.where is not None
+    assert pacing.least is not None
+    assert f"{pacing.least:.4f} s" in pacing.reason
+    assert "limit 60" in pacing.reason
+    assert paced(SQUARE, LIMITS, pacing.least, rounding=0.03)
+    # Below the lower bound it is certain.
+    hopeless = paced(SQUARE, LIMITS, 0.9 * pacing.lower_bound, rounding=0.03)
+    assert "needs at least" in hopeless.reason
+
+
+def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
+    pacing = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
+    assert (pacing.status, pacing.limit) == ("no period", "rate")
+    assert "limit 0 of α3" in pacing.reason
+    assert pacing.where is not None
+    # A joint that stands still may have it.
+    assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
+
+
+def test_a_point_stands_still() -> None:
+    point = lift([(0.5, -0.5)], "red")
+    assert least_period(point, LIMITS).status == "still"
+    pacing = paced(point, LIMITS, 2.0)
+    assert pacing.timed is not None
+    assert pacing.timed.peak_rates().max() == 0
+    assert pacing.timed.check().flyable
+
+
+def test_touched_limits_are_where_the_law_runs_at_them() -> None:
+    timed = law_of(SQUARE, LIMITS, rounding=0.03, nodes=4000)
+    touched = {(touch.kind, touch.joints): touch for touch in timed.limits_touched()}
+    assert set(touched) == {(kind, joints) for kind in ("rate", "acceleration") for joints in ((1, 3), (2, 4))}
+    t = (np.arange(200_000) + 0.5) * timed.period / 200_000
+    for (kind, joints), touch in touched.items():
+        values = np.abs(timed.derivative(t, 1 if kind == "rate" else 2)[:, joints[0] - 1])
+        assert touch.share == pytest.approx((values >= 0.99 * touch.limit).mean(), abs=0.01)
+        first = np.abs(timed.derivative(touch.t, 1 if kind == "rate" else 2)[joints[0] - 1])
+        assert first >= 0.9 * touch.limit
+    # The fastest law is at some limit nearly always.
+    at_some = np.zeros(len(t), dtype=bool)
+    for order, limit in ((1, 6.0), (2, 60.0)):
+        at_some |= (np.abs(timed.derivative(t, order)) >= 0.99 * limit).any(axis=1)
+    assert at_some.mean() > 0.95
+
+
+def test_a_paced_gait_is_a_timed_gait() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0, max_tilt_jerk=1e4)
+    pacing = least_period(lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40)
+    timed = pacing.timed
+    assert isinstance(timed, gg.TimedGait)
+    table = table_of(timed)
+    assert len(table) == 41
+    assert table.about["law"] == "least-period"
+    assert list(table.columns)[:8] == ["t", "alpha1", "alpha2", "alpha3", "alpha4", "color", "types", "R"]
+    np.testing.assert_array_equal(table.alpha, timed.alpha)
+    report = timed.check()
+    assert report.flyable
+    names = [check.name for check in report.checks]
+    assert names[-3:] == ["tilt_rate", "tilt_acceleration", "tilt_jerk"]
+    assert timed.peak_jerks().max() <= 1e4 * (1 + 1e-9)
+    faster = timed.at_period(0.9 * timed.period, 40)
+    broken = faster.check()
+    assert not broken.flyable
+    assert "s" in broken["tilt_jerk"].message
+    answer = pacing.as_mapping()
+    assert answer["status"] == "ok"
+    assert answer["peak_rate"] <= 6.0 * (1 + 1e-9)
+    assert len(answer["touched"]) >= 1
+    # Vertices need corners: a rounded loop has none, and the gait itself has four.
+    assert len(timed.vertices()) == 0
+
+
+def test_limits_come_from_the_vehicle_and_from_texts() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate="200deg", max_tilt_acceleration=40.0)
+    limits = limits_of(vehicle, acceleration="1000deg")
+    np.testing.assert_allclose(limits.rate, np.radians(200))
+    np.testing.assert_allclose(limits.acceleration, np.radians(1000))
+    assert limits.jerk is None
+    assert limits.as_mapping()["rate"] == pytest.approx(np.radians(200))
+    uneven = Limits(acceleration=[1, 2, 3, 4])
+    assert uneven.as_mapping() == {"acceleration": [1.0, 2.0, 3.0, 4.0]}
+    np.testing.assert_array_equal(uneven.in_plane("acceleration"), [1, 2])
+    assert np.isinf(uneven.in_plane("rate")).all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(seed=st.integers(0, 2**32 - 1), harmonics=st.integers(1, 6))
+def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: int) -> None:
+    # Landau's and Kolmogorov's inequalities, on random trigonometric polynomials.
+    random = np.random.default_rng(seed)
+    t = np.linspace(0, 2 * pi, 5000)
+    k = np.arange(1, harmonics + 1)
+    waves = random.normal(size=harmonics) / k**2, random.uniform(0, 2 * pi, harmonics)
+    x, rate, acceleration, jerk = (
+        (waves[0] * k**order * np.cos(np.multiply.outer(t, k) + waves[1] + order * pi / 2)).sum(axis=1)
+        for order in range(4)
+    )
+    extent = np.full(2, np.ptp(x))
+    most = [float(np.abs(values).max()) for values in (rate, acceleration, jerk)]
+    by_jerk = Limits(jerk=most[2]).completed(extent)
+    assert most[0] <= by_jerk[0][0] * 1.001
+    assert most[1] <= by_jerk[1][0] * 1.001
+    by_both = Limits(rate=most[0], jerk=most[2]).completed(extent)
+    assert most[1] <= by_both[1][0] * 1.001
+    by_acceleration = Limits(acceleration=most[1]).completed(extent)
+    assert most[0] <= by_acceleration[0][0] * 1.001
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Limits(rate=1.0), "neither acceleration nor jerk"),
+        (lambda: Limits(acceleration=-1.0), "acceleration: -1.0"),
+        (lambda: Limits(acceleration=float("nan")), "acceleration: nan"),
+        (lambda: Limits(acceleration=[1, 2]), r"acceleration: \[1, 2\]"),
+        (lambda: Limits(acceleration="fast"), "acceleration: 'fast'"),
+        (lambda: Limits(acceleration=1e20), "acceleration: 1e"),
+        (lambda: limits_of(gg.PAPER, speed=1.0), "speed: no kind of limit"),
+        (lambda: limits_of(gg.PAPER), "neither acceleration nor jerk"),
+        (lambda: least_period(3, LIMITS), "path: 3"),  # type: ignore[arg-type]
+        (lambda: least_period(rounded(SQUARE, 0.1), LIMITS, rounding=0.1), "rounding: 0.1"),
+        (lambda: least_period(SQUARE, LIMITS, nodes=5), "nodes: 5"),
+        (lambda: least_period(SQUARE, LIMITS, samples=3, rate=5.0), "samples, rate"),
+        (lambda: least_period(SQUARE.biased(0.8), LIMITS), "color"),
+        (lambda: paced(SQUARE, LIMITS, 0.0), "period: 0.0"),
+        (lambda: least_period(SQUARE, LIMITS, rounding=-1.0), "tolerance: -1.0"),
+    ],
+)
+def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(gg.InputError, match=message):
+        call()
+
+
+def run_pace(*arguments: str) -> tuple[int, str]:
+    """Run the command alone, without the group around it."""
+    done = CliRunner().invoke(pace_command, list(arguments), standalone_mode=False)
+    if done.exception is not None:
+        raise done.exception
+    return int(done.return_value), done.output
+
+
+def test_the_command_paces_a_gait_file(tmp_path: Path) -> None:
+    given, output = str(tmp_path / "gait3.csv"), tmp_path / "fast.json"
+    SQUARE.parametrize().write(given)
+    asked = (given, "--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02")
+    code, text = run_pace(*asked, "--output", str(output), "--samples", "50", "--json")
+    answer = json.loads(text)
+    assert code == 0
+    assert (answer["status"], answer["reason"], answer["flyable"]) == ("ok", None, True)
+    assert answer["period"] == answer["least_period"]
+    assert answer["period"] == pytest.approx(least_period(SQUARE, LIMITS, rounding=np.radians(2)).least)
+    assert answer["limits"] == {"rate": 6.0, "acceleration": 60.0}
+    assert answer["rounding"]["deviation"] == pytest.approx(np.radians(2))
+    assert {touch["limit"] for touch in answer["touched"]} == {"rate", "acceleration"}
+    assert answer["servo"]["distance_off_sheet"] == 0
+    assert answer["peak_acceleration"] <= 60 * (1 + 1e-9)
+    table = read_table(output)
+    assert len(table) == 51
+    assert table.about["law"] == "least-period"
+    np.testing.assert_array_equal(table.alpha[0], table.alpha[-1])
+    with pytest.raises(gg.OutputExists):
+        run_pace(*asked, "--output", str(output))
+    code, text = run_pace(*asked, "--output", str(output), "--force", "--period", "1.5")
+    assert code == 0
+    assert "wrote" in text
+    assert "servo lag" in text
+    assert read_table(output).about["period"] == 1.5
+
+
+def test_the_command_says_no_and_refuses(tmp_path: Path) -> None:
+    given = str(tmp_path / "gait3.csv")
+    SQUARE.parametrize().write(given)
+    code, text = run_pace(given, "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
+    assert code == 1
+    assert text.startswith("T = 0.3 s is too short: ")
+    code, text = run_pace(given, "--max-rate", "0", "--max-acceleration", "40", "--json")
+    assert code == 1
+    assert json.loads(text)["status"] == "no period"
+    for arguments, message in (
+        (("--period", "quick", "--max-jerk", "100"), "--period: 'quick'"),
+        (("--max-rate", "3"), "neither acceleration nor jerk"),
+        (("--max-acceleration", "many"), "acceleration: 'many'"),
+        (("--max-acceleration", "9", "--rounding", "0"), "tolerance: 0"),
+    ):
+        with pytest.raises(gg.InputError, match=message):
+            run_pace(given, *arguments)

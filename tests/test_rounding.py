@@ -1,0 +1,138 @@
+"""Rounded gaits: as near to the polyline as stated, smooth, on the sheet; tips, straight runs and crowded corners."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.gait import lift
+from gaitgraph.rounding import rounded
+from tests.published import GAITS
+
+angle = st.floats(-1.4, 1.4)
+loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=6)
+tolerances = st.floats(1e-4, 0.5)
+
+
+def distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the distance of points from a closed polyline."""
+    step = np.roll(corners, -1, axis=0) - corners
+    size = np.maximum((step**2).sum(axis=1), 1e-300)
+    along = np.clip(((points[:, None] - corners) * step).sum(axis=2) / size, 0, 1)
+    return np.asarray(np.linalg.norm(corners + along[..., None] * step - points[:, None], axis=2).min(axis=1))
+
+
+@settings(deadline=None, max_examples=50)
+@given(loop=loops, tolerance=tolerances, color=st.sampled_from(["red", "blue"]))
+def test_curve_and_polyline_are_within_the_tolerance_both_ways(
+    loop: list[tuple[float, float]], tolerance: float, color: str
+) -> None:
+    gait = lift(loop, color)
+    rounding = rounded(gait, tolerance)
+    curve = rounding.curve
+    corners = np.array(gait.alpha[:, :2])
+    points = curve.at(np.linspace(0, curve.span, 1501))[:, :2]
+    assert rounding.deviation <= tolerance * (1 + 1e-12)
+    # Corners nearer than 1e-5 rad to the one before count as the same.
+    assert distances(points, corners).max() <= rounding.deviation + 3e-5
+    spacing = np.linalg.norm(np.diff(points, axis=0), axis=1).max()
+    assert distances(corners, points).max() <= rounding.deviation + spacing + 3e-5
+    assert curve.length <= gait.length + 1e-9
+    for corner in rounding.corners:
+        # The deviation of a corner is that of the middle of its blend.
+        nearest = np.linalg.norm(points - rounding.gait.alpha[corner.corner, :2], axis=1).min()
+        assert nearest <= corner.deviation + spacing
+        assert corner.shrunk or corner.deviation in (0.0, pytest.approx(tolerance))
+
+
+def test_what_is_left_of_straight_legs_is_on_them() -> None:
+    gait = lift(GAITS[2].angles, "red")
+    curve = rounded(gait, 0.02).curve
+    points = curve.at(np.linspace(0, curve.span, 4001))[:, :2]
+    on_legs = distances(points, np.array(gait.alpha[:, :2])) < 1e-12
+    reach = rounded(gait, 0.02).corners[0].reach
+    assert reach == pytest.approx(0.02 / (3 / 8 * np.sin(pi / 4)))
+    share = 1 - 4 * 2 * reach / curve.span
+    assert on_legs.mean() == pytest.approx(share, abs=0.01)
+
+
+def test_a_corner_passes_at_the_stated_distance() -> None:
+    for turn in (0.3, 1.0, pi / 2, 2.5, 3.1):
+        legs = np.array([[-0.5, 0.0], [0.0, 0.0], [0.5 * np.cos(turn), 0.5 * np.sin(turn)]])
+        rounding = rounded(lift(legs, "red"), 1e-3)
+        corner = next(one for one in rounding.corners if one.corner == 1)
+        assert corner.turn == pytest.approx(turn)
+        points = rounding.curve.at(np.linspace(0, rounding.curve.span, 400_001))[:, :2]
+        assert np.linalg.norm(points, axis=1).min() == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_turning_back_stays_on_the_line_and_reaches_the_tip() -> None:
+    gait = lift([(0.4, -1.2), (1.2, -0.4)], "red")
+    rounding = rounded(gait, 0.02)
+    assert rounding.deviation == 0
+    assert [corner.turn for corner in rounding.corners] == [pytest.approx(pi)] * 2
+    s = np.linspace(0, rounding.curve.span, 10_001)
+    points = rounding.curve.at(s)[:, :2]
+    np.testing.assert_allclose(points[:, 0] - points[:, 1], 1.6, atol=1e-12)
+    low, high = rounding.curve.extremes()
+    np.testing.assert_allclose([low[0], high[0]], [0.4, 1.2], atol=1e-15)
+    # Forth once and back once, at rest in the parameter only at the tips.
+    assert rounding.curve.length == pytest.approx(gait.length)
+    speed = np.linalg.norm(rounding.curve.at(s, 1)[:, :2], axis=1)
+    assert (speed < 1e-3).sum() <= 8
+
+
+def test_straight_runs_need_no_blend_and_legs_are_shared() -> None:
+    gait = lift([(0.4, -0.4), (0.6, -0.4), (0.8, -0.4), (0.8, -1.2)], "red")
+    rounding = rounded(gait, 1.0)
+    assert len(rounding.gait.alpha) == 3
+    assert rounding.merged == (0, 1, 2)
+    assert "shrunk to share a leg" in str(rounding)
+    leg = np.linalg.norm((rounding.gait.ends - rounding.gait.alpha)[:, :2], axis=1)
+    reach = np.array([corner.reach for corner in rounding.corners])
+    assert (reach + np.roll(reach, -1) <= leg * (1 + 1e-12)).all()
+    assert (leg - reach - np.roll(reach, -1)).min() < 1e-12
+    # A small tolerance needs no shrinking.
+    assert rounded(gait, 1e-3).merged == ()
+
+
+@settings(deadline=None, max_examples=40)
+@given(loop=loops, tolerance=st.floats(1e-3, 0.2))
+def test_rounding_is_smooth_however_the_corners_lie(loop: list[tuple[float, float]], tolerance: float) -> None:
+    # The constructor of Curve refuses jumps of the curve and of its first two derivatives; here by differences.
+    curve = rounded(lift(loop, "red"), tolerance).curve
+    h = 1e-6 * np.diff(curve.breaks).min()
+    for order in (1, 2):
+        jump = np.abs(curve.at(curve.breaks + h, order) - curve.at(curve.breaks - h, order)).max(axis=1)
+        third = np.abs(curve.at(np.concatenate([curve.breaks + h, curve.breaks - h]), order + 1)).max()
+        assert jump.max() <= 4 * h * third + 1e-6
+
+
+def test_finer_rounding_tends_to_the_polyline() -> None:
+    gait = lift(GAITS[3].angles, "red")
+    loss = [gait.length - rounded(gait, tolerance).curve.length for tolerance in (0.04, 0.02, 0.01)]
+    np.testing.assert_allclose(np.diff(np.log(loss)), -np.log(2), rtol=1e-6)
+
+
+@pytest.mark.parametrize("gait", GAITS[2:], ids=lambda gait: f"gait{gait.number}")
+def test_the_rounded_red_gaits_fly(gait) -> None:  # type: ignore[no-untyped-def]
+    report = rounded(lift(gait.angles, "red"), "2deg").curve.check()
+    assert report.flyable
+    assert bool(report.reachable_from_hover) == gait.reachable
+
+
+def test_bad_input_is_refused() -> None:
+    gait = lift(GAITS[2].angles, "red")
+    for tolerance in (0.0, -1.0, float("nan"), "big"):
+        with pytest.raises(gg.InputError, match="tolerance"):
+            rounded(gait, tolerance)
+    with pytest.raises(gg.InputError, match="color"):
+        rounded(gait.biased(0.8), 0.01)
+    with pytest.raises(gg.InputError, match="color"):
+        rounded(lift(GAITS[2].angles, ["red", "blue", "red", "blue"]), 0.01)
+    assert rounded(gait, 0.01).as_mapping()["shrunk"] == []

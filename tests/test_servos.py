@@ -1,0 +1,158 @@
+"""Lagging servos: an independent integration, closed forms, and what the error does to a gait."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.gait import lift
+from gaitgraph.invertibility import least_singular_value
+from gaitgraph.limits import Limits
+from gaitgraph.pacing import paced
+from gaitgraph.servos import servo_response
+from gaitgraph.surface import sheet_distances
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from gaitgraph.timing import TimedGait
+
+SQUARE = lift(GAITS[2].angles, "red")
+
+
+def fast() -> TimedGait:
+    timed = paced(SQUARE, Limits(rate=6.0, acceleration=60.0), 1.0, rounding=0.03, nodes=200).timed
+    assert timed is not None
+    return timed
+
+
+@pytest.mark.parametrize("timed", [SQUARE.parametrize(1.0), fast()], ids=["smooth", "paced"])
+@pytest.mark.parametrize("lag", [0.048, [0.01, 0.02, 0.1, 0.2]])
+def test_the_response_is_that_of_an_integration_over_many_periods(timed: TimedGait, lag: object) -> None:
+    tau = np.broadcast_to(np.asarray(lag, dtype=float), 4)
+    steps = 2000
+    commanded = timed.at(np.arange(2 * steps + 1) / (2 * steps))[0]
+    alpha, h = commanded[0].copy(), 1.0 / steps
+    for _ in range(8):
+        attained = [alpha]
+        for k in range(steps):
+            # The classical Runge-Kutta step.
+            begin, middle, end = commanded[2 * k : 2 * k + 3]
+            k1 = (begin - alpha) / tau
+            k2 = (middle - alpha - h / 2 * k1) / tau
+            k3 = (middle - alpha - h / 2 * k2) / tau
+            k4 = (end - alpha - h * k3) / tau
+            alpha = alpha + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            attained.append(alpha)
+    response = servo_response(timed, lag)  # type: ignore[arg-type]
+    t = np.arange(steps + 1) / steps
+    error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
+    assert np.abs(commanded[::2] - error - np.array(attained)).max() < response.slack.max() + 1e-5
+
+
+def test_a_triangle_wave_has_its_closed_form() -> None:
+    # Constant rates ±v, each for half a period: the error settles to v·τ·tanh(T/4τ) at the turns.
+    gait = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+    timed = gait.parametrize(2.0, law="constant-speed")
+    for tau in (0.01, 0.1, 1.0):
+        response = servo_response(timed, tau)
+        rate = 0.8
+        edge = rate * tau * np.tanh(2.0 / (4 * tau))
+        np.testing.assert_allclose(response.error[0], [-edge, 0, -edge, 0], atol=1e-12)
+        half = int(np.searchsorted(response.t, 1.0 - 1e-9))
+        np.testing.assert_allclose(response.error[half], [edge, 0, edge, 0], atol=1e-12)
+        t = response.t[:half]
+        curve = rate * tau - (rate * tau + edge) * np.exp(-t / tau)
+        np.testing.assert_allclose(response.error[:half, 0], curve, atol=1e-12)
+        assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
+        closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 2_000_001) / tau)) ** 2)
+        assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    points=st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=5),
+    lag=st.floats(0.005, 3.0),
+    law=st.sampled_from(["smooth", "constant-speed", "equal-time"]),
+)
+def test_errors_are_bounded_certain_between_samples_and_average_out(
+    points: list[tuple[float, float]], lag: float, law: str
+) -> None:
+    timed = lift(points, "red").parametrize(1.0, law=law)
+    response = servo_response(timed, lag)
+    np.testing.assert_array_equal(response.error[0], response.error[-1])
+    assert (np.abs(response.error).max(axis=0) <= response.peak()).all()
+    assert (response.peak() <= lag * timed.peak_rates() * (1 + 1e-2) + 1e-12).all()
+    assert (response.rms() <= response.peak() + 1e-12).all()
+    # What is commanded and what is attained have the same mean: the error has none.
+    h = np.diff(response.t)[:, None]
+    mean = (h * (response.error[1:] + response.error[:-1]) / 2).sum(axis=0)
+    assert np.abs(mean).max() <= 1e-3 * response.peak().max() + 1e-12
+    # Opposite servos that share a lag err alike, to the last bit.
+    np.testing.assert_array_equal(response.error[:, :2], response.error[:, 2:])
+    assert response.distance_off_sheet() == 0
+    on_red = sheet_distances(response.actual, timed.gait.coefficients)[0]
+    assert on_red.max() < 1e-12
+
+
+def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
+    response = servo_response(fast(), [0.048, 0.048, 0.06, 0.048])
+    off = sheet_distances(response.actual, SQUARE.coefficients)[0].max()
+    assert off > 0.02
+    assert off <= response.distance_off_sheet() <= off + 1e-4
+    # The error in α3 moves the gait along α3 alone, so Rθ or Rφ no longer vanish.
+    assert np.abs(gg.roll_sensitivity(response.actual, SQUARE.coefficients)).max() > 1e-3
+
+
+def test_a_blue_gait_stays_on_its_sheet_too() -> None:
+    timed = lift(GAITS[1].angles, "blue").parametrize(1.0)
+    response = servo_response(timed, 0.05)
+    assert response.distance_off_sheet() == pytest.approx(0, abs=1e-12)
+    assert sheet_distances(response.actual, timed.gait.coefficients)[1].max() < 1e-9
+
+
+def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> None:
+    for lag in (0.02, [0.05, 0.1, 0.02, 0.05]):
+        response = servo_response(fast(), lag)
+        t = np.linspace(0, 1, 4001)
+        error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
+        sampled = least_singular_value(response.timed.at(t)[0] - error).min()
+        assert sampled - 1e-3 <= response.least_singular_value() <= sampled + 1e-6
+
+
+def test_a_quicker_servo_errs_less_and_a_slow_one_stands_in_the_middle() -> None:
+    timed = SQUARE.parametrize(1.0)
+    peaks = [servo_response(timed, lag).peak()[0] for lag in (0.005, 0.02, 0.1, 0.5, 50.0)]
+    assert peaks == sorted(peaks)
+    still = servo_response(timed, 50.0).actual
+    assert np.ptp(still, axis=0).max() < 0.02
+    assert peaks[0] == pytest.approx(0.005 * timed.peak_rates()[0], rel=1e-2)
+
+
+def test_the_vehicle_states_the_lag() -> None:
+    beetle = gg.vehicle_named("beetle_omni")
+    assert beetle.servo_lag == 0.048
+    timed = lift(-SQUARE.alpha[:, :2], "red", vehicle=beetle).parametrize(1.0)
+    response = servo_response(timed)
+    np.testing.assert_array_equal(response.lag, 0.048)
+    answer = response.as_mapping()
+    assert answer["lag"] == 0.048
+    assert "least singular value" in str(response)
+    assert answer["peak_error"][0] == response.peak()[0]
+    with pytest.raises(gg.MissingConstant, match="servo_lag"):
+        servo_response(SQUARE.parametrize(1.0))
+
+
+@pytest.mark.parametrize("lag", [0.0, -1.0, float("nan"), "slow", [0.1, 0.2], True])
+def test_bad_lags_are_refused(lag: object) -> None:
+    with pytest.raises(gg.InputError, match="lag"):
+        servo_response(SQUARE.parametrize(1.0), lag)  # type: ignore[arg-type]
+
+
+def test_a_lag_that_takes_millions_of_steps_is_refused() -> None:
+    with pytest.raises(gg.InputError, match="steps"):
+        servo_response(SQUARE.parametrize(1000.0), 1e-6)
