@@ -595,8 +595,10 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
 
 
 def _singular_value_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
-    """Return the region, with the third singular value held to a floor of its own."""
-    inner, outer = _singular_value_polygons(floor, block, vehicle.signed_drag_ratio, accuracy)
+    """Return the region, with `inner` holding the third singular value to a floor of its own, not below the other."""
+    inner, outer = _singular_value_polygons(floor, floor, vehicle.signed_drag_ratio, accuracy)
+    if block > floor:
+        inner = _singular_value_polygons(floor, block, vehicle.signed_drag_ratio, accuracy)[0]
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
@@ -697,8 +699,9 @@ def admissible_region(
         The vehicle; `max_tilt` and `max_thrust` count where they are stated.
     use
         "valid": R has the sign. "flyable": also the least singular value keeps the floor, all hover thrusts are
-        positive and within the limit, and so are the tilts. Nothing on blue is flyable. The floor and the limit of
-        thrust are kept by 1.5e-6 and by 1.5e-4 of m·g, so that the checks of a gait can decide along its segments.
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner`
+        keeps the floor by 1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide
+        along its segments.
     color
         "red" or "blue".
     sign
@@ -772,7 +775,9 @@ def _admissible(
     else:
         mass, gravity = vehicle.require("mass", "gravity", purpose="the region within the largest thrust")
         share = vehicle.max_thrust / (mass * gravity)
-        region &= thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
+        within = thrust_region(share, vehicle, accuracy=accuracy)
+        kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
+        region &= Region(inner=kept.inner, outer=within.outer, accuracy=accuracy, conditions=within.conditions)
     if vehicle.max_tilt is not None:
         region &= tilt_region(vehicle.max_tilt)
     if floor < _SEPARATING:

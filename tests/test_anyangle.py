@@ -104,22 +104,18 @@ def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, wayp
     asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
     free = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
     center = np.array(free.centroid.coords[0])
-    stars = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
-    asked["keep_out"] = stars
-    if keep_in:
-        arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
-        corner = shapely.affinity.translate(shapely.union_all(arms), *center)
-        asked["keep_in"] = [list(corner.exterior.coords[:-1])]
-    region = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
-    inside: list[list[Point]] = [[] for _ in region.geoms]
     while True:
-        x, y = (center + rng.uniform(-0.7, 0.7, 2)).tolist()
-        for part, points in zip(region.geoms, inside, strict=True):
-            if part.contains(shapely.Point(x, y)):
-                points.append((x, y))
-                chosen = points[-waypoints:]
-                if len(chosen) == waypoints and not part.covers(shapely.LineString([*chosen, chosen[0]])):
-                    return {"waypoints": chosen, **asked}
+        asked["keep_out"] = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
+        if keep_in:
+            arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
+            corner = shapely.affinity.translate(shapely.union_all(arms), *center)
+            asked["keep_in"] = [list(corner.exterior.coords[:-1])]
+        region = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
+        part = max(region.geoms, key=lambda polygon: polygon.area)
+        strewn = center + rng.uniform(-0.7, 0.7, (60, 2))
+        inside = [(x, y) for x, y in strewn[shapely.contains_xy(part, *strewn.T)].tolist()][:waypoints]
+        if len(inside) == waypoints and not part.covers(shapely.LineString([*inside, inside[0]])):
+            return {"waypoints": inside, **asked}
 
 
 def holds_between_samples_too(loop: Loop, request: PlanRequest) -> None:
