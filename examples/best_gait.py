@@ -10,7 +10,7 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.optimal import optimal_gait
+from gaitgraph.optimal.optimum import optimal_gait
 
 waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
 

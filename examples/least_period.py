@@ -9,9 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.limits import Limits
-from gaitgraph.pacing import least_period, paced
-from gaitgraph.servos import servo_response
+from gaitgraph.pacing.limits import Limits
+from gaitgraph.pacing.pace import least_period, paced
+from gaitgraph.pacing.servos import servo_response
 
 gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
 limits = Limits(rate="300deg", acceleration=60.0)

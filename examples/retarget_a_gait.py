@@ -10,7 +10,7 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.retargeting import retarget
+from gaitgraph.retargeting.nearest import retarget
 from gaitgraph.tables import Table
 
 # %%

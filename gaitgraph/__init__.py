@@ -9,14 +9,11 @@ The names below are loaded when they are first used, so that importing the packa
     gait.parametrize(period=1.0).write("gait3.csv")
 
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, borders, outlines, areas, visibility, gait, margins, attitudes, reports,
-stretches, rules, checks, timing,
-polynomials, chords, curves, rounding, limits, speeds, laws, jerks, rests, routes, pacedgait, pacing, servos,
-fibergrid, graph, contract, loads, search, rasters, compact, sweeps, bottlenecks, walks, requests, obstacles, summary, plans, gridloops, anyangle, whereabouts, fiberloops, planning, ways, enumeration,
-circuits, simplecycles, catalog, tables, reading, validation, exchange, transitions, splines, corridors,
-programs, efforts, levels, tours, optima, optimal, retargeted, retargeting,
-robustness, drawing, plots,
-figures, cli.
+vehicle, invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, borders,
+outlines, areas, visibility, gait, margins, attitudes, reports, stretches, rules, checks, timing, curves, pacing,
+fibergrid, graph, contract, loads, search, compact, requests, obstacles, summary, plans, gridloops, anyangle,
+whereabouts, fiberloops, planning, ways, enumeration, circuits, simplecycles, catalog, tables, reading, validation,
+exchange, transitions, optimal, retargeting, robustness, drawing, plots, figures, cli.
 """
 
 from __future__ import annotations
@@ -32,8 +29,11 @@ if TYPE_CHECKING:
     from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
     from gaitgraph.circuits import Cycle, Cycles, cycles
     from gaitgraph.coloring import types_may_be_adjacent
-    from gaitgraph.compact import CompactGraph, compact_graph
+    from gaitgraph.compact.bits import CompactGraph, compact_graph
+    from gaitgraph.compact.walks import CompactWalk, compact_loop, compact_walk
     from gaitgraph.contract import validate_graph
+    from gaitgraph.curves.curve import Curve, curve_through
+    from gaitgraph.curves.rounding import Rounding, rounded
     from gaitgraph.errors import (
         ContractError,
         FileProblem,
@@ -67,8 +67,12 @@ if TYPE_CHECKING:
         nearest_singular_attitude,
         tilt_margin,
     )
-    from gaitgraph.optima import OptimalGait, Optimality
-    from gaitgraph.optimal import optimal_gait
+    from gaitgraph.optimal.optima import OptimalGait, Optimality
+    from gaitgraph.optimal.optimum import optimal_gait
+    from gaitgraph.pacing.limits import Limits
+    from gaitgraph.pacing.pace import Pacing, least_period, paced
+    from gaitgraph.pacing.pacedgait import PacedGait
+    from gaitgraph.pacing.servos import ServoResponse, servo_response
     from gaitgraph.paintings import Coloring, Colorings, colorings
     from gaitgraph.palettes import ColoringObstacle
     from gaitgraph.planning import plan_loop
@@ -76,8 +80,8 @@ if TYPE_CHECKING:
     from gaitgraph.reading import read_table
     from gaitgraph.reports import Check, Report
     from gaitgraph.requests import PlanRequest
-    from gaitgraph.retargeted import Retargeted
-    from gaitgraph.retargeting import retarget
+    from gaitgraph.retargeting.nearest import retarget
+    from gaitgraph.retargeting.retargeted import Retargeted
     from gaitgraph.robustness import Robustness, RobustnessReport, robustness_of
     from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
     from gaitgraph.surface import root_arrays, roots, sheet_grid
@@ -87,7 +91,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
     from gaitgraph.visibility import ShortestPaths
-    from gaitgraph.walks import CompactWalk, compact_loop, compact_walk
     from gaitgraph.whereabouts import whereabouts_of
 
 _HOMES = {
@@ -96,8 +99,11 @@ _HOMES = {
     "attitudes": ("AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"),
     "circuits": ("Cycle", "Cycles", "cycles"),
     "coloring": ("types_may_be_adjacent",),
-    "compact": ("CompactGraph", "compact_graph"),
+    "compact.bits": ("CompactGraph", "compact_graph"),
+    "compact.walks": ("CompactWalk", "compact_loop", "compact_walk"),
     "contract": ("validate_graph",),
+    "curves.curve": ("Curve", "curve_through"),
+    "curves.rounding": ("Rounding", "rounded"),
     "errors": (
         "ContractError",
         "FileProblem",
@@ -126,8 +132,12 @@ _HOMES = {
         "zero_moment_direction",
     ),
     "margins": ("attitude_sensitivities", "least_singular_value_within", "nearest_singular_attitude", "tilt_margin"),
-    "optima": ("OptimalGait", "Optimality"),
-    "optimal": ("optimal_gait",),
+    "optimal.optima": ("OptimalGait", "Optimality"),
+    "optimal.optimum": ("optimal_gait",),
+    "pacing.limits": ("Limits",),
+    "pacing.pace": ("Pacing", "least_period", "paced"),
+    "pacing.pacedgait": ("PacedGait",),
+    "pacing.servos": ("ServoResponse", "servo_response"),
     "paintings": ("Coloring", "Colorings", "colorings"),
     "palettes": ("ColoringObstacle",),
     "planning": ("plan_loop",),
@@ -135,8 +145,8 @@ _HOMES = {
     "reading": ("read_table",),
     "reports": ("Check", "Report"),
     "requests": ("PlanRequest",),
-    "retargeted": ("Retargeted",),
-    "retargeting": ("retarget",),
+    "retargeting.nearest": ("retarget",),
+    "retargeting.retargeted": ("Retargeted",),
     "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
     "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
     "surface": ("root_arrays", "roots", "sheet_grid"),
@@ -146,7 +156,6 @@ _HOMES = {
     "validation": ("validate",),
     "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
     "visibility": ("ShortestPaths",),
-    "walks": ("CompactWalk", "compact_loop", "compact_walk"),
     "whereabouts": ("whereabouts_of",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
@@ -162,6 +171,7 @@ __all__ = [
     "CompactGraph",
     "CompactWalk",
     "ContractError",
+    "Curve",
     "Cycle",
     "Cycles",
     "FileProblem",
@@ -169,11 +179,14 @@ __all__ = [
     "GaitgraphError",
     "Infeasible",
     "InputError",
+    "Limits",
     "MissingConstant",
     "NoCycle",
     "OptimalGait",
     "Optimality",
     "OutputExists",
+    "PacedGait",
+    "Pacing",
     "Plan",
     "PlanRequest",
     "Region",
@@ -181,6 +194,8 @@ __all__ = [
     "Retargeted",
     "Robustness",
     "RobustnessReport",
+    "Rounding",
+    "ServoResponse",
     "ShortestPaths",
     "SimpleCycle",
     "SingularCurve",
@@ -199,12 +214,14 @@ __all__ = [
     "compact_walk",
     "control_force_matrix",
     "control_moment_matrix",
+    "curve_through",
     "cycles",
     "decoupling_matrix",
     "determinant",
     "fiber_points",
     "gait_of",
     "hover_thrust_shares",
+    "least_period",
     "least_singular_value",
     "least_singular_value_within",
     "level_determinant",
@@ -212,6 +229,7 @@ __all__ = [
     "lift_to_fiber",
     "nearest_singular_attitude",
     "optimal_gait",
+    "paced",
     "parametrize",
     "pitch_sensitivity",
     "plan_loop",
@@ -222,6 +240,8 @@ __all__ = [
     "roll_sensitivity",
     "root_arrays",
     "roots",
+    "rounded",
+    "servo_response",
     "sheet_grid",
     "shortest_leg_across",
     "simple_cycle",

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import text_from_angle
-from gaitgraph.compact import compact_graph
+from gaitgraph.compact.bits import compact_graph
+from gaitgraph.compact.walks import compact_order, compact_walk, reachable_nodes
 from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
 from gaitgraph.graph import MOST_DIVISIONS, WAYPOINT_SNAP, nodes_above, surface_graph
@@ -18,7 +19,6 @@ from gaitgraph.plans import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.regions import separating_factor
 from gaitgraph.search import Blocked, Use, best_order, closed_walk
 from gaitgraph.surface import COLORS, Color
-from gaitgraph.walks import compact_order, compact_walk, reachable_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.compact import checked_compact_divisions
+from gaitgraph.compact.bits import checked_compact_divisions
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.fibers import stops_on_families
 from gaitgraph.files import table_from_toml, text_of

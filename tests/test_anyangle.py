@@ -15,11 +15,9 @@ import shapely
 from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
-from gaitgraph.anyangle import meeting_points, region_of, straight_loop_holds
+from gaitgraph.anyangle import region_of, straight_loop_holds
 from gaitgraph.invertibility import coefficients_of, least_singular_value_on_red
-from gaitgraph.regions import red_label
 from gaitgraph.requests import PlanRequest, request_of
-from gaitgraph.segments import keeps_singular_value_above
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import click
+import pytest
 
 import gaitgraph as gg
 from gaitgraph import cli
@@ -16,13 +17,13 @@ from gaitgraph import cli
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring", "palettes", "paintings",
-    "regions", "segments", "borders", "outlines", "areas", "visibility", "gait", "margins", "attitudes", "reports", "stretches", "rules", "checks", "timing",
-    "polynomials", "chords", "curves", "rounding", "limits", "speeds", "laws", "jerks", "rests", "routes", "pacedgait", "pacing", "servos",
-    "fibergrid", "graph", "contract", "loads", "search", "rasters", "compact", "sweeps", "bottlenecks", "walks", "requests", "obstacles", "summary", "plans", "gridloops", "anyangle", "whereabouts", "fiberloops", "planning", "ways", "enumeration",
-    "circuits", "simplecycles", "catalog", "tables", "reading", "validation", "exchange", "transitions",
-    "splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimal", "retargeted", "retargeting",
-    "robustness", "drawing", "plots", "figures", "cli", "__main__",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring",
+    "palettes", "paintings", "regions", "segments", "borders", "outlines", "areas", "visibility", "gait", "margins",
+    "attitudes", "reports", "stretches", "rules", "checks", "timing", "curves", "pacing", "fibergrid", "graph",
+    "contract", "loads", "search", "compact", "requests", "obstacles", "summary", "plans", "gridloops", "anyangle",
+    "whereabouts", "fiberloops", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables",
+    "reading", "validation", "exchange", "transitions", "optimal", "retargeting", "robustness", "drawing", "plots",
+    "figures", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
@@ -33,8 +34,15 @@ DELEGATIONS = {
 }
 
 
-# The rooms of the sub-package plots, in its order; its __init__ gathers what they offer.
-PLOTS = ("vehicles", "roots", "types", "regions", "gaits")
+# The rooms of the sub-packages, in their order. The __init__ of plots gathers what its rooms offer.
+INNER = {
+    "curves": ("polynomials", "chords", "curve", "rounding"),
+    "pacing": ("limits", "speeds", "laws", "jerks", "rests", "routes", "pacedgait", "pace", "servos"),
+    "compact": ("rasters", "bits", "sweeps", "bottlenecks", "walks"),
+    "optimal": ("splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimum"),
+    "retargeting": ("retargeted", "nearest"),
+    "plots": ("vehicles", "roots", "types", "regions", "gaits"),
+}
 
 # Those of the sub-package cli: what commands share, in order, and the files of commands, which import only that.
 CLI = ("commands", "options", "terminal")
@@ -74,7 +82,7 @@ def test_each_room_imports_only_from_rooms_before_it() -> None:
     delegations = set()
     for position, module in enumerate(ORDER):
         for room, function in imports(module):
-            if room == module and room in ("plots", "cli"):
+            if room == module and room in (*INNER, "cli"):
                 continue  # its own order is tested below
             if ORDER.index(room) >= position:
                 assert function is not None, f"{module} imports {room}, which comes later"
@@ -82,12 +90,15 @@ def test_each_room_imports_only_from_rooms_before_it() -> None:
     assert delegations == DELEGATIONS
 
 
-def test_the_rooms_of_plots_import_only_from_those_before_them() -> None:
-    assert {path.stem for path in (PACKAGE / "plots").glob("*.py")} == {*PLOTS, "__init__"}
-    for position, module in enumerate(PLOTS):
-        source = (PACKAGE / "plots" / f"{module}.py").read_text()
-        used = [line.split()[1].split(".")[2] for line in source.splitlines() if "from gaitgraph.plots." in line]
-        assert all(PLOTS.index(room) < position for room in used), module
+@pytest.mark.parametrize("package", INNER)
+def test_the_rooms_of_a_sub_package_import_only_from_those_before_them(package: str) -> None:
+    rooms = INNER[package]
+    assert {path.stem for path in (PACKAGE / package).glob("*.py")} == {*rooms, "__init__"}
+    for position, module in enumerate(rooms):
+        tree = ast.parse((PACKAGE / package / f"{module}.py").read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(f"gaitgraph.{package}."):
+                assert rooms.index((node.module or "").split(".")[2]) < position, module
 
 
 def test_the_files_of_the_command_line_import_only_what_commands_share() -> None:

@@ -12,10 +12,10 @@ from numpy.polynomial import polynomial as power
 from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
-from gaitgraph.curves import Curve, curve_through
+from gaitgraph.curves.curve import Curve, curve_through
+from gaitgraph.curves.polynomials import bernstein_from_power, derivative_of, values_of
+from gaitgraph.curves.rounding import rounded
 from gaitgraph.invertibility import least_singular_value, level_determinant
-from gaitgraph.polynomials import bernstein_from_power, derivative_of, values_of
-from gaitgraph.rounding import rounded
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True)

@@ -13,18 +13,18 @@ from scipy import ndimage
 
 from gaitgraph.areas import admissible_region
 from gaitgraph.cli.optimising import optimize_command
-from gaitgraph.corridors import Sides
-from gaitgraph.curves import Curve
-from gaitgraph.efforts import LeastEffort
+from gaitgraph.curves.curve import Curve
 from gaitgraph.errors import Infeasible, InputError, MissingConstant
 from gaitgraph.invertibility import hover_thrust_shares, least_singular_value, least_singular_value_on_red
-from gaitgraph.levels import component_meeting, highest_level, least_share_region, level_region
-from gaitgraph.optima import OBJECTIVES, OptimalGait
-from gaitgraph.optimal import CLEARANCE, optimal_gait
-from gaitgraph.programs import Discs, SmoothLoop
+from gaitgraph.optimal.corridors import Sides
+from gaitgraph.optimal.efforts import LeastEffort
+from gaitgraph.optimal.levels import component_meeting, highest_level, least_share_region, level_region
+from gaitgraph.optimal.optima import OBJECTIVES, OptimalGait
+from gaitgraph.optimal.optimum import CLEARANCE, optimal_gait
+from gaitgraph.optimal.programs import Discs, SmoothLoop
+from gaitgraph.optimal.splines import basis_rows, control_points_along, effort_matrix, hull_matrix, power_pieces
+from gaitgraph.optimal.tours import least_loop_length, shortest_loop
 from gaitgraph.reading import read_table
-from gaitgraph.splines import basis_rows, control_points_along, effort_matrix, hull_matrix, power_pieces
-from gaitgraph.tours import least_loop_length, shortest_loop
 from gaitgraph.validation import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 

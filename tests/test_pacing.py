@@ -16,21 +16,21 @@ from scipy.optimize import linprog
 
 import gaitgraph as gg
 from gaitgraph.cli.pacing import pace_command
-from gaitgraph.curves import Curve, curve_through
+from gaitgraph.curves.curve import Curve, curve_through
+from gaitgraph.curves.rounding import rounded
 from gaitgraph.gait import lift
-from gaitgraph.limits import Limits, limits_of
-from gaitgraph.pacing import least_period, paced
+from gaitgraph.pacing.limits import Limits, limits_of
+from gaitgraph.pacing.pace import least_period, paced
+from gaitgraph.pacing.rests import phases
+from gaitgraph.pacing.speeds import fastest_squared_speeds
 from gaitgraph.reading import read_table
-from gaitgraph.rests import phases
-from gaitgraph.rounding import rounded
-from gaitgraph.speeds import fastest_squared_speeds
 from gaitgraph.tables import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.pacedgait import PacedGait
+    from gaitgraph.pacing.pacedgait import PacedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 FORTH_AND_BACK = lift([(0.4, -0.4), (1.2, -0.4)], "red")

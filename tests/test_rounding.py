@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
+from gaitgraph.curves.rounding import rounded
 from gaitgraph.gait import lift
-from gaitgraph.rounding import rounded
 from tests.published import GAITS
 
 angle = st.floats(-1.4, 1.4)

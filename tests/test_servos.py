@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import gaitgraph as gg
 from gaitgraph.gait import lift
 from gaitgraph.invertibility import least_singular_value
-from gaitgraph.limits import Limits
-from gaitgraph.pacing import paced
-from gaitgraph.servos import servo_response
+from gaitgraph.pacing.limits import Limits
+from gaitgraph.pacing.pace import paced
+from gaitgraph.pacing.servos import servo_response
 from gaitgraph.surface import sheet_distances
 from tests.published import GAITS
 

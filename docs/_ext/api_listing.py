@@ -38,7 +38,9 @@ def names_of(room: str) -> list[tuple[str, str]]:
     if room in MODULES:
         found = [(f"gaitgraph.{room}", name) for name in import_module(f"gaitgraph.{room}").__all__]
     else:
-        found = [("gaitgraph", name) for name in gaitgraph.__all__ if gaitgraph._HOME.get(name) == room]
+        found = [
+            ("gaitgraph", name) for name in gaitgraph.__all__ if gaitgraph._HOME.get(name, "").split(".")[0] == room
+        ]
 
     def place(pair: tuple[str, str]) -> tuple[bool, bool, str]:
         value = getattr(import_module(pair[0]), pair[1])

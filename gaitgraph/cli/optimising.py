@@ -66,7 +66,7 @@ def optimize_command(
     The answer says how far from the best possible it may be, and is checked between samples too. The exit code is 1,
     with the reason, if no flyable gait passes the discs.
     """
-    from gaitgraph.optimal import optimal_gait
+    from gaitgraph.optimal.optimum import optimal_gait
     from gaitgraph.tables import check_outputs, write_tables
     from gaitgraph.timing import checked_clock
     from gaitgraph.vehicle import PAPER
@@ -115,7 +115,7 @@ def retarget_command(
     Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
     flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
     """
-    from gaitgraph.retargeting import retarget
+    from gaitgraph.retargeting.nearest import retarget
     from gaitgraph.tables import check_outputs, write_tables
 
     asked = stated(options)

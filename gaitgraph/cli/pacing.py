@@ -54,9 +54,9 @@ def pace_command(
     """
     from gaitgraph.angles import angle_from_text
     from gaitgraph.exchange import read_gait
-    from gaitgraph.limits import limits_of
-    from gaitgraph.pacing import least_period, paced
-    from gaitgraph.servos import servo_response
+    from gaitgraph.pacing.limits import limits_of
+    from gaitgraph.pacing.pace import least_period, paced
+    from gaitgraph.pacing.servos import servo_response
     from gaitgraph.tables import check_outputs, table_of, write_tables
 
     check_outputs(outputs, force=force)

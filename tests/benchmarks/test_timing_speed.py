@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gaitgraph.curves.rounding import rounded
 from gaitgraph.gait import lift
-from gaitgraph.limits import Limits
-from gaitgraph.pacing import least_period
-from gaitgraph.rounding import rounded
+from gaitgraph.pacing.limits import Limits
+from gaitgraph.pacing.pace import least_period
 from tests.published import GAITS
 
 toppra = pytest.importorskip("toppra")

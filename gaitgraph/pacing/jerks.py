@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.laws import Law, law_through_nodes
-from gaitgraph.polynomials import derivative_of, values_of
+from gaitgraph.curves.polynomials import derivative_of, values_of
+from gaitgraph.pacing.laws import Law, law_through_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.curves import Curve
+    from gaitgraph.curves.curve import Curve
 
 __all__ = ["laws_under_jerk"]
 

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.limits import KINDS, UNITS, Limits, limits_of
-from gaitgraph.pacedgait import PacedGait
-from gaitgraph.routes import Route
+from gaitgraph.pacing.limits import KINDS, UNITS, Limits, limits_of
+from gaitgraph.pacing.pacedgait import PacedGait
+from gaitgraph.pacing.routes import Route
 from gaitgraph.timing import checked_clock
 
 if TYPE_CHECKING:
-    from gaitgraph.curves import Curve
+    from gaitgraph.curves.curve import Curve
+    from gaitgraph.curves.rounding import Rounding
     from gaitgraph.gait import Gait
-    from gaitgraph.rounding import Rounding
 
 __all__ = ["Pacing", "least_period", "paced"]
 

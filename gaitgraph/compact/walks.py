@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.bottlenecks import robust_roads
-from gaitgraph.compact import CompactGraph, compact_graph
+from gaitgraph.compact.bits import CompactGraph, compact_graph
+from gaitgraph.compact.bottlenecks import robust_roads
+from gaitgraph.compact.sweeps import FAR, Engine, Roads, roads_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.reports import DEFAULT_FLOOR
 from gaitgraph.search import (
@@ -29,7 +30,6 @@ from gaitgraph.search import (
     order_on,
 )
 from gaitgraph.surface import COLORS, Color
-from gaitgraph.sweeps import FAR, Engine, Roads, roads_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def compact_loop(
     waypoints
         (α1, α2) pairs in [−π/2, π/2], shape (k, 2), k ≥ 1 [rad].
     sign, divisions, use, colors, vehicle, coefficients, zones, floor
-        As for :func:`gaitgraph.compact.compact_graph`.
+        As for :func:`gaitgraph.compact.bits.compact_graph`.
     objective, engine, progress
         As for :func:`compact_walk`.
 
@@ -150,7 +150,7 @@ def compact_walk(
     objective
         "shortest", "robust" or "thrust", as for :func:`gaitgraph.search.closed_walk`; robust not for two_color.
     engine
-        "auto", "waves" or "kernel"; see :mod:`gaitgraph.sweeps`. All give the same walk.
+        "auto", "waves" or "kernel"; see :mod:`gaitgraph.compact.sweeps`. All give the same walk.
     progress
         Called with a line of text before each step of the work.
 

@@ -16,11 +16,11 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.checks import check_gait, checked_limits
-from gaitgraph.chords import Beside
+from gaitgraph.curves.chords import Beside
+from gaitgraph.curves.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Coefficients, coefficients_of
-from gaitgraph.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Report
 from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -60,7 +60,7 @@ class Curve:
     Notes
     -----
     Not guaranteed by its existence: that a curve is flyable; :meth:`check` says so. Nor that it keeps its speed: where
-    the first derivative vanishes it may turn back on itself, as in :mod:`gaitgraph.rounding`.
+    the first derivative vanishes it may turn back on itself, as in :mod:`gaitgraph.curves.rounding`.
 
     Examples
     --------

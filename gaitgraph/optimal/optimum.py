@@ -1,10 +1,10 @@
 """Optimal gaits: the smooth loop through discs whose worst place is best, or whose tilting costs least.
 
 The worst case first: the highest level that any loop through the discs can keep is bracketed, with a proof, by the
-components of regions (:mod:`gaitgraph.levels`). Of the loops that keep this level but for a small concession, one of
-locally least tilt-rate effort is found (:mod:`gaitgraph.efforts`). So the worst case is optimal among all loops, to
-within a stated gap, and the form of the loop is a local optimum. If the effort itself is the objective the loop is a
-local optimum, and a lower bound of all loops' effort is told beside it.
+components of regions (:mod:`gaitgraph.optimal.levels`). Of the loops that keep this level but for a small concession,
+one of locally least tilt-rate effort is found (:mod:`gaitgraph.optimal.efforts`). So the worst case is optimal among
+all loops, to within a stated gap, and the form of the loop is a local optimum. If the effort itself is the objective
+the loop is a local optimum, and a lower bound of all loops' effort is told beside it.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.areas import Region, admissible_region
 from gaitgraph.checks import checked_limits
-from gaitgraph.curves import Curve
-from gaitgraph.efforts import LeastEffort
+from gaitgraph.curves.curve import Curve
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
-from gaitgraph.levels import component_meeting, highest_level, largest_share, level_region
-from gaitgraph.optima import OBJECTIVES, Objective, OptimalGait, Optimality, clock_checks
-from gaitgraph.programs import Discs, SmoothLoop
+from gaitgraph.optimal.efforts import LeastEffort
+from gaitgraph.optimal.levels import component_meeting, highest_level, largest_share, level_region
+from gaitgraph.optimal.optima import OBJECTIVES, Objective, OptimalGait, Optimality, clock_checks
+from gaitgraph.optimal.programs import Discs, SmoothLoop
+from gaitgraph.optimal.splines import FEWEST_PIECES, basis_rows, power_pieces
+from gaitgraph.optimal.tours import least_loop_length, shortest_loop
 from gaitgraph.regions import Zones, separating_factor
 from gaitgraph.reports import DEFAULT_FLOOR, Report
-from gaitgraph.splines import FEWEST_PIECES, basis_rows, power_pieces
 from gaitgraph.timing import checked_clock
-from gaitgraph.tours import least_loop_length, shortest_loop
 from gaitgraph.vehicle import PAPER, Vehicle
 from gaitgraph.visibility import ShortestPaths
 

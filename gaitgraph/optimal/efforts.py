@@ -2,13 +2,12 @@
 
 The loop is a periodic cubic spline, its effort a convex quadratic form of the control points. Inside a polygon the
 problem is not convex; it is solved as a sequence of convex ones. Around the hull of each piece of the curve lies a
-convex cell inside the polygon (:mod:`gaitgraph.corridors`). While every hull stays in its cell the whole curve stays
-inside, between samples too. The best spline within the cells is found (:mod:`gaitgraph.programs`), and the cells are
-drawn anew around it. When each disc is passed is unknown too: it moves a little, to first order, and is then held fixed
-for a second programme, which makes the loop admissible again. Last, sequential quadratic programming settles discs and
-passes exactly. Each loop of the sequence is admissible, and its effort is less than that of the one before. What it
-ends in is a local optimum.
-"""
+convex cell inside the polygon (:mod:`gaitgraph.optimal.corridors`). While every hull stays in its cell the whole
+curve stays inside, between samples too. The best spline within the cells is found
+(:mod:`gaitgraph.optimal.programs`), and the cells are drawn anew around it. When each disc is passed is unknown too:
+it moves a little, to first order, and is then held fixed for a second programme, which makes the loop admissible
+again. Last, sequential quadratic programming settles discs and passes exactly. Each loop of the sequence is
+admissible, and its effort is less than that of the one before. What it ends in is a local optimum. """
 
 from __future__ import annotations
 
@@ -18,9 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.corridors import Sides
-from gaitgraph.programs import PARTS, Discs, Program, SmoothLoop
-from gaitgraph.splines import basis_rows, control_points_along, hull_matrix
+from gaitgraph.optimal.corridors import Sides
+from gaitgraph.optimal.programs import PARTS, Discs, Program, SmoothLoop
+from gaitgraph.optimal.splines import basis_rows, control_points_along, hull_matrix
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -155,7 +154,7 @@ class LeastEffort:
         return self._step(loop, _NEAR).refined()
 
     def stationarity(self, loop: SmoothLoop) -> tuple[float, tuple[int, ...], bool]:
-        """Return what :meth:`gaitgraph.programs.Program.stationarity` does for a loop."""
+        """Return what :meth:`gaitgraph.optimal.programs.Program.stationarity` does for a loop."""
         if not loop.effort > 0:
             return 0.0, (), False
         return self._step(loop, _NEAR).stationarity()

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.compact import STEPS, CompactGraph
+from gaitgraph.compact.bits import STEPS, CompactGraph
 from gaitgraph.errors import InputError, shown
 from gaitgraph.loads import MOST_LOAD, mean_load, red_load
 from gaitgraph.search import QUANTA_PER_RADIAN
@@ -150,7 +150,7 @@ def engine_of(engine: object) -> Engine:
 def roads_of(graph: CompactGraph, *, loaded: bool = False, engine: Engine = "auto") -> Roads:
     """Return a graph's edges with their costs: lengths, or if `loaded` the integrals of the load.
 
-    >>> from gaitgraph.compact import compact_graph
+    >>> from gaitgraph.compact.bits import compact_graph
     >>> roads = roads_of(compact_graph("negative", 16), engine="waves")
     >>> source, target = 14 * 17 + 2, 10 * 17 + 6
     >>> int(roads.distances(source, [target])[target]) / 1e12  # four diagonal steps

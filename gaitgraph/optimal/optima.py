@@ -18,7 +18,7 @@ from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.timing import checked_clock
 
 if TYPE_CHECKING:
-    from gaitgraph.curves import Curve
+    from gaitgraph.curves.curve import Curve
     from gaitgraph.gait import Gait
 
 __all__ = ["OBJECTIVES", "OptimalGait", "Optimality", "clock_checks"]

@@ -122,7 +122,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     Parameters
     ----------
     timed
-        What is commanded; also a :class:`gaitgraph.pacedgait.PacedGait`.
+        What is commanded; also a :class:`gaitgraph.pacing.pacedgait.PacedGait`.
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 

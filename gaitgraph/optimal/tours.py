@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.levels import component_meeting
+from gaitgraph.optimal.levels import component_meeting
 from gaitgraph.visibility import ShortestPaths
 
 if TYPE_CHECKING:
     from gaitgraph.areas import Region
-    from gaitgraph.programs import Discs
+    from gaitgraph.optimal.programs import Discs
 
 __all__ = ["least_loop_length", "shortest_loop"]
 
@@ -34,7 +34,7 @@ def least_loop_length(discs: Discs, region: Region | None = None) -> float:
 
     Examples
     --------
-    >>> from gaitgraph.programs import Discs
+    >>> from gaitgraph.optimal.programs import Discs
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> round(least_loop_length(Discs(centers=square, radii=np.zeros(4))), 9)
     4.0

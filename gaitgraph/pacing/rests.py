@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.laws import tilts_between
+from gaitgraph.pacing.laws import tilts_between
 
 __all__ = ["legs_from_rest_to_rest", "phases"]
 
@@ -78,7 +78,7 @@ def legs_from_rest_to_rest(
     Returns
     -------
     widths, tilts
-        As :func:`gaitgraph.laws.tilts_over_time`.
+        As :func:`gaitgraph.pacing.laws.tilts_over_time`.
     """
     step = np.roll(plane, -1, axis=0) - plane
     leg = np.linalg.norm(step, axis=1)

@@ -2,8 +2,8 @@
 
 The *width* of an edge is its least singular value as the surface graph states it, within 1e-5 of the least along it.
 The widest closed walk through all stops is found without it for almost all edges: the lower width of both ends is at
-least the edge's, and exceeds it by no more than :func:`gaitgraph.compact.loss_within`, so that only edges about the
-best worst case between ends are asked for theirs.
+least the edge's, and exceeds it by no more than :func:`gaitgraph.compact.bits.loss_within`, so that only edges about
+the best worst case between ends are asked for theirs.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.compact import STEPS, CompactGraph, loss_within
+from gaitgraph.compact.bits import STEPS, CompactGraph, loss_within
 from gaitgraph.graph import edge_quantities
 from gaitgraph.invertibility import least_singular_value_on_red
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.sweeps import Roads
+    from gaitgraph.compact.sweeps import Roads
 
 __all__ = ["robust_roads"]
 

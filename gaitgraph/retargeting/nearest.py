@@ -29,7 +29,7 @@ from gaitgraph.invertibility import Kind, coefficients_of, level_determinant
 from gaitgraph.reading import read_table
 from gaitgraph.regions import Zones
 from gaitgraph.reports import DEFAULT_FLOOR
-from gaitgraph.retargeted import Retargeted
+from gaitgraph.retargeting.retargeted import Retargeted
 from gaitgraph.surface import text_from_types, types_of
 from gaitgraph.tables import ANGLES, CLOSED_GAP, Table, setting_of, table_of
 from gaitgraph.timing import TimedGait

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.programs import Discs
+    from gaitgraph.optimal.programs import Discs
 
 __all__ = ["Bracket", "component_meeting", "highest_level", "largest_share", "least_share_region", "level_region"]
 

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.splines import basis_rows, effort_matrix, hull_matrix
+from gaitgraph.optimal.splines import basis_rows, effort_matrix, hull_matrix
 
 if TYPE_CHECKING:
-    from gaitgraph.corridors import HalfPlanes
+    from gaitgraph.optimal.corridors import HalfPlanes
 
 __all__ = ["PARTS", "Discs", "Program", "SmoothLoop"]
 

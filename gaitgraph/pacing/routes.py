@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.curves import Curve
+from gaitgraph.curves.curve import Curve
+from gaitgraph.curves.polynomials import bernstein_from_power, derivative_of
+from gaitgraph.curves.rounding import Rounding, rounded
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait import Gait
-from gaitgraph.jerks import laws_under_jerk
-from gaitgraph.laws import peaks_of, smoothed_law, tilts_over_time
-from gaitgraph.polynomials import bernstein_from_power, derivative_of
-from gaitgraph.rests import legs_from_rest_to_rest
-from gaitgraph.rounding import Rounding, rounded
-from gaitgraph.speeds import fastest_squared_speeds
+from gaitgraph.pacing.jerks import laws_under_jerk
+from gaitgraph.pacing.laws import peaks_of, smoothed_law, tilts_over_time
+from gaitgraph.pacing.rests import legs_from_rest_to_rest
+from gaitgraph.pacing.speeds import fastest_squared_speeds
 
 if TYPE_CHECKING:
-    from gaitgraph.laws import Law
-    from gaitgraph.limits import Limits
+    from gaitgraph.pacing.laws import Law
+    from gaitgraph.pacing.limits import Limits
 
 __all__ = ["Route"]
 

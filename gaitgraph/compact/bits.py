@@ -27,11 +27,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.coloring import neighbors_allowed
+from gaitgraph.compact.rasters import zone_raster
 from gaitgraph.errors import InputError, shown
 from gaitgraph.graph import WAYPOINT_SNAP, Sign, edge_quantities, grid_axis, waypoint_nodes
 from gaitgraph.invertibility import Coefficients, coefficients_of, least_singular_value_on_red, noise_of
 from gaitgraph.loads import red_load
-from gaitgraph.rasters import zone_raster
 from gaitgraph.reports import DEFAULT_FLOOR
 from gaitgraph.search import Use, allowed_edges
 from gaitgraph.segments import level_determinant_curvature

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.checks import check_gait
-from gaitgraph.curves import lifted
+from gaitgraph.curves.curve import lifted
+from gaitgraph.curves.polynomials import derivative_of, values_of
 from gaitgraph.gait import vertices
-from gaitgraph.laws import peaks_of
-from gaitgraph.limits import KINDS, UNITS, Limits
-from gaitgraph.polynomials import derivative_of, values_of
+from gaitgraph.pacing.laws import peaks_of
+from gaitgraph.pacing.limits import KINDS, UNITS, Limits
 from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.rules import limit_check
 from gaitgraph.timing import TimedGait
 
 if TYPE_CHECKING:
-    from gaitgraph.curves import Curve
+    from gaitgraph.curves.curve import Curve
 
 __all__ = ["PacedGait", "Touch"]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.polynomials import bernstein_from_power, derivative_of
+from gaitgraph.curves.polynomials import bernstein_from_power, derivative_of
 
 __all__ = [
     "Law",
@@ -205,7 +205,7 @@ def tilts_over_time(law: Law, breaks: FloatArray, pieces: FloatArray) -> tuple[F
     law
         The law; its speed is positive everywhere.
     breaks, pieces
-        The path, as :class:`gaitgraph.curves.Curve` has it.
+        The path, as :class:`gaitgraph.curves.curve.Curve` has it.
 
     Returns
     -------

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
-from gaitgraph.curves import Curve
+from gaitgraph.curves.curve import Curve
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     Notes
     -----
     Not guaranteed: that the curve is flyable wherever the polyline is. It lies in the triangles of the corners; ask
-    :meth:`gaitgraph.curves.Curve.check`.
+    :meth:`gaitgraph.curves.curve.Curve.check`.
 
     With legs along the unit vectors u and v, a blend that takes d of each leg, with control points 2d/5 apart, passes
     its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
