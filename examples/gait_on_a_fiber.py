@@ -11,36 +11,23 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.fiberloops import gait_along, stops_on_families
 from gaitgraph.fibers import family_distances
-from gaitgraph.graph import nodes_above
-from gaitgraph.search import closed_walk
-from gaitgraph.unfolding import shortest_leg_across
 
 # %%
-# Waypoints have two angles, for the red sheet, or four. Angles near a fibre are moved onto it.
+# Waypoints have two angles, for the red sheet, or four. Angles near a fibre are moved onto it. The loop is valid, and
+# not flyable: two rotors idle on the fibre.
 
-coefficients = gg.coefficients_of()
 waypoints = [(-0.9, -0.1), (0.167, -0.2, 0.167, 0.9), (0.167, 1.2, 0.167, 0.3), (-0.6, 1.1)]
-stops, notes = stops_on_families(waypoints, coefficients)
-print(*notes, sep="\n")
+plan = gg.plan_loop(waypoints, sheets="all")
+print(*(note for note in plan.warnings if "moved" in note), sep="\n")
+print(f"valid {plan.report.valid}, flyable {plan.report.flyable}: {plan.reason}")
 
 # %%
-# The shortest loop on the grid of all sheets. It is valid, and not flyable: two rotors idle on the fibre.
+# Each leg is straight once the two pages are unfolded into one plane. On the paper's grid the way is longer. Travel is
+# the length in all four angles, over √2: in the (α1, α2) plane a way on the first fibre looks shorter than it is.
 
-graph = gg.surface_graph("positive", waypoints=stops, sheets="all")
-walk = closed_walk(graph, nodes_above(graph, stops))
-on_grid = gait_along(graph, walk.nodes).merged()
-report = on_grid.check()
-print(f"valid {report.valid}, flyable {report.flyable}: {report.reason.split(':')[0]}")
-
-# %%
-# Without a grid: each leg is straight once the two pages are unfolded into one plane.
-
-ends = [(*stop, *stop) if len(stop) == 2 else stop for stop in stops]
-there = shortest_leg_across(ends[0], ends[1], "fiber1", coefficients)
-back = shortest_leg_across(ends[2], ends[3], "fiber1", coefficients)
-exact = gg.Gait(alpha=np.vstack([there.points, back.points]), colors=(*there.colors[:2], *["fiber1"] * 2, "red", "red"))
+exact, on_grid = plan.gait, gg.plan_loop(waypoints, sheets="all", method="grid").gait
+coefficients = exact.coefficients
 print(f"travel {on_grid.travel:.4f} rad on the grid, {exact.travel:.4f} rad straight; valid {exact.check().valid}")
 
 # %%

@@ -465,7 +465,7 @@ def meeting_points(coefficients: Coefficients, sign: str) -> list[Point]:
     if coefficients.kind == "exact":
         return []
     delta, wanted = coefficients.delta, 1.0 if sign == "positive" else -1.0
-    out = []
+    out: list[Point] = []
     for a1 in (delta, float(wrapped(delta + HALF_PI))):
         for a2 in (-delta, float(wrapped(HALF_PI - delta))):
             alpha = np.array([a1, a2, *map(float, sheet_angles("red", a1, a2, coefficients))])

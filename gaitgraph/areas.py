@@ -596,9 +596,9 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
 
 def _singular_value_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
     """Return the region, with `inner` holding the third singular value to a floor of its own, not below the other."""
-    inner, outer = _singular_value_polygons(floor, floor, vehicle.signed_drag_ratio, accuracy)
-    if block > floor:
-        inner = _singular_value_polygons(floor, block, vehicle.signed_drag_ratio, accuracy)[0]
+    kappa = vehicle.signed_drag_ratio
+    inner = _singular_value_polygon(floor, block, kappa, accuracy, inside=True)
+    outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
@@ -607,23 +607,20 @@ def _singular_value_region(floor: float, block: float, vehicle: Vehicle, accurac
     return _only(Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at), inner, outer, accuracy)
 
 
-@lru_cache(maxsize=32)
-def _singular_value_polygons(
-    floor: float, block: float, kappa: float, accuracy: float
-) -> tuple[BaseGeometry, BaseGeometry]:
+@lru_cache(maxsize=64)
+def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: float, *, inside: bool) -> BaseGeometry:
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
-        return _box(0, 0, 0, 0), _box(0, 0, 0, 0)
-    outside, inside = (_strips(delta, math.acos(alone) - margin) for margin in (0.0, _TOUCH if floor else 0.0))
-    if floor == 0:
-        return inside, outside
-    if floor < accuracy / 2:
-        # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
-        band = weak_block(accuracy / 2, kappa, accuracy / 32)
-        return inside.difference(_moved(band, accuracy / 16)), outside
-    band = weak_block(block, kappa, min(_tolerance(accuracy), block / 16))
-    return inside.difference(_moved(band, accuracy / 2)), outside.difference(_moved(band, -accuracy / 2))
+        return _box(0, 0, 0, 0)
+    strips = _strips(delta, math.acos(alone) - (_TOUCH if floor and inside else 0.0))
+    if floor >= accuracy / 2:
+        band = weak_block(block, kappa, min(_tolerance(accuracy), block / 16))
+        return strips.difference(_moved(band, accuracy / 2 if inside else -accuracy / 2))
+    if floor == 0 or not inside:
+        return strips
+    # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
+    return strips.difference(_moved(weak_block(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
 
 
 def _strips(delta: float, reach: float) -> BaseGeometry:

@@ -79,15 +79,16 @@ class Waves:
         """Return the values at points of shape (m, 2)."""
         return np.asarray(np.cos(self._phases(points)) @ self.terms[:, 0])
 
-    def slopes_at(self, points: FloatArray) -> FloatArray:
-        """Return the gradients at points, shape (m, 2)."""
-        return np.asarray(-np.sin(self._phases(points)) @ (self.terms[:, :1] * self.terms[:, 1:3]))
+    def along(self, points: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return values, slopes along directions of length one and across them (to the left), and bends along them.
 
-    def bends_at(self, points: FloatArray, along: FloatArray) -> FloatArray:
-        """Return the second derivatives at points along directions of length one, both of shape (m, 2)."""
-        return np.asarray(
-            -np.sum(np.cos(self._phases(points)) * (along @ self.terms[:, 1:3].T) ** 2 * self.terms[:, 0], 1)
-        )
+        Points and directions have the shape (m, 2), what is returned (m,). The bend is the second derivative.
+        """
+        phases, size = self._phases(points), self.terms[:, 0]
+        falls, values = -np.sin(phases), np.cos(phases)
+        rates = direction @ self.terms[:, 1:3].T
+        side = direction @ np.stack([self.terms[:, 2], -self.terms[:, 1]])
+        return values @ size, (falls * rates) @ size, (falls * side) @ size, -(values * rates**2) @ size
 
     def most(self, order: int) -> float:
         """Return what no derivative of an order, along any directions of length one, can exceed."""
@@ -137,23 +138,20 @@ class Border:
         chord = ends - starts
         length = np.hypot(chord[:, 0], chord[:, 1])
         along = chord / np.maximum(length, 1e-300)[:, None]
-        across = np.column_stack([-along[:, 1], along[:, 0]])
-        middle = (starts + ends) / 2
-        half = length / 2
-        p, p_slopes, q_slopes = self.squared.at(middle), self.squared.slopes_at(middle), self.rest.slopes_at(middle)
-        p_along, p_across = np.sum(p_slopes * along, axis=1), np.sum(p_slopes * across, axis=1)
-        p_bend, q_bend = self.squared.bends_at(middle, along), self.rest.bends_at(middle, along)
+        middle, half = (starts + ends) / 2, length / 2
+        p, p_along, p_across, p_bend = self.squared.along(middle, along)
+        _, _, q_across, q_bend = self.rest.along(middle, along)
         p_most2, p_most3, q_most2, q_most3 = (w.most(k) for w in (self.squared, self.rest) for k in (2, 3))
         # The largest of |P| and of its slopes on the rectangle, from the middle and what may change from there.
         most_along = np.abs(p_along) + p_most2 * (half + reach)
         most_across = np.abs(p_across) + p_most2 * (half + reach)
         most = np.abs(p) + most_along * half + most_across * reach
         common = 2 * most * p_most2 + q_most2
-        slope = np.abs(2 * p * p_across + np.sum(q_slopes * across, axis=1))
+        slope = np.abs(2 * p * p_across + q_across)
         slope = slope - (2 * most_along * most_across + common) * half - (2 * most_across**2 + common) * reach
         bend = np.abs(2 * p_along**2 + 2 * p * p_bend + q_bend)
         bend = bend + half * (6 * most_along * p_most2 + 2 * most * p_most3 + q_most3)
-        left = np.maximum(np.abs(self.at(starts)), np.abs(self.at(ends)))
+        left = np.abs(self.at(np.concatenate([starts, ends]))).reshape(2, -1).max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = (left + bend * length**2 / 8) / slope
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
@@ -181,27 +179,35 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
 
     Samples are dense at both ends, where an explicit border may rise like a square root. A straight side needs none.
     """
+    if border is None:
+        return np.array([low, high])
 
     def at(theta: FloatArray) -> FloatArray:
         x = (low + high) / 2 - (high - low) / 2 * np.cos(theta)
-        x[0], x[-1] = low, high
-        return x
+        return np.where(theta <= 0, low, np.where(theta >= math.pi, high, x))
 
-    if border is None:
-        return np.array([low, high])
     theta = np.linspace(0.0, math.pi, _FIRST_CHORDS + 1)
+    kept, starts, ends = [theta], theta[:-1], theta[1:]
     for _ in range(_MOST_ROUNDS):
-        x = at(theta)
-        points = np.column_stack([x, function(x)])
-        bound = border.deviation(points[:-1], points[1:], 2 * tolerance)
+        x = at(np.concatenate([starts, ends]))
+        first, second = np.split(np.column_stack([x, function(x)]), 2)
+        bound = border.deviation(first, second, 2 * tolerance)
         # A chord shorter than the tolerance is as good as the border.
-        bound[np.hypot(*(points[1:] - points[:-1]).T) < tolerance / 2] = 0.0
-        pieces = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
-        if pieces.max() <= 1:
+        bound[np.hypot(*(second - first).T) < tolerance / 2] = 0.0
+        pieces = np.where(np.isfinite(bound), np.ceil(np.sqrt(bound / tolerance)), 4.0)
+        open_ = pieces > 1
+        if not open_.any():
             break
-        more = [theta[:-1][k < pieces] + (np.diff(theta) * k / pieces)[k < pieces] for k in range(1, int(pieces.max()))]
-        theta = np.sort(np.concatenate([theta, *more]))
-    return at(theta)
+        count = pieces[open_].astype(int)
+        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        begin, step = np.repeat(starts[open_], count), np.repeat((ends - starts)[open_] / count, count)
+        closing = np.repeat(ends[open_], count)
+        starts, ends = (
+            begin + number * step,
+            np.where(number + 1 == np.repeat(count, count), closing, begin + (number + 1) * step),
+        )
+        kept.append(starts[number > 0])
+    return at(np.sort(np.concatenate(kept)))
 
 
 def bands_between(

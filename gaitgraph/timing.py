@@ -45,11 +45,12 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
-CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration")
+CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
 
-# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, and of its slope, 10/√3.
+# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at both ends.
 _PEAK_SPEED = 15.0 / 8.0
 _PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+_PEAK_JERK = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,6 +193,19 @@ class TimedGait:
         """
         if self.law == "smooth":
             return np.asarray(self._peaks(_PEAK_ACCELERATION, 2).max(axis=0))
+        return self._impulses()
+
+    def peak_jerks(self) -> FloatArray:
+        """Return the largest |d³αᵢ/dt³| over the period, where it exists, shape (4,) [rad/s³].
+
+        It jumps at the corners of the law `smooth`. Infinite where a law turns a corner at full speed.
+        """
+        if self.law == "smooth":
+            return np.asarray(self._peaks(_PEAK_JERK, 3).max(axis=0))
+        return self._impulses()
+
+    def _impulses(self) -> FloatArray:
+        """Return infinity for each angle whose rate jumps at a corner, else 0, shape (4,)."""
         velocity = self._velocities()
         turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
         return np.where(turns.any(axis=0), np.inf, 0.0)
@@ -224,7 +238,7 @@ class TimedGait:
         return report.with_checks(self.clock_checks())
 
     def clock_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
-        """Return the checks that need a clock: tilt rate, and tilt acceleration where the vehicle limits it.
+        """Return the checks that need a clock: tilt rate; tilt acceleration and jerk where the vehicle limits them.
 
         Parameters
         ----------
@@ -237,6 +251,9 @@ class TimedGait:
         if vehicle.max_tilt_acceleration is not None:
             limit = vehicle.max_tilt_acceleration
             checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, spoken, 2, self.law))
+        if vehicle.max_tilt_jerk is not None:
+            limit = vehicle.max_tilt_jerk
+            checks.append(_limit("tilt_jerk", "rad/s³", self.peak_jerks(), limit, spoken, 3, self.law))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:

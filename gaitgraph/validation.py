@@ -305,14 +305,14 @@ def _time_of(row: Stretch) -> float | None:
 
 
 class _Clock:
-    """The rates and accelerations that a motion through rows with times must reach, or that the table states."""
+    """The rates, accelerations and jerks that a motion through rows with times must reach, or that the table states."""
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
-        self.rate, self.acceleration = _Peak(), _Peak()
+        self.rate, self.acceleration, self.jerk = _Peak(), _Peak(), _Peak()
         self.notes: dict[str, str] = {}
-        self._rows: Stretch | None = None  # the last two rows so far
-        self._first: Stretch | None = None  # the first two
+        self._rows: Stretch | None = None  # the last three rows so far
+        self._first: Stretch | None = None  # the first three
         self._turned, self._off = 0.0, 0.0
         self._stated: FloatArray | None = None
         self._start, self._end = 0.0, 0.0
@@ -328,9 +328,9 @@ class _Clock:
                 peak.take(np.column_stack([piece[name] for name in names]), fresh)
         if all(name in piece for name in RATES):
             self._compare(fresh, np.column_stack([piece[name] for name in RATES]))
-        if self._first is None or len(self._first.alpha) < 2:
-            self._first = rows[:2]
-        self._rows = rows[-2:]
+        if self._first is None or len(self._first.alpha) < 3:
+            self._first = rows[:3]
+        self._rows = rows[-3:]
 
     def _slopes(self, rows: Stretch) -> None:
         if len(rows.alpha) < 2 or rows.t is None:
@@ -340,7 +340,11 @@ class _Clock:
         self.rate.take(slope, rows)
         if len(slope) > 1:
             # A twice differentiable motion through three rows has this acceleration somewhere between them.
-            self.acceleration.take(2 * np.diff(slope, axis=0) / (step[1:] + step[:-1]), rows, offset=1)
+            second = 2 * np.diff(slope, axis=0) / (step[1:] + step[:-1])
+            self.acceleration.take(second, rows, offset=1)
+            if len(slope) > 2:
+                # And one that is differentiable three times through four rows has this jerk.
+                self.jerk.take(3 * np.diff(second, axis=0) / (step[2:] + step[1:-1] + step[:-2]), rows, offset=1)
 
     def _compare(self, fresh: Stretch, stated: FloatArray) -> None:
         """Add up how far the stated rates are from what the angles do."""
@@ -355,7 +359,7 @@ class _Clock:
             self._off += float(np.abs(turned - told).sum())
 
     def checks(self, *, closed: bool) -> list[Check]:
-        """Close the motion and return the checks of its rates and, if the vehicle limits them, accelerations."""
+        """Close the motion and return the checks of its rates and, if the vehicle limits them, accelerations and jerks."""
         self._close(closed=closed)
         if self._off > 0.5 * self._turned > 0:
             self.notes["rates"] = (
@@ -367,8 +371,9 @@ class _Clock:
         for name, unit, peak, limit, order in (
             ("tilt_rate", "rad/s", self.rate, vehicle.max_tilt_rate, 1),
             ("tilt_acceleration", "rad/s²", self.acceleration, vehicle.max_tilt_acceleration, 2),
+            ("tilt_jerk", "rad/s³", self.jerk, vehicle.max_tilt_jerk, 3),
         ):
-            if order == 2 and limit is None:
+            if order > 1 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             where = None if peak.place is None else peak.place.as_mapping("row")

@@ -557,9 +557,13 @@ def test_waves_add_multiply_and_bend(seed: int) -> None:
     angle, step = 0.7 * seed, 1e-4
     along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
     ahead, behind = one.at(points + step * along), one.at(points - step * along)
-    np.testing.assert_allclose((ahead - behind) / (2 * step), np.sum(one.slopes_at(points) * along, axis=1), atol=1e-6)
+    value, slope, side, bend = one.along(points, along)
+    np.testing.assert_allclose(value, one.at(points), atol=1e-12)
+    np.testing.assert_allclose((ahead - behind) / (2 * step), slope, atol=1e-6)
+    left = np.column_stack([-along[:, 1], along[:, 0]])
+    np.testing.assert_allclose(one.along(points, left)[1], side, atol=1e-12)
     bends = (ahead - 2 * one.at(points) + behind) / step**2
-    np.testing.assert_allclose(bends, one.bends_at(points, along), atol=1e-6)
+    np.testing.assert_allclose(bends, bend, atol=1e-6)
     assert (np.abs(bends) <= one.most(2) + 1e-6).all()
 
 
@@ -614,7 +618,7 @@ def test_every_region_is_the_same_each_time() -> None:
     for _ in range(2):
         from gaitgraph import areas
 
-        for cached in (areas._admissible, areas._singular_value_polygons, areas._thrust_polygons):
+        for cached in (areas._admissible, areas._singular_value_polygon, areas._thrust_polygons):
             cached.cache_clear()
         texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
     assert texts[0] == texts[1]

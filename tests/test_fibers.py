@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, minimize_scalar, root
 
 import gaitgraph as gg
-from gaitgraph.fiberloops import fiber_candidates, gait_along, stops_on_families
+from gaitgraph.fiberloops import fiber_candidates, gait_along
 from gaitgraph.fibers import (
     FAMILIES,
     FIBERS,
@@ -28,6 +28,7 @@ from gaitgraph.fibers import (
     line_intervals,
     nearest_on_line,
     point_on_family,
+    stops_on_families,
     travel_of,
     types_contradict,
 )

@@ -624,7 +624,7 @@ def test_what_separates_waypoints_on_one_side_of_all_walls(changes: dict[str, An
 def test_what_a_graph_fixes_is_not_asked_for_beside_it(name: str) -> None:
     graph = surface_graph("negative", 4)
     with pytest.raises(gg.InputError) as caught:
-        on_grid(G3.waypoints, graph=graph, **{name: "x"})  # type: ignore[arg-type]
+        on_grid(G3.waypoints, graph=graph, **{name: "x"})
     assert str(caught.value) == f"{name}: 'x'; allowed is no {name} beside a graph, which fixes it"
 
 

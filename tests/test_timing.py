@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from math import pi
 
 import numpy as np
@@ -170,3 +171,25 @@ def test_off_the_surfaces_a_table_has_no_colors() -> None:
     timed = lift(GAITS[2].angles, "red").biased(0.8).parametrize(samples=2)
     assert timed.colors() == timed.types() == ()
     assert "color" not in timed.columns()
+
+
+def test_peak_jerks_are_those_of_the_motion_and_judged() -> None:
+    gait = gg.lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red")
+    timed = gait.parametrize(1.5)
+    times = timed.corner_times
+    h = 1e-5
+    largest = np.zeros(4)
+    for start, end in itertools.pairwise(times):
+        t = np.linspace(start, end, 2001)[1:-1]
+        t = t[(t - h > start) & (t + h < end)]
+        jerk = (timed.at(t + h)[2] - timed.at(t - h)[2]) / (2 * h)
+        largest = np.maximum(largest, np.abs(jerk).max(axis=0))
+    np.testing.assert_allclose(timed.peak_jerks(), largest, rtol=5e-3)
+    limit = float(timed.peak_jerks().max())
+    for factor, ok in ((1.01, True), (0.99, False)):
+        vehicle = gg.PAPER.replace(max_tilt_jerk=limit * factor)
+        report = gg.lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red", vehicle=vehicle).parametrize(1.5).check()
+        assert report["tilt_jerk"].ok is ok
+        assert report.flyable is ok
+    assert "at least 1.506 s" in report["tilt_jerk"].message
+    assert np.isinf(gait.parametrize(1.5, law="constant-speed").peak_jerks()).all()

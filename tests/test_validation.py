@@ -787,3 +787,18 @@ def test_the_end_of_the_closing_segment_is_the_first_row_at_its_own_time() -> No
     for check in report.checks:
         if check.where is not None and check.where["fraction"] == 0:
             assert check.where["t"] == [-11.0, -8.0, -5.0][check.where["row"] - 1]
+
+
+def test_a_table_of_a_cubic_has_its_jerk(tmp_path: Path) -> None:
+    """Third divided differences of a cubic are its third derivative, whatever the times."""
+    t = np.array([0.0, 0.1, 0.25, 0.3, 0.5, 0.65, 0.8])
+    alpha = -0.6 + 0.05 * t + 0.3 * t**3
+    path = tmp_path / "cubic.csv"
+    rows = [f"{s!r},{a!r},0.5,{a!r},0.5" for s, a in zip(t.tolist(), alpha.tolist(), strict=True)]
+    path.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4", *rows]))
+    for limit, ok in ((1e9, True), (1.0, False)):
+        check = gg.validate(path, vehicle=gg.PAPER.replace(max_tilt_jerk=limit))["tilt_jerk"]
+        assert check.ok is ok
+        assert check.value is not None
+        assert check.value >= 6 * 0.3 * (1 - 1e-9)
+    assert "tilt_jerk" not in {check.name for check in gg.validate(path).checks}

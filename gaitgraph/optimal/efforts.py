@@ -7,7 +7,8 @@ curve stays inside, between samples too. The best spline within the cells is fou
 (:mod:`gaitgraph.optimal.programs`), and the cells are drawn anew around it. When each disc is passed is unknown too:
 it moves a little, to first order, and is then held fixed for a second programme, which makes the loop admissible
 again. Last, sequential quadratic programming settles discs and passes exactly. Each loop of the sequence is
-admissible, and its effort is less than that of the one before. What it ends in is a local optimum. """
+admissible, and its effort is less than that of the one before. What it ends in is a local optimum.
+"""
 
 from __future__ import annotations
 
