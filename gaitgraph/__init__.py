@@ -8,12 +8,12 @@ The names below are loaded when they are first used, so that importing the packa
     gait = plan.gait
     gait.parametrize(period=1.0).write("gait3.csv")
 
-The modules, each of which imports only from those before it, tell the method in order: errors, angles, files,
-vehicle, invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, borders,
-outlines, areas, visibility, gait, margins, attitudes, reports, stretches, rules, checks, timing, curves, pacing,
-fibergrid, graph, contract, loads, search, compact, requests, obstacles, summary, plans, gridloops, anyangle,
-whereabouts, fiberloops, planning, ways, enumeration, circuits, simplecycles, catalog, tables, reading, validation,
-exchange, transitions, optimal, retargeting, robustness, drawing, plots, figures, cli.
+The modules, each of which imports only from those before it, tell the method in order: errors, angles, files, vehicle,
+invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, areas, visibility, gait,
+margins, attitudes, reports, stretches, rules, checks, timing, curves, pacing, fibergrid, graph, contract, loads,
+search, compact, requests, obstacles, summary, plans, gridloops, anyangle, whereabouts, fiberloops, planning, ways,
+enumeration, circuits, simplecycles, catalog, tables, reading, validation, exchange, transitions, optimal, retargeting,
+robustness, drawing, plots, figures, cli.
 """
 
 from __future__ import annotations

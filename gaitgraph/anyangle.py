@@ -117,9 +117,12 @@ class Ground:
             return None
         points = _without_repeats([start, *((float(x), float(y)) for x, y in found), end])
         length = _length(points)
-        around = None if len(points) == 2 or self._around is self.paths else self._around.path(start, end)
-        bound = length if around is None else min(length, _length([(float(x), float(y)) for x, y in around]))
-        return Leg(points=points, length=length, lower_bound=bound)
+        if len(points) == 2 or self._around is self.paths:
+            return Leg(points=points, length=length, lower_bound=length)
+        around = self._around.path(start, end)
+        # An end that even the outer figure lacks is no point of the region: only the straight line is certain.
+        bound = math.dist(start, end) if around is None else _length([(float(x), float(y)) for x, y in around])
+        return Leg(points=points, length=length, lower_bound=min(length, bound))
 
     def loop(self, points: Sequence[Point]) -> list[Leg] | int:
         """Return the legs of the shortest closed loop through points in order, or which leg has none, from 0."""
@@ -312,11 +315,14 @@ def straight_loop_holds(
 
     With `robust`, also whether its least singular value is that of a waypoint, so that no other loop has a better one.
     """
-    gait = lift(request.waypoints, color, vehicle=request.vehicle, coefficients=coefficients)
-    starts, ends, wanted = gait.alpha, gait.ends, 1.0 if sign == "positive" else -1.0
+    wanted = 1.0 if sign == "positive" else -1.0
     if use == "flyable":
+        starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
+        ends = np.roll(starts, -1, axis=0)
         holds = _flies(starts, ends, wanted, request)
     else:
+        gait = lift(request.waypoints, color, vehicle=request.vehicle, coefficients=coefficients)
+        starts, ends = gait.alpha, gait.ends
         painted, noise = np.full(len(starts), color == "red"), noise_of(coefficients)
         holds = not jumps(starts, ends, painted, painted, coefficients).any()
         least = least_level_determinant(starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise)

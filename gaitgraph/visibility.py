@@ -32,8 +32,8 @@ Point = tuple[float, float]
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
 _DIRECT = -1
-_WIDER = 1e-6  # how much wider a wedge is drawn than it is [rad]
-_SHORTEST_SIDE = 1e-8  # of a shorter one the direction is not known that well
+_ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
+_FEW = 12  # lines, up to which it is quicker to look along each than all around
 
 
 def orientation(a: Point, b: Point, c: Point) -> float:
@@ -54,21 +54,6 @@ def orientation(a: Point, b: Point, c: Point) -> float:
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
     exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
     return float(exact) or math.copysign(math.ulp(0.0), exact) * bool(exact)
-
-
-def _overlap(apex: Point, cone: tuple[Point, Point], wedge: tuple[Point, Point]) -> tuple[Point, Point] | None:
-    """Return what two cones of less than half a turn have in common, by points on its right and left edge, or None."""
-
-    def holds(edges: tuple[Point, Point], point: Point) -> bool:
-        return orientation(apex, edges[0], point) >= 0 and orientation(apex, point, edges[1]) >= 0
-
-    if holds(cone, wedge[0]):
-        low = wedge[0]
-    elif holds(wedge, cone[0]):
-        low = cone[0]
-    else:
-        return None
-    return low, wedge[1] if holds(cone, wedge[1]) else cone[1]
 
 
 def _pair(point: npt.ArrayLike) -> Point:
@@ -112,6 +97,8 @@ class ShortestPaths:
         self._fans: list[list[int]] = []
         self._triangulate(region)
         self._sides = self._reflex_corners(region)
+        self._region = region
+        self._tangents = self._tangent_arrays()
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
         self._corners = corners
@@ -168,6 +155,15 @@ class ShortestPaths:
                     met.add(number)
         return sides
 
+    def _tangent_arrays(self) -> tuple[npt.NDArray[np.int64], FloatArray]:
+        """Return the reflex corners, and each one's place and neighbours on its border (its place again if several)."""
+        numbers = sorted(self._sides)
+        rows = []
+        for number in numbers:
+            place = self._points[number]
+            rows.append((place, *(self._sides[number] or (place, place))))
+        return np.array(numbers, dtype=np.int64), np.array(rows).reshape(-1, 3, 2)
+
     @property
     def corners(self) -> FloatArray:
         """The reflex corners, the only places where a shortest path can bend, shape (k, 2)."""
@@ -185,17 +181,8 @@ class ShortestPaths:
         """Return whether a point lies in the region, to within 1e-9."""
         return bool(self._containers(_pair(point)))
 
-    def _seen(
-        self,
-        point: Point,
-        containers: Iterable[int],
-        goal: tuple[Point, frozenset[int]] | None,
-        wedges: Iterable[tuple[Point, Point]] | None = None,
-    ) -> set[int]:
-        """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones.
-
-        With `wedges`, each the points on its right and left edge, only what lies in them need be seen.
-        """
+    def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
+        """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
         points, triangles, neighbors, sides = self._points, self._triangles, self._neighbors, self._sides
         holding = goal[1] if goal else frozenset()
         target = goal[0] if goal else point
@@ -210,8 +197,7 @@ class ShortestPaths:
                 a, b = points[right], points[left]
                 if orientation(point, a, b) > 0:
                     seen.update(number for number in (right, left) if number in sides)
-                    cones = [(a, b)] if wedges is None else (_overlap(point, (a, b), wedge) for wedge in wedges)
-                    stack += [(neighbors[t][k], right, left, *cone) for cone in cones if cone is not None]
+                    stack.append((neighbors[t][k], right, left, a, b))
         while stack:
             t, right, left, low, high = stack.pop()
             if t < 0:
@@ -246,30 +232,47 @@ class ShortestPaths:
         reaches = (tolerance * math.dist(place, side) for side in sides)
         return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
 
-    def _wedges(self, corner: int) -> list[tuple[Point, Point]] | None:
-        """Return where a taut path may go on from a corner: between each side and the other's extension, or anywhere.
+    def _tangent(self, corner: int) -> list[int]:
+        """Return the corners whose line to a given one may bend around both, seen or not.
 
-        A path leaves a corner between those only if both sides are on one side of it. The extensions are drawn a little
-        too wide, for their rounding; :meth:`_touches` decides.
+        Along a finely divided curve these are few, however many corners are in sight.
         """
-        sides, (x, y) = self._sides[corner], self._points[corner]
-        if sides is None or min(math.dist(side, (x, y)) for side in sides) < _SHORTEST_SIDE:
-            return None
-        before, after = sides
-        (u, v), (p, q) = (before[0] - x, before[1] - y), (x - after[0], y - after[1])
-        ahead = (x - u + _WIDER * v, y - v - _WIDER * u)
-        back = (x + p + _WIDER * q, y + q - _WIDER * p)
-        return [(after, ahead), (back, before)]
+        numbers, arrays = self._tangents
+        here = arrays[np.searchsorted(numbers, corner)]
+        there = arrays[:, 0]
+        noise = _ROUNDING * max(1.0, float(np.abs(arrays).max())) ** 2
+
+        def passes(offset: FloatArray, line: FloatArray) -> npt.NDArray[np.bool_]:
+            first, second = np.moveaxis(line[..., 0] * offset[..., 1] - line[..., 1] * offset[..., 0], -1, 0)
+            return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= noise))
+
+        line = (there - here[0])[:, None]
+        both = passes(here[1:] - here[0], line) & passes(arrays[:, 1:] - there[:, None], line)
+        place = self._points[corner]
+        return [
+            other
+            for other in numbers[both].tolist()
+            if other != corner and self._touches(corner, self._points[other]) and self._touches(other, place)
+        ]
+
+    def _in_line(self, place: Point, others: list[int]) -> list[int]:
+        """Return the corners to which the straight line from a corner lies in the region."""
+        import shapely
+
+        shapely.prepare(self._region)
+        lines = shapely.linestrings(np.array([(place, self._points[other]) for other in others]).reshape(-1, 2, 2))
+        return [other for other, inside in zip(others, shapely.covers(self._region, lines), strict=True) if inside]
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
-            place = self._points[corner]
-            view = []
-            for other in sorted(self._seen(place, self._fans[corner], None, self._wedges(corner)) - {corner}):
-                there = self._points[other]
-                if self._touches(corner, there) and self._touches(other, place):
-                    view.append((other, math.dist(place, there)))
+            place, others = self._points[corner], self._tangent(corner)
+            if len(others) > _FEW or self._sides[corner] is None:
+                seen = self._seen(place, self._fans[corner], None)
+                others = [other for other in others if other in seen]
+            else:
+                others = self._in_line(place, others)
+            view = ((other, math.dist(place, self._points[other])) for other in others)
             self._views[corner] = tuple(view)
         return self._views[corner]
 
@@ -292,30 +295,7 @@ class ShortestPaths:
         array of shape (k, 2), or None
             The start, the corners where the path bends, the end. None if an end lies outside or in another part.
         """
-        first, last = _pair(start), _pair(end)
-        found = self._search(first, last)
-        if found is not None:
-            return found
-        # A point that rounding puts beside its border may see nothing along it; from just inside it does.
-        moved = [self._inwards(point) for point in (first, last)]
-        found = self._search(*moved) if moved != [first, last] else None
-        if found is not None:
-            found[0], found[-1] = first, last
-        return found
-
-    def _inwards(self, point: Point) -> Point:
-        """Return a point beside the border, or on it but for rounding, moved to just inside; any other as it is."""
-        containers = self._containers(point)
-        if not containers:
-            return point
-        offset = ((np.asarray(point) - self._corners[containers[0]]) * self._normals[containers[0]]).sum(axis=-1)
-        if len(containers) > 1 or offset.min() > _TOLERANCE:
-            return point
-        center = self._corners[containers[0]].mean(axis=0)
-        reach = ((center - self._corners[containers[0]]) * self._normals[containers[0]]).sum(axis=-1).min()
-        share = min(1.0, 4 * _TOLERANCE / max(reach, _TOLERANCE))
-        x, y = ((1 - share) * np.asarray(point) + share * center).tolist()
-        return x, y
+        return self._search(_pair(start), _pair(end))
 
     def _search(self, start: Point, end: Point) -> FloatArray | None:
         here, there = self._containers(start), self._containers(end)

@@ -18,7 +18,7 @@ PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
     "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring",
-    "palettes", "paintings", "regions", "segments", "borders", "outlines", "areas", "visibility", "gait", "margins",
+    "palettes", "paintings", "regions", "segments", "areas", "visibility", "gait", "margins",
     "attitudes", "reports", "stretches", "rules", "checks", "timing", "curves", "pacing", "fibergrid", "graph",
     "contract", "loads", "search", "compact", "requests", "obstacles", "summary", "plans", "gridloops", "anyangle",
     "whereabouts", "fiberloops", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables",
@@ -34,8 +34,9 @@ DELEGATIONS = {
 }
 
 
-# The rooms of the sub-packages, in their order. The __init__ of plots gathers what its rooms offer.
+# The rooms of the sub-packages, in their order. The __init__ of areas and of plots gathers what their rooms offer.
 INNER = {
+    "areas": ("borders", "outlines", "region", "signs", "conditions", "admissible"),
     "curves": ("polynomials", "chords", "curve", "rounding"),
     "pacing": ("limits", "speeds", "laws", "jerks", "rests", "routes", "pacedgait", "pace", "servos"),
     "compact": ("rasters", "bits", "sweeps", "bottlenecks", "walks"),

@@ -18,8 +18,10 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.areas import (
     Region,
     Sign,
+    admissible,
     admissible_region,
     certain_determinant,
+    conditions,
     hover_region,
     sign_components,
     sign_region,
@@ -28,7 +30,7 @@ from gaitgraph.areas import (
     tilt_region,
     zones_region,
 )
-from gaitgraph.borders import Border, Waves, cosine, zeros_of_degree_two
+from gaitgraph.areas.borders import Border, Waves, cosine, zeros_of_degree_two
 from gaitgraph.checks import check_gait
 from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.gait import lift
@@ -616,9 +618,7 @@ def test_zeros_of_degree_two(seed: int) -> None:
 def test_every_region_is_the_same_each_time() -> None:
     texts = []
     for _ in range(2):
-        from gaitgraph import areas
-
-        for cached in (areas._admissible, areas._singular_value_polygon, areas._thrust_polygons):
+        for cached in (admissible._admissible, conditions._singular_value_polygon, conditions._thrust_polygons):
             cached.cache_clear()
         texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
     assert texts[0] == texts[1]

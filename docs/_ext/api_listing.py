@@ -111,7 +111,7 @@ def is_known(path: list[str]) -> bool:
     """Return whether a dotted name exists: in the package, in a class of it, or where the package imports from."""
     if path[0] == "gaitgraph":
         return any(holds(".".join(path[:k]), path[k:]) for k in range(1, len(path)))
-    return path[0] in imported_names() or any(holds(f"gaitgraph.{room}", path) for room in rooms())
+    return path[0] in imported_names() or any(holds(module, path) for module in modules())
 
 
 def holds(module: str, path: list[str]) -> bool:
@@ -128,10 +128,18 @@ def holds(module: str, path: list[str]) -> bool:
 
 
 @cache
+def modules() -> tuple[str, ...]:
+    """Return the modules of the package, those of its sub-packages too, by their files."""
+    root = Path(gaitgraph.__file__).parent
+    files = sorted(file.relative_to(root.parent).with_suffix("") for file in root.rglob("*.py"))
+    return tuple(".".join(file.parts).removesuffix(".__init__") for file in files if file.stem != "__main__")
+
+
+@cache
 def imported_names() -> frozenset[str]:
     """Return the names that the package imports from elsewhere, for type checking too, and where from."""
     names: set[str] = set()
-    for file in Path(gaitgraph.__file__).parent.glob("*.py"):
+    for file in Path(gaitgraph.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 home = node.module if isinstance(node, ast.ImportFrom) else None

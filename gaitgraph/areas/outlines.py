@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.borders import Border, Function, Waves, bands_between, cosine, zeros_of_degree_two
+from gaitgraph.areas.borders import Border, Function, Waves, bands_between, cosine, zeros_of_degree_two
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

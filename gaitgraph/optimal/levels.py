@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.areas import DEFAULT_ACCURACY, Condition, Region, hover_region, singular_value_region, thrust_region
-from gaitgraph.borders import Border, bands_between, cosine
+from gaitgraph.areas.borders import Border, bands_between, cosine
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import hover_thrust_shares, least_singular_value_on_red
 from gaitgraph.vehicle import PAPER, Vehicle
