@@ -37,6 +37,7 @@ DELEGATIONS = {
 # The rooms of the sub-packages, in their order. The __init__ of areas and of plots gathers what their rooms offer.
 INNER = {
     "areas": ("borders", "outlines", "region", "signs", "conditions", "admissible"),
+    "anyangle": ("prepared", "straight", "meetings", "loops"),
     "curves": ("polynomials", "chords", "curve", "rounding"),
     "pacing": ("limits", "speeds", "laws", "jerks", "rests", "routes", "pacedgait", "pace", "servos"),
     "compact": ("rasters", "bits", "sweeps", "bottlenecks", "walks"),
