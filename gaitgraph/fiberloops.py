@@ -86,9 +86,11 @@ def fiber_candidates(
     if request.method == "exact" and request.objective == "shortest" and not request.any_order:
         path = _straight(points, request, coefficients, sign)
         if path is not None:
-            found.loops.append(loop_of(path, in_order, request, sign))
+            found.loops.append(loop_of(path, in_order, request, sign, method="exact"))
             return found
         found.notes["across the fibres no straight loop holds: searched on a grid instead"] = None
+    elif request.method == "exact":
+        found.notes["across the fibres only the shortest loop in order is exact: searched on a grid instead"] = None
     if progress is not None:
         progress(f"building the graph of all sheets with {RELATION[sign]}")
     graph = surface_graph(
@@ -138,7 +140,9 @@ def _missing(
         place = f"waypoint {number} ({', '.join(f'{angle:.4f}' for angle in point)})"
         color = "red" if len(point) == 2 else point_on_family(point, coefficients, tolerance=_MOVED)[1]
         message = None
-        if color == "blue":
+        if abs(value) <= noise_of(coefficients) or (color == "blue" and abs(value) < 1e-9):
+            message = f"{place} has R = 0, singular: fibres and blue meet only there"
+        elif color == "blue":
             message = f"{place} is on blue, which the fibres meet only where R = 0"
         elif not wanted * value > noise_of(coefficients):
             message = f"{place} has R = {value:.4g}" if abs(value) > 1e-9 else f"{place} has R = 0, singular"

@@ -409,8 +409,8 @@ def stops_on_families(
     Parameters
     ----------
     waypoints
-        (α1, α2), which stays as it is and means the red root above it, or (α1, α2, α3, α4) on a sheet or a fibre to
-        within 2e-3 rad, in [−π/2, π/2] [rad].
+        (α1, α2), which stays as it is, or (α1, α2, α3, α4) on a sheet or a fibre to within 2e-3 rad, in [−π/2, π/2]
+        [rad]; on red it becomes (α1, α2).
     coefficients
         The coefficients of the surfaces.
 
@@ -435,5 +435,6 @@ def stops_on_families(
         moved = float(np.abs(np.subtract(angles, point)).max())
         if moved > _EXACT:
             notes.append(f"waypoint {number} moved by {moved:.1e} rad onto {color}")
-        out.append(angles)
+        # A red point is the red root above its (α1, α2), and planned as such.
+        out.append(angles[:2] if color == "red" and angles[:2] == angles[2:] else angles)
     return tuple(out), tuple(notes)

@@ -12,7 +12,7 @@ from gaitgraph.compact.bits import compact_graph
 from gaitgraph.compact.walks import compact_order, compact_walk, reachable_nodes
 from gaitgraph.errors import InputError
 from gaitgraph.gait import Gait
-from gaitgraph.graph import MOST_DIVISIONS, WAYPOINT_SNAP, nodes_above, surface_graph
+from gaitgraph.graph import WAYPOINT_SNAP, nodes_above, surface_graph
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.obstacles import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.plans import Candidates, Loop, heuristic_order, loop_of
@@ -29,12 +29,16 @@ if TYPE_CHECKING:
 
 __all__ = ["grid_candidates", "notes_beside_the_grid"]
 
+_MOST_OF_OBJECTS = 256  # divisions beyond which the compact graph is searched: a graph of objects takes minutes there
+
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
     """Return a hint for each waypoint that is nearly a grid node: printed digits, most likely."""
     step, half = math.pi / request.divisions, request.divisions / 2
     hints = []
     for number, point in enumerate(request.waypoints, start=1):
+        if len(point) == 4:
+            continue
         node = [(round(angle / step + half) - half) * step for angle in point]
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
@@ -71,7 +75,7 @@ def grid_candidates(
         # Some waypoint has no root at all with this sign: no need to build the graph.
         found.obstacles += [waypoint_obstacle(min(lacking[c]), request, coefficients, c, sign) for c in colors]
         return found
-    if graph is None and request.divisions > MOST_DIVISIONS:
+    if graph is None and request.divisions > _MOST_OF_OBJECTS:
         return _compact_candidates(request, coefficients, sign, progress)
     if progress is not None and graph is None:
         progress(f"building the graph with {RELATION[sign]}")

@@ -8,7 +8,6 @@ kept as an alternative with its verdict. When nothing is found the plan says wha
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.anyangle import any_angle_candidates, with_nearest
@@ -102,21 +101,19 @@ def plan(
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     found = Candidates()
     for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):
-        on_fibers = request.sheets == "all" and request.color != "blue"
-        if on_fibers:
-            found.take(fiber_candidates(request, coefficients, sign, progress=progress))
-        if on_fibers and (request.color == "red" or any(len(point) == 4 for point in request.waypoints)):
-            continue
-        planes = replace(request, color="blue", sheets="planes") if on_fibers else request
-        if request.method == "exact":
-            found.take(any_angle_candidates(planes, coefficients, sign, progress=progress))
+        # Fibres never shorten a loop through points of the planes, nor join what is apart (docs/fibers.md).
+        if any(len(point) == 4 for point in request.waypoints):
+            more = fiber_candidates(request, coefficients, sign, progress=progress)
+        elif request.method == "exact":
+            more = any_angle_candidates(request, coefficients, sign, progress=progress)
         else:
-            found.take(grid_candidates(planes, coefficients, sign, graph=graph, progress=progress))
+            more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
+        found.take(more)
     loops = sorted(found.loops, key=lambda loop: _preference(loop, request.objective))
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
     if not loops:
-        if request.method == "exact" and request.sheets == "planes":
+        if request.method == "exact":
             found.obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in found.obstacles]
         return Plan(
             request=request,
@@ -130,8 +127,7 @@ def plan(
     chosen = loops[0]
     report = chosen.report
     reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
-    on_grid = request.method == "grid" and request.sheets == "planes"
-    beside = notes_beside_the_grid(request) if on_grid else []
+    beside = notes_beside_the_grid(request) if request.method == "grid" else []
     warnings = [*request.notes, *beside, *found.notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)

@@ -40,6 +40,8 @@ class Loop:
     lower_bound
         For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
         that was asked of it [rad]; None on the grid.
+    method
+        How it was found: "exact" or "grid". Over fibres the method exact may have to search a grid.
     """
 
     path: Gait
@@ -48,6 +50,7 @@ class Loop:
     order: tuple[int, ...]
     report: Report
     lower_bound: float | None = None
+    method: str = "grid"
 
     @property
     def color(self) -> str:
@@ -77,6 +80,7 @@ class Loop:
         return {
             "color": self.color,
             "sign": self.sign,
+            "method": self.method,
             "path": self.path.alpha.tolist(),
             "types": list(self.path.types),
             "colors": list(self.path.colors),
@@ -107,14 +111,20 @@ class Candidates:
 
 
 def loop_of(
-    path: Gait, order: tuple[int, ...], request: PlanRequest, sign: str, *, lower_bound: float | None = None
+    path: Gait,
+    order: tuple[int, ...],
+    request: PlanRequest,
+    sign: str,
+    *,
+    lower_bound: float | None = None,
+    method: str = "grid",
 ) -> Loop:
     """Return the loop that a path makes, in the direction that the request asks for, judged with its clock."""
     if request.reverse:
         path, order = path.reversed(), (order[0], *order[:0:-1])
     gait = path.merged()
     report = parametrize(gait, request.period, law=request.law).check(floor=request.floor)
-    return Loop(path=path, gait=gait, sign=sign, order=order, report=report, lower_bound=lower_bound)
+    return Loop(path=path, gait=gait, sign=sign, order=order, report=report, lower_bound=lower_bound, method=method)
 
 
 def heuristic_order(number: int) -> str:
@@ -215,7 +225,7 @@ class Plan:
             "warnings": list(self.warnings),
             "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
             "crossing_tolerance": math.pi / (2 * self.request.divisions),
-            "method": self.request.method,
+            "method": self.request.method if self.loop is None else self.loop.method,
             "request": request,
         }
 

@@ -158,6 +158,8 @@ def _polygons(value: object, name: str) -> list[Polygon]:
         if len(set(points)) < 3:
             raise InputError(f"{label}: {len(set(points))} different corners; allowed are three or more")
         polygon = shapely.Polygon(points)
+        if not polygon.convex_hull.area > 1e-12:
+            raise InputError(f"{label}: its corners lie on a line; allowed is a polygon with an interior")
         if not polygon.is_valid:
             raise InputError(f"{label}: {shapely.is_valid_reason(polygon)}; allowed is a simple polygon")
         if not polygon.area > 1e-12:

@@ -22,7 +22,7 @@ from gaitgraph.compact.bits import checked_compact_divisions
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.fibers import stops_on_families
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.graph import DEFAULT_DIVISIONS, MOST_DIVISIONS
+from gaitgraph.graph import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import Zones
 from gaitgraph.reports import DEFAULT_FLOOR
@@ -54,6 +54,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "sheets": ("planes", "all"),
 }
 MOST_WAYPOINTS = 1000
+_MOST_DIVISIONS_OF_ALL_SHEETS = 128  # a fibre has as many nodes as a sheet, and each is an object
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,8 +140,9 @@ class PlanRequest:
             if not isinstance(value, str) or value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
                 raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
-        if self.sheets == "all" and self.divisions > MOST_DIVISIONS:
-            raise InputError(f"divisions: {self.divisions}; allowed with all sheets are {MOST_DIVISIONS} at most")
+        if self.sheets == "all" and self.divisions > _MOST_DIVISIONS_OF_ALL_SHEETS:
+            most = _MOST_DIVISIONS_OF_ALL_SHEETS
+            raise InputError(f"divisions: {self.divisions}; allowed with all sheets are {most} at most")
         if self.objective == "thrust" and self.method == "exact":
             raise InputError("objective: 'thrust'; allowed with the method exact are shortest, robust")
         for name in ("any_order", "reverse"):

@@ -34,7 +34,7 @@ def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
 
 def _setting(plan: Plan) -> str:
     request = plan.request
-    method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
+    method = "any angle" if (plan.loop or request).method == "exact" else f"{request.divisions} divisions"
     return (
         f"vehicle {request.vehicle.name} (κ = {request.vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, "
         f"{method}"

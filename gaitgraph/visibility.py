@@ -4,7 +4,8 @@ In a polygonal region a shortest path is a chain of straight lines that bends on
 region is cut into triangles whose corners are its own (a constrained Delaunay triangulation); what a point can see is
 found by widening cones through them, so that every decision is the sign of the orientation of three given points, which
 is computed exactly. The path is then searched among the reflex corners by A*, with corners' views computed when the
-search first needs them, and kept.
+search first needs them, and kept. Between corners only lines that are tangent at both ends matter; along a finely
+divided curve these are few, and each is looked along by itself.
 """
 
 from __future__ import annotations

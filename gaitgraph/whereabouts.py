@@ -50,8 +50,9 @@ class Part:
 
     @property
     def joined(self) -> bool:
-        """Whether all waypoints lie in the same part of the region."""
-        return len({place.part for place in self.places}) == 1 and self.places[0].part is not None
+        """Whether one part of the region, or parts that touch, hold all waypoints."""
+        first, *others = (place.point for place in self.places)
+        return self.places[0].part is not None and all(self.region.joined(first, other) for other in others)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -78,11 +79,12 @@ class Part:
                 lines.append(f"  {head}: in part {place.part}")
                 continue
             text = f"{head}: {place.why_not}"
-            if place.nearest is not None:
-                text += f"; the nearest admissible point is ({place.nearest[0]:.4f}, {place.nearest[1]:.4f})"
+            nearest = self.region.nearest_as_text(place.point)
+            if nearest is not None:
+                text += f"; the nearest admissible point is {nearest}"
             lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
         if len(self.places) > 1:
-            lines.append("  all in one part: a loop can join them" if self.joined else "  no loop can join them")
+            lines.append("  a loop can join them all" if self.joined else "  no loop can join them")
         return lines
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["any_angle_candidates", "with_nearest"]
 
+_FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better than 1e-6
 
 
@@ -55,6 +56,8 @@ def any_angle_candidates(
         Called with a line of text before each step.
     """
     found = Candidates()
+    if progress is not None and request.accuracy < _FINE:
+        progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
     for color in COLORS if request.color == "auto" else (request.color,):
         if progress is not None:
             progress(f"searching {color} loops with {RELATION[sign]}")
@@ -94,7 +97,7 @@ def _loops_of(
             return loops or chain
         path = lift(chain.points, color, vehicle=request.vehicle, coefficients=coefficients)
         if not any(np.array_equal(path.alpha, loop.path.alpha) for loop in loops):
-            loops.append(loop_of(path, chain.order, request, sign, lower_bound=chain.lower_bound))
+            loops.append(loop_of(path, chain.order, request, sign, lower_bound=chain.lower_bound, method="exact"))
         if chain.straight:
             break  # nothing is shorter
     return loops
@@ -197,13 +200,14 @@ def _outside(k: int, prepared: PreparedRegion, asked: Asked) -> Obstacle:
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest, coefficients: Coefficients) -> Obstacle:
     """Return an obstacle; at a waypoint, with the nearest point that a valid loop of its color and sign may pass."""
-    if obstacle.kind != "waypoint":
+    if obstacle.kind != "waypoint" or len(request.waypoints[obstacle.waypoints[0] - 1]) != 2:
         return obstacle
     asked = Asked(request=request, coefficients=coefficients, color=obstacle.color, sign=obstacle.sign, use="valid")
-    nearest = asked.prepared().region.nearest(request.waypoints[obstacle.waypoints[0] - 1])
+    region, point = asked.prepared().region, request.waypoints[obstacle.waypoints[0] - 1]
+    nearest = region.nearest(point)
     if nearest is None:
         return obstacle
-    message = f"{obstacle.message}; the nearest admissible point is ({nearest[0]:.4f}, {nearest[1]:.4f})"
+    message = f"{obstacle.message}; the nearest admissible point is {region.nearest_as_text(point)}"
     return replace(obstacle, message=message, nearest=nearest)
 
 

@@ -98,4 +98,4 @@ def mixed_loop(request: PlanRequest, coefficients: Coefficients, sign: str) -> L
         vehicle=request.vehicle,
         coefficients=coefficients,
     )
-    return loop_of(path, tuple(range(len(points))), request, sign, lower_bound=None)
+    return loop_of(path, tuple(range(len(points))), request, sign, method="exact")

@@ -93,7 +93,8 @@ class Region:
     Attributes
     ----------
     components
-        The polygons of `inner`, the largest first, then by centroid. Polygons that only touch at points are separate.
+        The polygons of `inner`, the largest first, then by centroid. Polygons that only touch at points are
+        separate components, and joined there, since borders are included.
 
     Examples
     --------
@@ -147,9 +148,22 @@ class Region:
         return nearest if distances[nearest] <= TOUCH else None
 
     def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
-        """Return whether a path inside `inner` joins two points [rad], that is, whether one component holds both."""
-        component = self.component_of(first)
-        return component is not None and component == self.component_of(second)
+        """Return whether a path inside `inner`, borders included, joins two points [rad].
+
+        Components that touch at a point are joined there.
+        """
+        import shapely
+
+        start, end = self.component_of(first), self.component_of(second)
+        if start is None or end is None:
+            return False
+        parts = np.array(self.components, dtype=object)
+        reached, fresh = {start}, [start]
+        while fresh and end not in reached:
+            touched = np.flatnonzero(shapely.intersects(parts, parts[fresh.pop()])).tolist()
+            fresh += [part for part in touched if part not in reached]
+            reached.update(touched)
+        return end in reached
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point in the plane [rad], itself if it is in; None if all is empty.
@@ -166,6 +180,22 @@ class Region:
         line = shapely.shortest_line(self.inner, shapely.Point(asked))
         found = shapely.get_coordinates(line)[0]
         return float(found[0]), float(found[1])
+
+    def nearest_as_text(self, point: npt.ArrayLike) -> str | None:
+        """Return the nearest point of `inner` with as few digits as keep it inside, at least four, or None.
+
+        >>> from gaitgraph.areas import hover_region
+        >>> hover_region().nearest_as_text((0.5, 0.5))
+        '(0.16709344, 0.5000)'
+        """
+        found = self.nearest(point)
+        if found is None:
+            return None
+        for digits in range(4, 18):
+            texts = [_fewest(angle, digits) for angle in found]
+            if self.contains([float(text) for text in texts])[0]:
+                return f"({texts[0]}, {texts[1]})"
+        return f"({found[0]!r}, {found[1]!r})"
 
     def why_not(self, point: npt.ArrayLike) -> str | None:
         """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`.
@@ -188,6 +218,12 @@ class Region:
             accuracy=max(self.accuracy, other.accuracy),
             conditions=self.conditions + other.conditions,
         )
+
+
+def _fewest(angle: float, digits: int) -> str:
+    """Return an angle with four decimals if that is all it has of so many, else with so many."""
+    short = f"{angle:.4f}"
+    return short if abs(float(short) - angle) < 10.0**-digits / 2 else f"{angle:.{digits}f}"
 
 
 def _points(points: npt.ArrayLike) -> FloatArray:

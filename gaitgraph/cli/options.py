@@ -118,7 +118,7 @@ def waypoints_from_texts(texts: Sequence[str]) -> list[list[str]]:
     for number, text in enumerate(texts, start=1):
         parts = text.split(",")
         if len(parts) not in (2, 4):
-            raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
+            raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2, or A1,A2,A3,A4 with all sheets")
         waypoints.append([part.strip() for part in parts])
     return waypoints
 

@@ -166,7 +166,7 @@ def checked_compact_divisions(divisions: object) -> int:
     whole = isinstance(divisions, (int, np.integer)) and not isinstance(divisions, bool)
     if not whole or not 2 <= divisions <= MOST_COMPACT_DIVISIONS:  # type: ignore[operator]
         needed = ""
-        if whole and divisions > MOST_COMPACT_DIVISIONS:  # type: ignore[operator]
+        if whole and divisions > 2 * MOST_COMPACT_DIVISIONS:  # type: ignore[operator]
             size = 2 * float(divisions) ** 2 * _BYTES_PER_NODE / 2**30  # type: ignore[arg-type]
             needed = f", since so many would take about {size:.3g} GiB"
         raise InputError(
