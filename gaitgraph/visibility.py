@@ -83,8 +83,8 @@ class ShortestPaths:
     >>> from shapely import Polygon
     >>> square = [(0, 0), (4, 0), (4, 4), (0, 4)]
     >>> paths = ShortestPaths(Polygon(square, [[(1, 1), (3, 1), (3, 3), (1, 3)]]))
-    >>> paths.path((0.5, 2.0), (3.5, 2.0)).tolist()
-    [[0.5, 2.0], [1.0, 1.0], [3.0, 1.0], [3.5, 2.0]]
+    >>> paths.path((0.5, 1.8), (3.5, 1.8)).tolist()
+    [[0.5, 1.8], [1.0, 1.0], [3.0, 1.0], [3.5, 1.8]]
     """
 
     def __init__(self, region: Any) -> None:
