@@ -1,8 +1,9 @@
-"""Any-angle loops: against visibility graphs built edge by edge, bounds, the grid in its limit, and the grid's requests."""
+"""Any-angle loops: against visibility graphs built edge by edge, their bounds, the grid in its limit and requests."""
 
 from __future__ import annotations
 
 import math
+import re
 from functools import cache
 from itertools import combinations, pairwise, permutations
 from math import pi
@@ -12,12 +13,15 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
-from gaitgraph.anyangle import region_of, straight_loop_holds
+from gaitgraph.anyangle import meeting_points, region_of, straight_loop_holds
 from gaitgraph.invertibility import coefficients_of, least_singular_value_on_red
 from gaitgraph.requests import PlanRequest, request_of
+from gaitgraph.segments import keeps_singular_value_above
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -106,7 +110,7 @@ def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, wayp
         asked["keep_out"] = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
         if keep_in:
             arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
-            corner = shapely.affinity.translate(shapely.union_all(arms), *center)
+            corner: Any = shapely.affinity.translate(shapely.union_all(arms), *center)
             asked["keep_in"] = [list(corner.exterior.coords[:-1])]
         region = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
         part = max(region.geoms, key=lambda polygon: polygon.area)
@@ -242,8 +246,8 @@ def test_the_lower_bound_closes_in_on_the_length() -> None:
 
 
 def test_between_straight_borders_the_bound_is_the_length() -> None:
-    for request_ in ({"keep_out": [WALL]}, {"keep_out": [WALL], "sign": "negative", "accuracy": 1e-2}):
-        loop = planned(exact(G3.waypoints, color="red", **request_))
+    for accuracy in (1e-2, 1e-4):
+        loop = planned(exact(G3.waypoints, color="red", keep_out=[WALL], accuracy=accuracy))
         assert loop.lower_bound == pytest.approx(loop.length, abs=1e-14)
         # By hand: from a corner of the loop over both corners of the wall, instead of straight below them.
         left, right = math.hypot(0.6 - pi / 8, pi / 8 - 0.2), math.hypot(3 * pi / 8 - 1.0, pi / 8 - 0.2)
@@ -260,15 +264,14 @@ def nested() -> tuple[list[Point], list[Point]]:
 
 def test_along_the_grids_directions_a_finer_grid_ends_at_the_exact_loop() -> None:
     points, wall = nested()
-    asked: dict[str, Any] = {"color": "red", "sign": "negative", "keep_out": [wall]}
+    asked: dict[str, Any] = {"color": "red", "sign": "negative", "keep_out": [wall], "accuracy": 1e-3}
     best = planned(exact(points, **asked))
     assert best.length == pytest.approx(2 * (10 * math.sqrt(2) + 6) * pi / 64, abs=1e-12)
     lengths = [
-        planned(gg.plan_loop(points, method="grid", divisions=divisions, **asked)).length
-        for divisions in (16, 32, 64, 128)
+        planned(gg.plan_loop(points, method="grid", divisions=divisions, **asked)).length for divisions in (16, 32, 64)
     ]
     assert lengths[0] > lengths[1] > lengths[2] + 1e-3
-    assert lengths[2:] == pytest.approx([best.length] * 2, abs=1e-12)
+    assert lengths[2] == pytest.approx(best.length, abs=1e-12)
 
 
 @pytest.mark.parametrize(("seed", "name", "sign"), [(20, "published", "negative"), (21, "strong", "positive")])
@@ -284,7 +287,7 @@ def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name:
     assert loop.length < limit <= sum(octile(a, b) for a, b in pairwise([*rows, rows[0]])) + 1e-12
     assert limit <= loop.length / math.cos(pi / 8)
     over = []
-    for divisions in (32, 64, 128):
+    for divisions in (16, 32, 64):
         found = gg.plan_loop(**{**asked, "method": "grid", "divisions": divisions})
         assert found.report.flyable
         length = planned(found).length
@@ -302,7 +305,7 @@ def test_robust_is_at_least_as_robust_as_the_grid(seed: int) -> None:
     best, found = exact(**asked), gg.plan_loop(**{**asked, "method": "grid", "divisions": 24})
     assert best.report.flyable
     plane = np.array(asked["waypoints"])
-    cap = float(least_singular_value_on_red(*plane.T, best.request.vehicle).min())
+    cap = float(least_singular_value_on_red(plane[:, 0], plane[:, 1], best.request.vehicle).min())
     # The border of the best floor is kept to within the accuracy: a Lipschitz constant times it.
     slack = math.sqrt(2 * (2 + best.request.vehicle.drag_ratio**2)) * 1e-3
 
@@ -400,7 +403,7 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
     rng = np.random.default_rng(60)
     asked: dict[str, Any] = VEHICLES[name]
     counts = {True: 0, False: 0}
-    for _ in range(120):
+    for _ in range(30):
         center, size = rng.uniform(-1.2, 1.2, 2), 10 ** rng.uniform(-2, 0)
         points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
         floor = float(rng.uniform(0.05, 0.9))
@@ -413,26 +416,26 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
         if value is not None and abs(value - floor) > 1e-5:
             assert found is report.flyable
             counts[found] += 1
-    assert min(counts.values()) > 10
+    assert min(counts.values()) > 3
 
 
 def test_one_two_and_repeated_waypoints() -> None:
-    point = exact([(0.7, -0.9)], color="red", keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]])
+    point = exact([(0.7, -0.9)], color="red", accuracy=1e-3, keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]])
     assert planned(point).length == planned(point).lower_bound == 0
     assert point.report.flyable
-    there = exact([(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL])
+    there = exact([(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
     rows = planned(there).path.alpha[:, :2].tolist()
     assert rows == [[1.1, -0.35], [1.0, -0.2], [0.6, -0.2], [0.4, -0.35], [0.6, -0.2], [1.0, -0.2]]
-    twice = exact([(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)], color="red", keep_out=[WALL])
+    twice = exact([(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
     np.testing.assert_array_equal(planned(twice).path.alpha, planned(there).path.alpha)
     # The same place again later in the loop is passed again.
-    again = exact([(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)], color="red", keep_out=[WALL])
+    again = exact([(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)], color="red", keep_out=[WALL], accuracy=1e-3)
     assert planned(again).length == pytest.approx(planned(there).length + 1.3, abs=1e-12)
 
 
 def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     points = [(0.6, -0.4), (0.8, -0.2), (1.0, -0.6), (1.0, -0.2)]
-    loop = planned(exact(points, color="red", keep_out=[WALL]))
+    loop = planned(exact(points, color="red", keep_out=[WALL], accuracy=1e-3))
     # Along the wall: round its corners, nowhere away from it.
     assert loop.length == pytest.approx(0.2 + 0.2 + 0.2 + 0.4 + 0.4 + 0.4 + 0.2, abs=1e-12)
     assert shapely.LinearRing(WALL).buffer(1e-12).covers(shapely.LineString(loop.path.alpha[:, :2]))
@@ -454,9 +457,11 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
 
 def test_waypoints_on_sides_of_the_square() -> None:
     points = [(pi / 2, -0.5), (0.8, -pi / 2), (0.4, -0.9)]
-    loop = planned(exact(points, color="red", floor=0.01))
+    loop = planned(exact(points, color="red", floor=0.01, accuracy=1e-3))
     assert loop.length == loop.lower_bound == perimeter(points)
-    bent = planned(exact([(pi / 2, -1.2), (pi / 2, -0.3)], color="red", keep_out=[[(1, -1), (2, -1), (2, -0.5)]]))
+    bent = planned(
+        exact([(pi / 2, -1.2), (pi / 2, -0.3)], color="red", accuracy=1e-3, keep_out=[[(1, -1), (2, -1), (2, -0.5)]])
+    )
     corner = (1.0, -1.0)
     assert bent.length == pytest.approx(2 * (math.dist((pi / 2, -1.2), corner) + math.dist(corner, (pi / 2, -0.3))))
 
@@ -478,3 +483,208 @@ def test_waypoints_closer_to_a_curved_border_than_its_polygon(beside: float) -> 
     passes_in_order(loop, plan)
     assert loop.report.valid
     assert loop.length <= perimeter(plan.waypoints) + 8e-3
+
+
+def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
+    points = [G1.angles[0], G1.angles[1], G1.angles[2]]
+    wall = [(0.3, 0.5), (0.9, 0.5), (0.9, 0.9), (0.5, 1.1)]
+    plan = exact(points, color="blue", keep_out=[wall], accuracy=1e-2)
+    loop = planned(plan)
+    assert (loop.color, loop.sign, loop.report.valid, loop.report.flyable) == ("blue", "negative", True, False)
+    region = region_of(plan.request, "blue", "negative", "valid").inner
+    assert loop.length == pytest.approx(shortest(visibility(region, points), points), abs=1e-9)
+    assert is_taut(loop, points, region) == 2
+    keeps_to_the_polygons(loop, plan.request)
+    # The published coefficients leave this sheet a sign of R, exact ones none.
+    assert not exact(points, color="blue", keep_out=[wall], coefficients="exact")
+
+
+def test_colors_change_only_where_the_sheets_meet() -> None:
+    """One waypoint has R < 0 on red alone, the other on blue alone: with published coefficients."""
+    points = [(1.52, -1.52), (-0.5, 0.5)]
+    plan = exact(points, sign="negative", accuracy=1e-3)
+    loop = planned(plan)
+    assert (loop.color, loop.report.valid, loop.report.flyable) == ("mixed", True, False)
+    assert loop.report["continuous"].value == 0
+    (meet,) = meeting_points(coefficients_of(), "negative")
+    delta = coefficients_of().delta
+    assert meet == pytest.approx((delta, -delta), abs=1e-12)
+    rows, colors = loop.path.alpha, loop.path.colors
+    changes = [k for k in range(len(rows)) if colors[k] != colors[k - 1]]
+    assert len(changes) == 2
+    for k in changes:
+        np.testing.assert_allclose(rows[[k - 1, k]], [[delta, -delta, delta, -delta]] * 2, atol=1e-12)
+    # All four angles move on straight through it.
+    assert loop.length == pytest.approx(perimeter(points), abs=1e-6)
+    s = np.linspace(0, 1, 1001)[:, None, None]
+    along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
+    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+        assert np.abs(residual(along, loop.gait.coefficients)).max() < 1e-12
+    # The exact sheets meet where R = 0, and one color alone has no loop.
+    assert not exact(points, sign="negative", coefficients="exact")
+    for color in ("red", "blue"):
+        assert not exact(points, sign="negative", color=color)
+    assert meeting_points(coefficients_of(kind="exact"), "negative") == []
+    assert meeting_points(coefficients_of(MIRRORED), "negative") == []
+
+
+def test_exact_coefficients_leave_red_alone() -> None:
+    plan = exact(G3.waypoints, coefficients="exact", keep_out=[WALL])
+    assert {loop.color for loop in (planned(plan), *plan.alternatives)} == {"red"}
+    assert ("blue", "color") in [(obstacle.color, obstacle.kind) for obstacle in plan.obstacles]
+
+
+@pytest.mark.parametrize(
+    ("point", "request_", "told"),
+    [
+        ((0.8, -0.4), {"keep_out": [WALL], "sign": "negative"}, "keep_out"),
+        ((0.5, -1.0), {"keep_in": [WALL], "sign": "negative"}, "keep_in"),
+        ((0.5, 0.9), {"sign": "negative", "coefficients": "exact"}, "R = "),
+        ((-1.5, -0.2), {"sign": "positive", "vehicle": STRONG}, "R = "),
+        ((-0.3, -0.9), {"sign": "negative", "vehicle": MIRRORED, "keep_out": [WALL]}, "R = "),
+    ],
+)
+def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
+    point: Point, request_: dict[str, Any], told: str
+) -> None:
+    asked: dict[str, Any] = {"color": "red", "accuracy": 1e-4, **request_}
+    plan = exact([(0.9, -0.9) if "keep_out" in request_ else point, point], **asked)
+    if plan.obstacles[0].waypoints == (1,):
+        plan = exact([point], **asked)
+    (obstacle,) = plan.obstacles
+    assert obstacle.kind == "waypoint"
+    assert plan.waypoints[obstacle.waypoints[0] - 1] == point
+    assert told in obstacle.message
+    assert obstacle.nearest is not None
+    # It may be passed, as it is told too, and nothing nearer may: the region's rings and a disc around the point tell.
+    spoken = re.search(r"the nearest admissible point is \((\S+), (\S+)\)", str(plan.reason))
+    assert spoken is not None
+    rounded = (float(spoken[1]), float(spoken[2]))
+    assert rounded == pytest.approx(obstacle.nearest, abs=5e-5)
+    for passed in (obstacle.nearest, rounded):
+        assert exact([passed], **asked)
+    away = math.dist(obstacle.nearest, point)
+    region = region_of(plan.request, "red", asked["sign"], "valid").inner
+    dense = shapely.get_coordinates(shapely.segmentize(region, 1e-3))
+    assert np.hypot(*(dense - point).T).min() >= away - 1e-12
+    turns = np.linspace(0, 2 * pi, 721)[:-1]
+    for share in (0.1, 0.5, 0.9, 0.999):
+        disc = np.array(point) + share * away * np.column_stack([np.cos(turns), np.sin(turns)])
+        assert not shapely.contains_xy(region, *disc.T).any()
+
+
+def test_what_separates_waypoints_is_told() -> None:
+    walls = [[(0.5, -1.6), (0.7, -1.6), (0.7, 0.0), (0.5, 0.0)]]
+    points = [(0.9, -0.3), (0.3, -0.9)]
+    asked: dict[str, Any] = {"color": "red", "sign": "negative", "accuracy": 1e-3}
+    assert exact(points, keep_out=walls, **asked)  # beyond hover, round its upper end
+    walls[0][2:] = [(0.7, 1.6), (0.5, 1.6)]
+    plan = exact(points, keep_out=walls, **asked)
+    (obstacle,) = plan.obstacles
+    assert (obstacle.kind, obstacle.waypoints) == ("separated", (1, 2))
+    assert "keep_out and keep_in" in obstacle.message
+    line = exact([(1.2, -0.6), (-1.5, 0.5)], **asked)
+    (obstacle,) = line.obstacles
+    assert (obstacle.kind, obstacle.waypoints) == ("separated", (1, 2))
+    assert "β1 = " in obstacle.message
+    # The component of α = 0 against a cell in its corner: the sign of R is the same.
+    corner = exact([(0, 0), (-1.5, -1.55)], **(asked | {"sign": "positive"}))
+    assert corner.obstacles[0].kind == "separated"
+
+
+def test_polygons_that_contradict_each_other_leave_nothing() -> None:
+    around = [(0.5, -0.7), (1.1, -0.7), (1.1, -0.1), (0.5, -0.1)]
+    plan = exact([(0.8, -0.4)], color="red", sign="negative", keep_in=[WALL], keep_out=[around])
+    (obstacle,) = plan.obstacles
+    assert obstacle.kind == "waypoint"
+    assert obstacle.nearest is None
+    assert "nearest" not in str(plan.reason)
+
+
+def served_by_both(points: Any, divisions: int, request_: dict[str, Any]) -> None:
+    """Whenever the grid plans, exact plans too: as valid, as flyable, and never longer or less robust."""
+    grid = gg.plan_loop(points, method="grid", divisions=divisions, **request_)
+    if grid.loop is None:
+        return
+    best = exact(points, accuracy=1e-5, **request_)
+    loop = planned(best)
+    assert loop.report.valid >= grid.report.valid
+    assert loop.report.flyable >= grid.report.flyable
+    if request_.get("objective") == "robust":
+        values = [plan.report["least_singular_value"].value or 0.0 for plan in (grid, best)]
+        assert values[1] >= values[0] - 1e-4
+    elif loop.report.flyable == grid.report.flyable:
+        assert loop.length <= grid.loop.length + 1e-8  # a grid takes what is nearer than 1e-9 to a node for the node
+    if loop.lower_bound is not None and loop.sign == grid.loop.sign and loop.report.flyable <= grid.report.flyable:
+        assert grid.loop.length >= loop.lower_bound - 1e-8
+
+
+@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+@pytest.mark.parametrize("request_", [{"any_order": True}, {"objective": "robust"}])
+def test_the_papers_gaits_are_planned_by_both(gait: Any, request_: dict[str, Any]) -> None:
+    served_by_both(gait.waypoints, 16, request_)
+    plan = exact(gait.waypoints, color=gait.color, **request_)
+    assert planned(plan).length == pytest.approx(pi, abs=1e-12)
+    assert (planned(plan).color, planned(plan).sign) == (gait.color, gait.sign)
+
+
+@pytest.mark.parametrize(
+    ("points", "request_"),
+    [
+        ([(1.1, -0.3), (0.3, -1.1)], {"vehicle": STRONG, "floor": 0.9, "sign": "negative", "color": "red"}),
+        ([(0.4, -0.9), (1.2, -0.9), (0.8, -0.9)], {"color": "red"}),
+        ([(0.51, -0.62), (1.23, -0.71), (0.94, -1.37)], {}),
+        ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative"}),
+        ([(1.2, 1.0), (-1.0, -1.2)], {"floor": 2.0, "sign": "negative", "color": "red"}),
+        ([(-1.5, -0.3)], {"floor": 2.0}),
+        ([(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(8)], {"any_order": True, "color": "red"}),
+        ([(0.9, -0.3), (0.3, -0.9)], {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]}),
+        ([(0.7, -0.9)], {"vehicle": gg.PAPER.replace(max_tilt=1.2, max_thrust=2.0)}),
+        ([(0.7, -0.9), (1.1, -0.8)], {"vehicle": gg.PAPER.replace(max_tilt=1.0, max_thrust=2.0)}),
+    ],
+)
+def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[str, Any]) -> None:
+    served_by_both(points, 24, request_)
+    assert exact(points, accuracy=1e-5, **request_)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    points=st.lists(st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)), min_size=1, max_size=3),
+    divisions=st.integers(3, 20),
+    name=st.sampled_from(sorted(VEHICLES)),
+)
+def test_what_the_grid_serves_is_served(points: list[Point], divisions: int, name: str) -> None:
+    """But for waypoints where four digits do not tell the sign of R."""
+    request = request_of({"waypoints": points, **VEHICLES[name]})
+    coefficients = coefficients_of(request.vehicle, request.coefficients)
+    if coefficients.kind == "published":
+        values = [gg.level_determinant([x, y, x, y], coefficients) for x, y in points]
+        if np.abs(values).min() < 0.01:
+            return
+    served_by_both(points, divisions, VEHICLES[name])
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    ends=st.lists(st.floats(-1.57, 1.57), min_size=4, max_size=4),
+    scale=st.floats(0, 1),
+    kappa=st.floats(0.001, 1.5),
+    mirrored=st.booleans(),
+    floor=st.floats(0, 1.2),
+)
+def test_a_least_singular_value_is_kept_along_whole_segments(
+    ends: list[float], scale: float, kappa: float, mirrored: bool, floor: float
+) -> None:
+    spin: dict[str, Any] = {"first_rotor_spin": "counterclockwise" if mirrored else "clockwise"}
+    vehicle = gg.Vehicle(drag_ratio=kappa, **spin)
+    start, far = np.array(ends[:2]), np.array(ends[2:])
+    end = start + scale**3 * (far - start)
+    line = start + np.linspace(0, 1, 501)[:, None] * (end - start)
+    least = float(least_singular_value_on_red(line[:, 0], line[:, 1], vehicle).min())
+    kept = bool(keeps_singular_value_above(np.tile(start, 2), np.tile(end, 2), floor, vehicle)[0])
+    gap = math.sqrt(2 + kappa**2) * math.sqrt(2) * math.dist(start, end) / 500
+    if kept:
+        assert least >= floor - 1e-12
+    else:
+        assert least - gap <= floor + 2e-6

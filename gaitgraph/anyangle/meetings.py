@@ -30,6 +30,7 @@ def meeting_points(coefficients: Coefficients, sign: str) -> list[Point]:
 
     With exact coefficients there is none: R = 0 at all four. With published ones their rounding leaves a sign.
 
+    >>> from gaitgraph.invertibility import coefficients_of
     >>> [(round(a1, 4), round(a2, 4)) for a1, a2 in meeting_points(coefficients_of(), "negative")]
     [(0.1671, -0.1671)]
     >>> meeting_points(coefficients_of(kind="exact"), "negative")

@@ -1,0 +1,180 @@
+"""Any-angle planning against other planners; the peer OMPL is an extra, ``peers``, and left out where it is missing."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, pairwise
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+
+import gaitgraph as gg
+from gaitgraph.anyangle import PreparedRegion, region_of, straight_loop_holds
+from gaitgraph.invertibility import coefficients_of
+from gaitgraph.requests import request_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+GAIT_3 = [(3 * math.pi / 8, -3 * math.pi / 8), (3 * math.pi / 8, -math.pi / 8)]
+GAIT_3 += [(math.pi / 8, -math.pi / 8), (math.pi / 8, -3 * math.pi / 8)]
+COEFFICIENTS = coefficients_of()
+SPACES = ["ProjectedStateSpace", "AtlasStateSpace"]
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_gait_3_ours(benchmark: Any, space: str) -> None:
+    """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
+    benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
+    request = request_of({"waypoints": GAIT_3, "color": "red", "sign": "negative"})
+
+    def planned() -> gg.Gait:
+        assert straight_loop_holds(request, COEFFICIENTS, "red", "negative", "flyable")
+        return gg.lift(request.waypoints, "red", coefficients=COEFFICIENTS)
+
+    assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
+
+
+@pytest.mark.benchmark(group="the loop of Gait 3: the whole of plan_loop, with its report")
+def test_gait_3_with_its_report_ours(benchmark: Any) -> None:
+    plan = benchmark(lambda: gg.plan_loop(GAIT_3, color="red", sign="negative", method="exact"))
+    assert plan.report.flyable
+    assert plan.loop.lower_bound == plan.loop.length == pytest.approx(math.pi, abs=1e-12)
+
+
+def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
+    """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R."""
+    base: Any = pytest.importorskip("ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]")
+    geometric: Any = pytest.importorskip("ompl.geometric")
+    util: Any = pytest.importorskip("ompl.util")
+    util.setLogLevel(util.LogLevel.LOG_NONE)
+    util.RNG.setSeed(1)
+    delta = COEFFICIENTS.delta
+    scale, kappa = 1 / math.sin(2 * delta), math.tan(delta)
+
+    class Surfaces(base.Constraint):  # type: ignore[misc]  # OMPL has no types
+        def __init__(self) -> None:
+            super().__init__(4, 2, 1e-4)
+
+        def function(self, x: Any, out: Any) -> None:
+            a1, a2, a3, a4 = x
+            out[0] = -scale * math.sin(a1 - a3) * math.sin(a2 + a4 + 2 * delta)
+            out[1] = scale * math.sin(a1 + a3 - 2 * delta) * math.sin(a2 - a4)
+
+        def jacobian(self, x: Any, out: Any) -> None:
+            a1, a2, a3, a4 = x
+            p, q, r, s = a1 - a3, a2 + a4 + 2 * delta, a1 + a3 - 2 * delta, a2 - a4
+            out[0, 2] = scale * math.cos(p) * math.sin(q)
+            out[0, 0] = -out[0, 2]
+            out[0, 1] = out[0, 3] = -scale * math.sin(p) * math.cos(q)
+            out[1, 0] = out[1, 2] = scale * math.cos(r) * math.sin(s)
+            out[1, 1] = scale * math.sin(r) * math.cos(s)
+            out[1, 3] = -out[1, 1]
+
+    def red_with_negative_R(state: Any) -> bool:
+        a1, a2, a3, a4 = (state[k] for k in range(4))
+        if abs(a1 - a3) > 0.03 or abs(a2 - a4) > 0.03:
+            return False
+        bracket = 2 * kappa * math.cos(a1) * math.cos(a2) - math.sin(a1 - a2)
+        return math.cos(a1 - delta) * math.cos(a2 + delta) * bracket < 0
+
+    def plan(start: list[float], goal: list[float]) -> Any:
+        ambient, bounds = base.RealVectorStateSpace(4), base.RealVectorBounds(4)
+        bounds.setLow(-math.pi / 2)
+        bounds.setHigh(math.pi / 2)
+        ambient.setBounds(bounds)
+        constrained = getattr(base, space)(ambient, Surfaces())
+        information = base.ConstrainedSpaceInformation(constrained)
+        setup = geometric.SimpleSetup(information)
+        setup.setStateValidityChecker(red_with_negative_R)
+        ends = constrained.allocState(), constrained.allocState()
+        for end, angles in zip(ends, (start, goal), strict=True):
+            end.copy(angles)
+            if space == "AtlasStateSpace":
+                constrained.anchorChart(end)
+        setup.setStartAndGoalStates(*ends)
+        setup.setPlanner(geometric.RRTConnect(information))
+        setup.setup()
+        assert setup.solve(5.0)
+        return setup.getSolutionPath().length()
+
+    return plan
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_gait_3_ompl(benchmark: Any, space: str) -> None:
+    """Leg by leg; each state space is built anew for each leg, as OMPL wants it."""
+    benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
+    plan = leg_planner(space)
+    corners = [[a1, a2, a1, a2] for a1, a2 in GAIT_3]
+    lengths: list[float] = []
+
+    def loop() -> None:
+        lengths.append(sum(plan(a, b) for a, b in pairwise([*corners, corners[0]])))
+
+    benchmark.pedantic(loop, rounds=30, warmup_rounds=2)
+    shares = np.array(lengths) / (math.sqrt(2) * math.pi)  # in four dimensions the shortest is √2 times as long
+    benchmark.extra_info["times as long as the shortest"] = f"{shares.min():.2f} to {shares.max():.2f}"
+    assert shares.min() >= 1 - 1e-3
+
+
+KEEP_OUTS, CORNERS_EACH = 50, 20
+ACROSS = [(0.21, -1.52), (1.5, -0.25), (1.5, -1.52), (0.21, -0.25)]
+
+
+def keep_outs() -> list[list[tuple[float, float]]]:
+    """Return 50 star-shaped polygons of 20 corners each, strewn over the part where Gait 3 flies."""
+    rng = np.random.default_rng(0)
+    places = [(i, j) for i in range(8) for j in range(7)]
+    rng.shuffle(places)
+    polygons = []
+    for i, j in places[:KEEP_OUTS]:
+        center = np.array([0.30 + 0.155 * i, -0.33 - 0.175 * j]) + 0.02 * rng.uniform(-1, 1, 2)
+        turns = 2 * np.pi * (np.arange(CORNERS_EACH) + 0.8 * rng.uniform(0, 1, CORNERS_EACH)) / CORNERS_EACH
+        reach = 0.07 * rng.uniform(0.6, 1.0, CORNERS_EACH)
+        corners = center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+        polygons.append([(float(x), float(y)) for x, y in corners])
+    return polygons
+
+
+@pytest.fixture(scope="module")
+def ground() -> PreparedRegion:
+    """Return the admissible region, triangulated, with what each corner sees."""
+    request = request_of({"waypoints": ACROSS, "color": "red", "keep_out": keep_outs()})
+    prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
+    prepared.paths.prepare()
+    return prepared
+
+
+def length_of_full_graph(region: Any) -> float:
+    """Build the visibility graph of all corners of the keep-outs and the waypoints, edge by edge, and search it."""
+    shapely.prepare(region)
+    nodes = [*ACROSS, *(corner for polygon in keep_outs() for corner in polygon)]
+    graph: nx.Graph[Any] = nx.Graph()
+    for a, b in combinations(nodes, 2):
+        if region.covers(shapely.LineString([a, b])):
+            graph.add_edge(a, b, length=math.dist(a, b))
+    legs = pairwise([*ACROSS, ACROSS[0]])
+    return sum(nx.dijkstra_path_length(graph, a, b, weight="length") for a, b in legs)
+
+
+FIFTY = "4 waypoints among 50 keep-outs of 20 corners against a full visibility graph"
+
+
+@pytest.mark.benchmark(group=FIFTY)
+def test_among_fifty_polygons_ours(benchmark: Any, ground: PreparedRegion) -> None:
+    legs = benchmark.pedantic(lambda: ground.loop(ACROSS), rounds=21, warmup_rounds=1)
+    length = sum(leg.length for leg in legs)
+    assert length == pytest.approx(sum(leg.lower_bound for leg in legs), abs=1e-12)
+    assert max(len(leg.points) for leg in legs) > 10
+
+
+@pytest.mark.benchmark(group=FIFTY)
+def test_among_fifty_polygons_edge_by_edge(benchmark: Any, ground: PreparedRegion) -> None:
+    length = benchmark.pedantic(lambda: length_of_full_graph(ground.region.inner), rounds=1)
+    legs = ground.loop(ACROSS)
+    assert isinstance(legs, list)
+    assert sum(leg.length for leg in legs) == pytest.approx(length, abs=1e-12)
