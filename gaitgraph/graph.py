@@ -235,6 +235,10 @@ def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, rea
 def waypoint_nodes(
     axis: FloatArray, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float
 ) -> tuple[Any, ...]:
+    """Return the nodes above waypoints off the grid as arrays: alpha, on red, types, R and cell, which is −1.
+
+    Of waypoints within 1e-9 rad of each other one serves.
+    """
     plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
     checked_plane_angles(plane[:, 0], plane[:, 1])
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)

@@ -71,7 +71,7 @@ class PreparedRegion:
         found = self.paths.path(first, last)
         if found is None:
             return None
-        points = without_repeats([start, *((float(x), float(y)) for x, y in found), end])
+        points = _without_repeats([start, *((float(x), float(y)) for x, y in found), end])
         length = length_of(points)
         if len(points) == 2 or self._around is self.paths:
             return Leg(points=points, length=length, lower_bound=length)
@@ -91,7 +91,7 @@ class PreparedRegion:
         return legs
 
 
-def without_repeats(points: Sequence[Point]) -> tuple[Point, ...]:
+def _without_repeats(points: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(point for k, point in enumerate(points) if k == 0 or point != points[k - 1])
 
 
