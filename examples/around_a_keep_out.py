@@ -24,6 +24,7 @@ exact = gg.plan_loop(waypoints, color="red", keep_out=[cable, post])
 grid = gg.plan_loop(waypoints, color="red", keep_out=[cable, post], method="grid", divisions=32)
 for name, plan in (("exact", exact), ("grid", grid)):
     print(f"{name}: {plan.gait.length:.4f} rad, {len(plan.gait.alpha)} corners, flyable {plan.report.flyable}")
+assert exact.loop is not None
 print(f"no loop through these waypoints in this order is shorter than {exact.loop.lower_bound:.4f} rad")
 
 # %%

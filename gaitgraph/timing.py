@@ -47,7 +47,7 @@ DEFAULT_SAMPLES = 100
 MOST_SAMPLES = 10_000_000
 CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
 
-# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at both ends.
+# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
 _PEAK_SPEED = 15.0 / 8.0
 _PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
 _PEAK_JERK = 60.0

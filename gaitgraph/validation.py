@@ -359,7 +359,7 @@ class _Clock:
             self._off += float(np.abs(turned - told).sum())
 
     def checks(self, *, closed: bool) -> list[Check]:
-        """Close the motion and return the checks of its rates and, if the vehicle limits them, accelerations and jerks."""
+        """Close the motion and return the checks of its rates and, where limited, accelerations and jerks."""
         self._close(closed=closed)
         if self._off > 0.5 * self._turned > 0:
             self.notes["rates"] = (

@@ -11,6 +11,7 @@ import pytest
 import shapely
 from scipy import ndimage
 
+import gaitgraph as gg
 from gaitgraph.areas import admissible_region
 from gaitgraph.cli.optimising import optimize_command
 from gaitgraph.curves.curve import Curve
@@ -512,3 +513,23 @@ def test_the_command_prints_writes_and_says_no(tmp_path: Path, capsys: pytest.Ca
     assert "no gait: " in capsys.readouterr().out
     with pytest.raises(InputError, match="waypoints: none given"):
         optimize_command.main([], standalone_mode=False)
+
+
+def test_a_limit_of_jerk_is_judged_as_it_is_along_the_curve() -> None:
+    waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+    tight = optimal_gait(waypoints, objective="tilt_rate", vehicle=gg.PAPER.replace(max_tilt_jerk=10.0))
+    assert tight.report is not None
+    assert tight.curve is not None
+    assert not tight.report.flyable
+    s = tight.curve.breaks[:-1] + np.diff(tight.curve.breaks) / 2
+    largest = np.abs(tight.curve.at(s, 3)).max()
+    assert tight.report["tilt_jerk"].value == pytest.approx(largest)
+    loose = optimal_gait(waypoints, objective="tilt_rate", vehicle=gg.PAPER.replace(max_tilt_jerk=float(2 * largest)))
+    assert loose.report is not None
+    assert loose.report["tilt_jerk"].ok
+    assert loose.report.flyable
+
+
+def test_a_radius_beyond_the_plane_is_refused() -> None:
+    with pytest.raises(gg.InputError, match="radius: 1000000000.0; allowed is an angle from 0 to 2π"):
+        optimal_gait([(0.5, -0.5)], radius=1e9)

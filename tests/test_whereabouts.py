@@ -96,3 +96,33 @@ def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -
 def test_an_unknown_use_is_refused() -> None:
     with pytest.raises(gg.InputError, match="use: 'any'; allowed are 'flyable' and 'valid'"):
         whereabouts_of(PlanRequest(waypoints=[(0, 0)]), use="any")  # type: ignore[arg-type]
+
+
+def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> None:
+    """Borders are allowed, so two keep-outs that touch leave a way of no width."""
+    fence = [[(-1.2, 0.25), (-0.25, 0.25), (-0.25, 1.2), (-1.2, 1.2)]]
+    blocks = [
+        [(-0.6, 0.25), (-0.6, 0.7), (-0.4, 0.5), (-0.4, 0.25)],
+        [(-0.6, 0.7), (-0.6, 1.2), (-0.4, 1.2), (-0.4, 0.9)],
+    ]
+    points = [(-0.8, 0.75), (-0.35, 0.75)]
+    for objective in ("shortest", "robust"):
+        request: dict[str, Any] = {"keep_in": fence, "keep_out": blocks, "sign": "positive", "objective": objective}
+        found, plan = asked(points, **request), gg.plan_loop(points, color="red", **request)
+        assert found
+        assert {place.part for place in found.answers[0].places} == {1, 2}
+        assert plan.report.flyable
+        assert [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
+    moved = [blocks[0], [(-0.6, 0.7 - 1e-6), *blocks[1][1:]]]
+    assert not asked(points, keep_in=fence, keep_out=moved, sign="positive")
+    assert not gg.plan_loop(points, color="red", keep_in=fence, keep_out=moved, sign="positive")
+
+
+@pytest.mark.parametrize("point", [(0.5, 0.5), (0.1671, 0.5), (0.2, -0.2), (-1.57, 1.57)])
+def test_the_nearest_point_as_it_is_told_is_admissible(point: tuple[float, float]) -> None:
+    region = asked([point], sign="positive").answers[0].region
+    told = region.nearest_as_text(point)
+    assert told is not None
+    again = tuple(float(part) for part in told.strip("()").split(","))
+    assert asked([again], sign="positive")
+    assert np.linalg.norm(np.subtract(again, region.nearest(point))) < 1e-4

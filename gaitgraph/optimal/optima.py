@@ -245,9 +245,9 @@ def _closed(values: FloatArray) -> FloatArray:
 
 
 def clock_checks(curve: Curve) -> list[Check]:
-    """Return the checks of tilt rate and, where the vehicle limits it, acceleration, exact along the curve.
+    """Return the checks of tilt rate and, where the vehicle limits them, acceleration and jerk, exact along the curve.
 
-    On a cubic piece a rate is a parabola, largest at an end or at its tip, and an acceleration is linear.
+    On a cubic piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.
     """
     vehicle, period = curve.vehicle, curve.span
     width = np.diff(curve.breaks)[:, None]
@@ -258,12 +258,14 @@ def clock_checks(curve: Curve) -> list[Check]:
         axis=0
     )
     accelerations = np.abs(np.stack([2 * second, 6 * third * width + 2 * second])).max(axis=0)
+    jerks = np.abs(6 * third)
     checks = []
     for name, unit, peaks, limit, order in (
         ("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, 1),
         ("tilt_acceleration", "rad/s²", accelerations, vehicle.max_tilt_acceleration, 2),
+        ("tilt_jerk", "rad/s³", jerks, vehicle.max_tilt_jerk, 3),
     ):
-        if order == 2 and limit is None:
+        if order > 1 and limit is None:
             continue
         piece, joint = divmod(int(np.argmax(peaks)), 2)
         peak = float(peaks[piece, joint])

@@ -9,6 +9,7 @@ the loop is a local optimum, and a lower bound of all loops' effort is told besi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -110,11 +111,12 @@ def optimal_gait(
     Notes
     -----
     A worst case is globally optimal to within the gap that is told: `bound` holds for every continuous gait in the
-    flyable region that passes the discs, whatever its form. That its effort is the least of all gaits that keep this
-    level is not guaranteed: it is a local optimum among splines, around the same side of each obstacle as a shortest
-    loop. Discs that share a point, or a single disc, give a gait that stands still there. With "tilt_rate" the bound is
-    (shortest length in four dimensions)²/T; with a radius it takes no notice of the region. No smooth loop attains it
-    where the shortest loop has corners: more pieces come nearer, and turn sharper.
+    flyable region that passes the discs, whatever its form. That its effort is the least of all gaits that keep
+    this level is not guaranteed: it is a local optimum among splines, on the side of each obstacle on which the
+    loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc,
+    give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T; with
+    a radius it takes no notice of the region. No smooth loop attains it where the shortest loop has corners: more
+    pieces come nearer, and turn sharper.
 
     Without a stated largest thrust the hover reserve of far tilted rotors is large because they waste thrust.
 
@@ -162,6 +164,8 @@ def optimal_gait(
 
 
 _RELATION = {"positive": ">", "negative": "<"}
+_SETTLED = 1e-3
+_UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
 
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
@@ -187,8 +191,8 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
         raise InputError(f"radius: {len(each)} for {len(centers)} waypoints; allowed is one for all, or one for each")
     radii = [angle_from_text(value, "radius") for value in each]
     for value, given in zip(radii, each, strict=True):
-        if value < 0:
-            raise InputError(f"radius: {shown(given)}; allowed is an angle ≥ 0 (rad)")
+        if not 0 <= value <= 2 * math.pi:
+            raise InputError(f"radius: {shown(given)}; allowed is an angle from 0 to 2π (rad)")
     kept: list[int] = []
     for k, center in enumerate(centers):
         if kept and center == centers[kept[-1]]:
@@ -393,6 +397,7 @@ class _Search:
             passed=np.hstack([plane, plane]),
             times=loop.passes * width,
             history=tuple(scale * one for one in history),
+            warnings=() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",),
         )
 
     def _worst(self, report: Report) -> float:
