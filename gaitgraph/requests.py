@@ -54,7 +54,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "sheets": ("planes", "all"),
 }
 MOST_WAYPOINTS = 1000
-_MOST_DIVISIONS_OF_ALL_SHEETS = 128  # a fibre has as many nodes as a sheet, and each is an object
+MOST_DIVISIONS_OF_ALL_SHEETS = 128  # a fibre has as many nodes as a sheet, and each is an object
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,8 +140,8 @@ class PlanRequest:
             if not isinstance(value, str) or value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
                 raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
-        if self.sheets == "all" and self.divisions > _MOST_DIVISIONS_OF_ALL_SHEETS:
-            most = _MOST_DIVISIONS_OF_ALL_SHEETS
+        if self.sheets == "all" and self.divisions > MOST_DIVISIONS_OF_ALL_SHEETS:
+            most = MOST_DIVISIONS_OF_ALL_SHEETS
             raise InputError(f"divisions: {self.divisions}; allowed with all sheets are {most} at most")
         if self.objective == "thrust" and self.method == "exact":
             raise InputError("objective: 'thrust'; allowed with the method exact are shortest, robust")

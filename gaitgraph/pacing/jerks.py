@@ -17,7 +17,7 @@ from gaitgraph.curves.polynomials import derivative_of, values_of
 from gaitgraph.pacing.laws import Law, law_through_nodes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from gaitgraph.curves.curve import Curve
 
@@ -33,7 +33,11 @@ _LEAST, _MOST = 1e-2, 1e3
 
 
 def laws_under_jerk(
-    curve: Curve, s: FloatArray, start: FloatArray, limits: tuple[FloatArray, FloatArray, FloatArray]
+    curve: Curve,
+    s: FloatArray,
+    start: FloatArray,
+    limits: tuple[FloatArray, FloatArray, FloatArray],
+    progress: Callable[[str], None] | None = None,
 ) -> Iterator[Law]:
     """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
 
@@ -48,6 +52,8 @@ def laws_under_jerk(
     limits
         Rate, acceleration and jerk at the nodes, each of shape (n, 2); a rate may be infinite. They may be changed in
         place between one law and the next.
+    progress
+        Called with a line of text before each programme.
 
     Notes
     -----
@@ -56,7 +62,9 @@ def laws_under_jerk(
     """
     program = _Program(curve, s)
     b = start
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
+        if progress is not None:
+            progress(f"programme {k + 1} of at most {_ROUNDS} under the jerk limit, {len(b)} nodes")
         found = program.solved(b, limits)
         if found is None:
             return

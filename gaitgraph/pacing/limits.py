@@ -15,7 +15,7 @@ from gaitgraph.errors import InputError, shown
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["KINDS", "UNITS", "Limits", "limits_of"]
+__all__ = ["KINDS", "UNITS", "Limits", "limits_for", "limits_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -103,6 +103,24 @@ class Limits:
                 out[kind] = float(value[0]) if np.ptp(value) == 0 else value.tolist()
         return out
 
+    def slowest(self, extent: FloatArray) -> str:
+        """Return the stated limit that alone makes a motion of given extents take longest, in words: kind and value.
+
+        Parameters
+        ----------
+        extent
+            By how much α1 and α2 vary, shape (2,) [rad]; what varies has a positive limit.
+        """
+        bounds, words = [], []
+        for order, kind in enumerate(KINDS, start=1):
+            limit = self.in_plane(kind)
+            for joint in np.flatnonzero((extent > 0) & np.isfinite(limit)):
+                # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
+                ratio = float(extent[joint] / limit[joint])
+                bounds.append(((2.0, 16.0, 96.0)[order - 1] * ratio) ** (1.0 / order))
+                words.append(f"{kind} limit {limit[joint]:g} {UNITS[kind]} of α{joint + 1} and α{joint + 3}")
+        return words[bounds.index(max(bounds))]
+
 
 def limits_of(vehicle: Vehicle, **stated: Any) -> Limits:
     """Return the limits that a vehicle states, those given by name in their place.
@@ -120,6 +138,15 @@ def limits_of(vehicle: Vehicle, **stated: Any) -> Limits:
         "jerk": vehicle.max_tilt_jerk,
     }
     return Limits(**(of_vehicle | {kind: value for kind, value in stated.items() if value is not None}))
+
+
+def limits_for(limits: object, vehicle: Vehicle) -> Limits:
+    """Return the limits asked for, those of the vehicle where there are none; InputError if they are something else."""
+    if limits is None:
+        return limits_of(vehicle)
+    if not isinstance(limits, Limits):
+        raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(rate=5, acceleration=60)")
+    return limits
 
 
 def _four(name: str, value: object) -> FloatArray:

@@ -20,6 +20,8 @@ FloatArray = npt.NDArray[np.float64]
 
 # Without a jerk limit the acceleration still takes this share of a leg's time to rise, so that it is continuous.
 _RISE = 1e-3
+# What takes less than this share of a leg's time is beyond what floats carry: the limits are lowered to it.
+_BRIEF = 1e-6
 
 
 def phases(distance: float, rate: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
@@ -31,7 +33,8 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
         How far, positive.
     rate, acceleration, jerk
         Limits along the leg, positive; the rate may be infinite, and so may the acceleration if the jerk is not. An
-        infinite jerk is replaced by one that lets the acceleration rise in a thousandth of the time.
+        infinite jerk is replaced by one that lets the acceleration rise in a thousandth of the time. Limits so loose
+        that they would be met for less than a millionth of the time are lowered to what is met that long.
 
     Examples
     --------
@@ -42,6 +45,9 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
         cruise = distance * acceleration >= rate**2
         total = distance / rate + rate / acceleration if cruise else 2.0 * math.sqrt(distance / acceleration)
         jerk = acceleration / (_RISE * total)
+    slow = max(distance / rate, 2.0 * math.sqrt(distance / acceleration))
+    acceleration = min(acceleration, rate / (_BRIEF * slow)) if slow > 0 else acceleration
+    jerk = min(jerk, acceleration / (_BRIEF * slow)) if slow > 0 else jerk
     top = min(rate, (distance * math.sqrt(jerk) / 2.0) ** (2.0 / 3.0))
     if math.isfinite(acceleration) and top * jerk > acceleration**2:
         # The acceleration meets its limit, so that speeding up and slowing down over v takes v(v/a + a/j).

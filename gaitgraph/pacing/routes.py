@@ -22,6 +22,8 @@ from gaitgraph.pacing.rests import legs_from_rest_to_rest
 from gaitgraph.pacing.speeds import fastest_squared_speeds
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gaitgraph.pacing.laws import Law
     from gaitgraph.pacing.limits import Limits
 
@@ -40,6 +42,8 @@ _CORRECTIONS = 4
 _SETTLED = 1e-3
 _STILL = 1e-12
 _ROUND_OFF = 1e-12
+# With more nodes than these, programmes take minutes.
+_MOST_NODES_UNDER_JERK = 5000
 
 
 class Route:
@@ -93,8 +97,16 @@ class Route:
         self.vehicle = self.gait.vehicle
         self.still = bool(self.extent.max() <= _STILL)
 
-    def fastest(self, limits: Limits, nodes: int) -> tuple[FloatArray, FloatArray, float]:
-        """Return widths of intervals, tilts on them, and by how much time was stretched to keep the limits throughout.
+    def at_rest(self, path: Gait | Curve | Rounding) -> Route | None:
+        """Return the way along the same gait that rests at its corners, if this one rounds them."""
+        if self.rounding is None or self.rounding.deviation == 0 or not isinstance(path, Gait):
+            return None
+        return Route(path)
+
+    def fastest(
+        self, limits: Limits, nodes: int, progress: Callable[[str], None] | None = None
+    ) -> tuple[FloatArray, FloatArray, float, str]:
+        """Return widths of intervals, tilts on them, by how much time was stretched to keep the limits, and a note.
 
         Parameters
         ----------
@@ -102,12 +114,19 @@ class Route:
             What to respect; positive on every joint that moves.
         nodes
             How many intervals the curve is divided into, about.
+        progress
+            Called with a line of text before each programme.
+
+        Notes
+        -----
+        The note says what was left undone; it is empty as a rule.
         """
         stated = [limits.in_plane(kind) for kind in ("rate", "acceleration", "jerk")]
         completed = limits.completed(self.extent)
         if self.curve is None:
             plane = self.gait.alpha[:, :2]
-            return self._kept(legs_from_rest_to_rest(np.array(plane), stated[0], completed[1], stated[2]), stated)
+            legs = legs_from_rest_to_rest(np.array(plane), stated[0], completed[1], stated[2])
+            return *self._kept(legs, stated), ""
         moving = self.extent > _STILL
         # A joint that stands still keeps any limit.
         rate, acceleration, jerk = (np.where(moving, limit, 1.0) for limit in completed)
@@ -124,13 +143,19 @@ class Route:
                 found = self._kept(self._over_time(smoothed_law(s, squared, window)), stated)
                 if found[2] <= _ENOUGH:
                     break
-            return found
+            return *found, ""
         laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
         kept = [self._kept(self._over_time(law), stated) for law in laws]
         best = min(range(len(kept)), key=lambda k: _period(kept[k]))
+        if len(s) - 1 > _MOST_NODES_UNDER_JERK:
+            note = (
+                f"not optimised under the jerk limit: {len(s) - 1} nodes on {len(self.curve.breaks) - 1} pieces, at most "
+                f"{_MOST_NODES_UNDER_JERK} nodes are; for a faster law thin out the table, or drop the jerk limit"
+            )
+            return *kept[best], note
         start = laws[best].stretched(1.0 + kept[best][2])
         known = np.interp(s[:-1], *_unrolled(start, float(s[-1]))) ** 2
-        return self._fastest_under_jerk(s, known, (rate, acceleration, jerk), kept[best], stated)
+        return *self._fastest_under_jerk(s, known, (rate, acceleration, jerk), kept[best], stated, progress), ""
 
     def _fastest_under_jerk(
         self,
@@ -139,6 +164,7 @@ class Route:
         limits: tuple[FloatArray, FloatArray, FloatArray],
         found: tuple[FloatArray, FloatArray, float],
         stated: list[FloatArray],
+        progress: Callable[[str], None] | None,
     ) -> tuple[FloatArray, FloatArray, float]:
         """Return the best of some linear programmes and of what was found before.
 
@@ -148,7 +174,8 @@ class Route:
         assert self.curve is not None  # noqa: S101
         at_nodes = [np.tile(limit, (len(s) - 1, 1)) for limit in limits]
         corrections, before = 0, math.inf
-        for law in laws_under_jerk(self.curve, s, squared, (at_nodes[0], at_nodes[1], at_nodes[2])):
+        under = (at_nodes[0], at_nodes[1], at_nodes[2])
+        for law in laws_under_jerk(self.curve, s, squared, under, progress):
             widths, tilts = self._over_time(law)
             candidate = self._kept((widths, tilts), stated)
             found = min(found, candidate, key=_period)

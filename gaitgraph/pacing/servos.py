@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.segments import least_singular_value_of_all
-
-if TYPE_CHECKING:
-    from gaitgraph.timing import TimedGait
+from gaitgraph.timing import TimedGait
 
 __all__ = ["ServoResponse", "servo_response"]
 
@@ -28,6 +26,8 @@ FloatArray = npt.NDArray[np.float64]
 # Intervals are at most this share of the quickest servo's time constant.
 _STEP = 1.0 / 64.0
 _MOST_STEPS = 2_000_000
+# Beyond so many periods the settled error is lost in round-off.
+_LONGEST = 1e6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -129,7 +129,8 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     Raises
     ------
     InputError
-        If a lag is not positive, or so short beside the period that it takes millions of steps.
+        If a lag is not positive, or so short beside the period that it takes millions of steps, or longer than a
+        million periods.
     MissingConstant
         If neither a lag is given nor does the vehicle state one.
 
@@ -145,6 +146,8 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     >>> response.distance_off_sheet(), bool((response.peak() <= 0.02 * timed.peak_rates() + 1e-12)[0])
     (0.0, True)
     """
+    if not isinstance(timed, TimedGait):
+        raise InputError(f"timed: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
     if lag is None:
         (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
     tau = _lags(lag)
@@ -153,7 +156,16 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     # An even number of steps between knots, for Simpson's rule.
     count = 2.0 * np.maximum(np.ceil(np.diff(knots) / (2.0 * _STEP * tau.min())), 1.0)
     if count.sum() > _MOST_STEPS:
-        raise InputError(f"lag: {shown(lag)}; allowed is so much that a period takes {_MOST_STEPS} steps of lag/64")
+        # Every interval may take two steps more than its share.
+        least = timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
+        raise InputError(
+            f"lag: {shown(lag)}; allowed is at least {1.001 * least:.3g} s for the period {timed.period:.4g} s, "
+            f"so that {_MOST_STEPS} steps do"
+        )
+    if tau.max() > _LONGEST * timed.period:
+        raise InputError(
+            f"lag: {shown(lag)}; allowed is at most {_LONGEST * timed.period:.3g} s, a million periods"
+        )
     number = count.astype(np.int64)
     h = np.repeat(np.diff(knots) / number, number)
     index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
