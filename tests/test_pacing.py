@@ -366,6 +366,92 @@ def test_a_period_that_is_too_short_says_which_limit_where_and_what_would_do() -
     assert "needs at least" in hopeless.reason
 
 
+@pytest.mark.parametrize("limits", [Limits(acceleration=60, jerk=2000), Limits(rate=5, acceleration=60, jerk=2000)])
+@pytest.mark.parametrize("tolerance", [1e-5, 0.03])
+def test_rounding_is_never_slower_than_resting_at_the_corners(limits: Limits, tolerance: float) -> None:
+    resting, smooth = least_period(SQUARE, limits), least_period(rounded(SQUARE, tolerance), limits, nodes=50)
+    both = least_period(SQUARE, limits, rounding=tolerance, nodes=50)
+    assert resting.least is not None
+    assert smooth.least is not None
+    assert both.least == min(resting.least, smooth.least)
+    rests = resting.least < smooth.least
+    assert (both.rounding is None, both.note.startswith("rests at the corners")) == (rests, rests)
+    assert both.as_mapping()["note"] == (both.note or None)
+    assert both.lower_bound <= min(resting.lower_bound, smooth.lower_bound)
+    law = paced(SQUARE, limits, resting.least, rounding=tolerance, nodes=50)
+    assert law.timed is not None
+    assert_keeps(law.timed, limits)
+
+
+def test_many_tiny_blends_are_slower_than_resting() -> None:
+    zigzag = lift([(0.4 + 0.002 * k, -0.8 + 0.05 * (-1) ** k) for k in range(60)], "red")
+    limits = Limits(acceleration=60)
+    pacing = least_period(zigzag, limits, rounding=1e-5)
+    assert pacing.least == least_period(zigzag, limits).least
+    assert "rests at the corners" in str(pacing)
+
+
+def circle(rows: int) -> gg.Gait:
+    phase = 2 * pi * np.arange(rows) / rows
+    return lift(np.column_stack([0.785 + 0.3 * np.cos(phase), -0.785 + 0.3 * np.sin(phase)]), "red")
+
+
+def test_work_under_a_jerk_limit_reports_and_is_bounded() -> None:
+    limits = Limits(acceleration=60, jerk=2000)
+    lines: list[str] = []
+    assert not least_period(SQUARE, limits, rounding=0.03, nodes=50, progress=lines.append).note
+    assert [line for line in lines if line.startswith("programme 1 of")] == [lines[1]]
+    assert len(lines) > 2
+    again: list[str] = []
+    paced(SQUARE, limits, 2.0, rounding=0.03, nodes=50, progress=again.append)
+    assert again == lines
+    bounded: list[str] = []
+    pacing = least_period(circle(700), limits, rounding=0.002, progress=bounded.append)
+    assert len(bounded) == 1
+    assert "not optimised under the jerk limit" in pacing.note
+    assert "thin out the table" in str(pacing)
+    assert pacing.timed is not None
+    assert (pacing.timed.peak_jerks() <= 2000 * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("rounding", [None, 0.03])
+@pytest.mark.parametrize(
+    ("limits", "kind"),
+    [
+        (Limits(rate=1e-9, acceleration=1e12), "rate"),
+        (Limits(rate=1e-9, acceleration=1e-9, jerk=1e-9), "rate"),
+    ],
+)
+def test_periods_that_no_clock_has_are_answered(limits: Limits, kind: str, rounding: float | None) -> None:
+    for pacing in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, 1.0, rounding=rounding)):
+        assert not pacing
+        assert (pacing.status, pacing.limit) == ("no period", kind)
+        assert f"{kind} limit 1e-09 rad/s of α1 and α3 would be beyond 1e+09 s" in pacing.reason
+
+
+def test_a_period_below_what_a_clock_has_is_answered() -> None:
+    tiny = lift([(0.4, -0.4), (0.4001, -0.4), (0.4, -0.4001)], "red")
+    pacing = least_period(tiny, Limits(acceleration=1e12))
+    assert not pacing
+    assert "acceleration limit 1e+12 rad/s²" in pacing.reason
+    assert "below 1e-06 s" in pacing.reason
+
+
+@pytest.mark.parametrize(
+    ("limits", "closed_form"),
+    [
+        (Limits(rate=1e-8, acceleration=1e12), pi * 1e8),
+        (Limits(rate=1e-8, jerk=1e12), pi * 1e8),
+        (Limits(acceleration=1e-9, jerk=1e12), 4 * sqrt(pi * 1e9)),
+    ],
+)
+def test_limits_far_apart_keep_their_closed_form(limits: Limits, closed_form: float) -> None:
+    pacing = least_period(SQUARE, limits)
+    assert pacing.least == pytest.approx(closed_form, rel=1e-5)
+    assert pacing.timed is not None
+    np.testing.assert_allclose(pacing.timed.at(pacing.timed.period / 4)[0], SQUARE.alpha[1], atol=1e-6)
+
+
 def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
     pacing = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
     assert (pacing.status, pacing.limit) == ("no period", "rate")
@@ -478,6 +564,8 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
         (lambda: least_period(3, LIMITS), "path: 3"),  # type: ignore[arg-type]
         (lambda: least_period(rounded(SQUARE, 0.1), LIMITS, rounding=0.1), "rounding: 0.1"),
         (lambda: least_period(SQUARE, LIMITS, nodes=5), "nodes: 5"),
+        (lambda: least_period(SQUARE, {"rate": 5}), "limits: {'rate': 5}"),  # type: ignore[arg-type]
+        (lambda: paced(SQUARE, 60.0), "limits: 60.0"),  # type: ignore[arg-type]
         (lambda: least_period(SQUARE, LIMITS, samples=3, rate=5.0), "samples, rate"),
         (lambda: least_period(SQUARE.biased(0.8), LIMITS), "color"),
         (lambda: paced(SQUARE, LIMITS, 0.0), "period: 0.0"),
@@ -537,8 +625,16 @@ def test_the_command_says_no_and_refuses(tmp_path: Path) -> None:
     for arguments, message in (
         (("--period", "quick", "--max-jerk", "100"), "--period: 'quick'"),
         (("--max-rate", "3"), "neither acceleration nor jerk"),
-        (("--max-acceleration", "many"), "acceleration: 'many'"),
-        (("--max-acceleration", "9", "--rounding", "0"), "tolerance: 0"),
+        (("--max-acceleration", "many"), "^--max-acceleration: 'many'"),
+        (("--max-rate", "-3", "--max-acceleration", "9"), "^--max-rate: '-3'"),
+        (("--max-jerk", "nan"), "^--max-jerk: 'nan'"),
+        (("--max-acceleration", "9", "--rate", "-3"), "^rate: -3"),
+        (("--max-acceleration", "9", "--rounding", "0"), "^--rounding: 0"),
+        (("--max-acceleration", "9", "--servo-lag", "1e-12"), "^--servo-lag: 1e-12; allowed is at least"),
     ):
         with pytest.raises(gg.InputError, match=message):
             run_pace(given, *arguments)
+    off = str(tmp_path / "off.csv")
+    SQUARE.biased(0.8).parametrize().write(off)
+    with pytest.raises(gg.InputError, match=r"off\.csv: not on one sheet; .* gaitgraph retarget .*off\.csv"):
+        run_pace(off, "--max-acceleration", "9")

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import force_option, json_option, outputs_option, setting_options, vehicle_or_none
-from gaitgraph.cli.terminal import print_json
+from gaitgraph.cli.terminal import print_json, progress_notes
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 __all__ = ["pace_command"]
 
@@ -62,11 +63,19 @@ def pace_command(
     check_outputs(outputs, force=force)
     seconds = _seconds(period)
     gait = read_gait(gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients)
-    limits = limits_of(gait.vehicle, rate=max_rate, acceleration=max_acceleration, jerk=max_jerk)
-    asked: dict[str, Any] = {"samples": samples, "rate": rate}
+    if gait.color not in ("red", "blue"):
+        raise InputError(
+            f"{gait_file}: not on one sheet; allowed is a gait on the red or the blue one: "
+            f"gaitgraph retarget {gait_file} moves a table there"
+        )
+    stated = {"rate": max_rate, "acceleration": max_acceleration, "jerk": max_jerk}
+    with _named(**{f"max_{kind}": (kind, value) for kind, value in stated.items()}):
+        limits = limits_of(gait.vehicle, **stated)
+    asked: dict[str, Any] = {"samples": samples, "rate": rate, "progress": progress_notes()}
     if rounding is not None:
         asked["rounding"] = angle_from_text(rounding, "--rounding")
-    pacing = least_period(gait, limits, **asked) if seconds is None else paced(gait, limits, seconds, **asked)
+    with _named(rounding=("tolerance", rounding)):
+        pacing = least_period(gait, limits, **asked) if seconds is None else paced(gait, limits, seconds, **asked)
     answer: dict[str, Any] = {**pacing.as_mapping(), "valid": None, "flyable": None, "servo": None, "outputs": []}
     lines = [str(pacing)]
     if pacing.timed is not None:
@@ -76,7 +85,8 @@ def pace_command(
             lines.append(f"  not flyable: {report.reason}")
         lag = gait.vehicle.servo_lag if servo_lag is None else servo_lag
         if lag is not None:
-            response = servo_response(pacing.timed, lag)
+            with _named(servo_lag=("lag", servo_lag)):
+                response = servo_response(pacing.timed, lag)
             answer["servo"] = response.as_mapping()
             lines.append(f"  {response}")
         if outputs:
@@ -88,6 +98,18 @@ def pace_command(
     else:
         click.echo("\n".join(lines))
     return 0 if pacing else 1
+
+
+@contextmanager
+def _named(**options: tuple[str, object]) -> Iterator[None]:
+    """Let a message about a field name the option that gave it: ``--max-rate``, not ``rate``."""
+    try:
+        yield
+    except InputError as error:
+        for option, (field, value) in options.items():
+            if value is not None and str(error).startswith(f"{field}: "):
+                raise InputError(f"--{option.replace('_', '-')}{str(error)[len(field) :]}") from error
+        raise
 
 
 def _seconds(text: str) -> float | None:

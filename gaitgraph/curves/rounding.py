@@ -154,7 +154,10 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     if not size >= SMALLEST:
         raise InputError(f"tolerance: {shown(tolerance)}; allowed is an angle of at least {SMALLEST:g} rad")
     if gait.color not in ("red", "blue"):
-        raise InputError(f"gait: its color is {shown(gait.color)}; allowed is a gait on one sheet, red or blue")
+        raise InputError(
+            f"gait: its color is {shown(gait.color)}; allowed is a gait on one sheet, red or blue; retarget moves one "
+            "there"
+        )
     merged = _apart(gait.merged())
     plane = np.array(merged.alpha[:, :2])
     step = np.roll(plane, -1, axis=0) - plane

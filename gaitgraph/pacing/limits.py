@@ -103,8 +103,8 @@ class Limits:
                 out[kind] = float(value[0]) if np.ptp(value) == 0 else value.tolist()
         return out
 
-    def slowest(self, extent: FloatArray) -> str:
-        """Return the stated limit that alone makes a motion of given extents take longest, in words: kind and value.
+    def slowest(self, extent: FloatArray) -> tuple[str, str]:
+        """Return the stated limit that alone makes a motion of given extents take longest: its kind, and it in words.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Limits:
                 # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
                 ratio = float(extent[joint] / limit[joint])
                 bounds.append(((2.0, 16.0, 96.0)[order - 1] * ratio) ** (1.0 / order))
-                words.append(f"{kind} limit {limit[joint]:g} {UNITS[kind]} of α{joint + 1} and α{joint + 3}")
+                words.append((kind, f"{kind} limit {limit[joint]:g} {UNITS[kind]} of α{joint + 1} and α{joint + 3}"))
         return words[bounds.index(max(bounds))]
 
 

@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.pacing.limits import KINDS, UNITS, Limits, limits_of
+from gaitgraph.pacing.limits import KINDS, UNITS, Limits, limits_for
 from gaitgraph.pacing.pacedgait import PacedGait
 from gaitgraph.pacing.routes import Route
 from gaitgraph.timing import checked_clock
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gaitgraph.curves.curve import Curve
     from gaitgraph.curves.rounding import Rounding
     from gaitgraph.gait import Gait
@@ -28,6 +30,8 @@ __all__ = ["Pacing", "least_period", "paced"]
 
 _NODES = 1000
 _NODES_UNDER_JERK = 300
+# Periods that a clock may have [s].
+_SHORTEST, _LONGEST = 1e-6, 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +42,8 @@ class Pacing:
     ----------
     status
         "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a joint that
-        must move) or "still" (the gait is a point, so that no period is the least).
+        must move, or limits with which the least period is beyond 1e9 s or below 1e-6 s) or "still" (the gait is a
+        point, so that no period is the least).
     reason
         One sentence; empty if the status is "ok".
     limits
@@ -52,7 +57,9 @@ class Pacing:
     stretch
         What the found law was stretched by so that limits hold between samples too, minus 1; its price.
     rounding
-        How corners were rounded, if they were.
+        How corners were rounded, if they were; None too where the law rests at the corners, being quicker that way.
+    note
+        Why the law rests although rounding was asked for, or what was left undone; empty as a rule.
     limit, where
         The limit that stands in the way, and a place where it does.
     """
@@ -65,6 +72,7 @@ class Pacing:
     lower_bound: float = 0.0
     stretch: float = 0.0
     rounding: Rounding | None = None
+    note: str = ""
     limit: str | None = None
     where: dict[str, Any] | None = None
 
@@ -81,6 +89,7 @@ class Pacing:
         out: dict[str, Any] = {
             "status": self.status,
             "reason": self.reason or None,
+            "note": self.note or None,
             "period": self.period,
             "least_period": self.least,
             "lower_bound": self.lower_bound,
@@ -107,6 +116,8 @@ class Pacing:
             lines.append(self.reason)
         if self.rounding is not None:
             lines.append(f"  {self.rounding}")
+        if self.note:
+            lines.append(f"  {self.note}")
         return "\n".join(lines)
 
 
@@ -118,6 +129,7 @@ def least_period(
     samples: int | None = None,
     rate: float | None = None,
     nodes: int | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Pacing:
     """Return the fastest periodic law along a path under limits.
 
@@ -130,22 +142,33 @@ def least_period(
     rounding
         For a gait: round its corners by this tolerance first; radians in the (α1, α2) plane, or a text such as "2deg".
         Without it the law rests at every corner; only a gait that does nothing but turn back on its line is run
-        without a rest.
+        without a rest. With it the law is never slower than at rest: where resting is quicker, as it can be with tiny
+        blends, that law is the answer, with a note.
     samples, rate
         Even intervals per period, or samples per second, for tables; see :func:`gaitgraph.timing.parametrize`.
     nodes
-        Nodes along a curve, 1000 by default and 300 under a jerk limit; the period comes down with 1/nodes.
+        Nodes along a curve, 1000 by default and 300 under a jerk limit; the period comes down with 1/nodes. Every piece
+        of the curve has at least eight.
+    progress
+        Called with a line of text now and then; programmes under a jerk limit may take a minute in all.
 
     Returns
     -------
     Pacing
-        Falsy if there is no law: a limit of zero on a joint that moves, or a gait that is a point.
+        Falsy if there is no law: a limit of zero on a joint that moves, a period that no clock has, or a gait that is
+        a point.
+
+    Raises
+    ------
+    InputError
+        If an argument is not what is allowed, or the gait is not on one sheet.
 
     Notes
     -----
     The period is the least of what was searched: laws with constant s̈ between nodes, exactly; under a jerk limit, the
     best of a few linear programmes. `lower_bound` says how much there is left to find at most. Without a jerk limit the
-    acceleration changes over 0.1 % of the period (a thousandth of a leg's time, where the law rests).
+    acceleration changes over 0.1 % of the period (a thousandth of a leg's time, where the law rests). With more than
+    5000 nodes no programmes are solved; a note says so. Not guaranteed: that looser limits are found to be quicker.
 
     Examples
     --------
@@ -156,7 +179,7 @@ def least_period(
     (True, 0.8, True)
     """
     route = Route(path, rounding)
-    limits = limits_of(route.vehicle) if limits is None else limits
+    limits = limits_for(limits, route.vehicle)
     if samples is not None or rate is not None:
         checked_clock(1.0, "smooth", samples=samples, rate=rate)
     count = _checked_nodes(nodes, limits)
@@ -175,8 +198,23 @@ def least_period(
             limit=kind,
             where={"alpha": alpha.tolist()},
         )
-    widths, tilts, stretch = route.fastest(limits, count)
+    resting = route.at_rest(path)
+    routes = (route,) if resting is None else (route, resting)
+    bound = _lower_bound(routes, limits)[0]
+    if bound > _LONGEST:
+        return _out_of_range(route, limits, bound)
+    if progress is not None:
+        progress("looking for the fastest law")
+    widths, tilts, stretch, note = route.fastest(limits, count, progress)
     period = float(widths.sum())
+    if resting is not None:
+        at_rest = resting.fastest(limits, count)
+        if float(at_rest[0].sum()) < period:
+            note = "; ".join(filter(None, (_resting(float(at_rest[0].sum()), period), note)))
+            route, (widths, tilts, stretch, _) = resting, at_rest
+            period = float(widths.sum())
+    if not _SHORTEST <= period <= _LONGEST:
+        return _out_of_range(route, limits, period)
     timed = PacedGait(
         gait=route.gait,
         period=period,
@@ -193,9 +231,10 @@ def least_period(
         limits=limits,
         timed=timed,
         least=period,
-        lower_bound=min(route.lower_bound(limits)[0], period),
+        lower_bound=min(bound, period),
         stretch=stretch,
         rounding=route.rounding,
+        note=note,
     )
 
 
@@ -208,6 +247,7 @@ def paced(
     samples: int | None = None,
     rate: float | None = None,
     nodes: int | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Pacing:
     """Return a law for a given period, or say why there is none.
 
@@ -215,7 +255,7 @@ def paced(
     ----------
     period
         T [s].
-    path, limits, rounding, samples, rate, nodes
+    path, limits, rounding, samples, rate, nodes, progress
         As for :func:`least_period`.
 
     Returns
@@ -234,7 +274,7 @@ def paced(
     """
     checked_clock(period, "smooth", samples=samples, rate=rate)
     route = Route(path, rounding)
-    limits = limits_of(route.vehicle) if limits is None else limits
+    limits = limits_for(limits, route.vehicle)
     if route.still:
         timed = PacedGait(
             gait=route.gait,
@@ -247,7 +287,7 @@ def paced(
             limits=limits,
         )
         return Pacing(status="ok", reason="", limits=limits, timed=timed, least=0.0, rounding=route.rounding)
-    found = least_period(path, limits, rounding=rounding, nodes=nodes)
+    found = least_period(path, limits, rounding=rounding, nodes=nodes, progress=progress)
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
@@ -256,7 +296,8 @@ def paced(
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
     if period < found.lower_bound:
-        bound, joint = route.lower_bound(limits)
+        resting = route.at_rest(path)
+        bound, joint = _lower_bound((route,) if resting is None else (route, resting), limits)
         reason += f"α{joint} alone needs" if joint else "any law along this path needs"
         reason += f" at least {bound:.4f} s under the limits"
     else:
@@ -266,6 +307,28 @@ def paced(
             f"{touch.limit * factor:.3g} {UNITS[touch.kind]}, limit {touch.limit:.3g}"
         )
     return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=touch.where())
+
+
+def _lower_bound(routes: tuple[Route, ...], limits: Limits) -> tuple[float, int]:
+    """Return a period below which there is certainly no law along any of the routes, and the joint that says so."""
+    return min((route.lower_bound(limits) for route in routes), key=lambda found: found[0])
+
+
+def _resting(at_rest: float, rounded: float) -> str:
+    return f"rests at the corners: {at_rest:.4f} s, against {rounded:.4f} s with rounded corners"
+
+
+def _out_of_range(route: Route, limits: Limits, period: float) -> Pacing:
+    """Return the answer where the least period is none that a clock may have."""
+    kind, words = limits.slowest(route.extent)
+    beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
+    return Pacing(
+        status="no period",
+        reason=f"the least period under the {words} would be {beyond}, which no clock here has",
+        limits=limits,
+        rounding=route.rounding,
+        limit=kind,
+    )
 
 
 def _checked_nodes(nodes: int | None, limits: Limits) -> int:

@@ -149,8 +149,9 @@ class Route:
         best = min(range(len(kept)), key=lambda k: _period(kept[k]))
         if len(s) - 1 > _MOST_NODES_UNDER_JERK:
             note = (
-                f"not optimised under the jerk limit: {len(s) - 1} nodes on {len(self.curve.breaks) - 1} pieces, at most "
-                f"{_MOST_NODES_UNDER_JERK} nodes are; for a faster law thin out the table, or drop the jerk limit"
+                f"not optimised under the jerk limit: {len(s) - 1} nodes on {len(self.curve.breaks) - 1} pieces, at "
+                f"most {_MOST_NODES_UNDER_JERK} are; for a faster law thin out the table, ask for fewer nodes, "
+                "or drop the jerk limit"
             )
             return *kept[best], note
         start = laws[best].stretched(1.0 + kept[best][2])

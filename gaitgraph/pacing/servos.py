@@ -28,6 +28,7 @@ _STEP = 1.0 / 64.0
 _MOST_STEPS = 2_000_000
 # Beyond so many periods the settled error is lost in round-off.
 _LONGEST = 1e6
+_AT_ONCE = 20_000
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -159,21 +160,17 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
         # Every interval may take two steps more than its share.
         least = timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
         raise InputError(
-            f"lag: {shown(lag)}; allowed is at least {1.001 * least:.3g} s for the period {timed.period:.4g} s, "
+            f"lag: {shown(lag)}; allowed is at least {1.001 * least:.4g} s for the period {timed.period:.4g} s, "
             f"so that {_MOST_STEPS} steps do"
         )
     if tau.max() > _LONGEST * timed.period:
-        raise InputError(
-            f"lag: {shown(lag)}; allowed is at most {_LONGEST * timed.period:.3g} s, a million periods"
-        )
+        raise InputError(f"lag: {shown(lag)}; allowed is at most {_LONGEST * timed.period:.3g} s, a million periods")
     number = count.astype(np.int64)
     h = np.repeat(np.diff(knots) / number, number)
     index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
     t = np.repeat(knots[:-1], number) + index * h
-    at = t[:, None] + h[:, None] * (_NODES + 1) / 2
-    rates = timed.at(at)[1]
-    kernel = np.exp(-(t[:, None] + h[:, None] - at)[..., None] / tau)
-    gained = (h[:, None] / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, rates)
+    blocks = [slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)]
+    gained = np.concatenate([_gained(timed, t[block, None], h[block, None], tau) for block in blocks])
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
     for k in range(len(h)):
@@ -188,6 +185,13 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
     slack = float(h.max()) ** 2 / 8.0 * bend
     return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)
+
+
+def _gained(timed: TimedGait, t: FloatArray, h: FloatArray, tau: FloatArray) -> FloatArray:
+    """Return what the error gains on intervals that begin at t and last h, both of shape (n, 1); shape (n, 4)."""
+    at = t + h * (_NODES + 1) / 2
+    kernel = np.exp(-(t + h - at)[..., None] / tau)
+    return np.asarray((h / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1]))
 
 
 def _lags(lag: Any) -> FloatArray:
