@@ -50,8 +50,8 @@ def plan_loop(
     progress
         Called with a line of text before each step of long work.
     **request
-        The other fields of :class:`PlanRequest`: color, sign, objective, divisions, vehicle, coefficients,
-        keep_out, keep_in, any_order, reverse, period, law, floor.
+        The other fields of :class:`PlanRequest`: color, sign, objective, method, divisions, accuracy, sheets, vehicle,
+        coefficients, keep_out, keep_in, any_order, reverse, period, law, floor.
 
     Returns
     -------
