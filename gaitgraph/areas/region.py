@@ -186,7 +186,7 @@ class Region:
 
         >>> from gaitgraph.areas import hover_region
         >>> hover_region().nearest_as_text((0.5, 0.5))
-        '(0.16709344, 0.5000)'
+        '(0.16709, 0.5000)'
         """
         found = self.nearest(point)
         if found is None:
