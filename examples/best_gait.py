@@ -10,7 +10,6 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.optimal.optimum import optimal_gait
 
 waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
 
@@ -20,7 +19,7 @@ waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8"
 
 found = {}
 for radius in (0.0, 0.1, 0.2):
-    found[radius] = optimal_gait(waypoints, radius=radius, sign="negative")
+    found[radius] = gg.optimal_gait(waypoints, radius=radius, sign="negative")
     best = found[radius]
     print(f"radius {radius}: least singular value {best.value:.3f}, at most {best.bound:.3f}, {best.effort:.2f} rad²/s")
 
@@ -28,7 +27,7 @@ for radius in (0.0, 0.1, 0.2):
 # The least tilting within 0.1 rad. No smooth loop needs less than the squared length of the shortest polygon through
 # the discs, in four dimensions, over the period.
 
-calm = optimal_gait(waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0)
+calm = gg.optimal_gait(waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0)
 print(f"effort {calm.value:.2f} rad²/s, of any loop at least {calm.bound:.2f}")
 
 # %%

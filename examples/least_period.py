@@ -9,32 +9,29 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.pacing.limits import Limits
-from gaitgraph.pacing.pace import least_period, paced
-from gaitgraph.pacing.servos import servo_response
 
 gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-limits = Limits(rate="300deg", acceleration=60.0)
+limits = gg.Limits(rate="300deg", acceleration=60.0)
 
 # %%
 # Without rounding the law rests at every corner. Two degrees of rounding save a fifth of the time.
 
-resting = least_period(gait, limits)
-pacing = least_period(gait, limits, rounding="2deg")
+resting = gg.least_period(gait, limits)
+pacing = gg.least_period(gait, limits, rounding="2deg")
 print(f"least period: {resting.least:.3f} s with rests, {pacing.least:.3f} s rounded")
 print(pacing)
 
 # %%
 # A period that is too short is an answer.
 
-print(paced(gait, limits, 0.6, rounding="2deg").reason)
+print(gg.paced(gait, limits, 0.6, rounding="2deg").reason)
 
 # %%
 # Servos with a lag of 20 ms cut the corners a little more, and stay on the sheet.
 
 timed = pacing.timed
 assert timed is not None
-print(servo_response(timed, 0.02))
+print(gg.servo_response(timed, 0.02))
 
 # %%
 # The limits, and where the law runs at them.

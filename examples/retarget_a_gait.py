@@ -10,7 +10,6 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.retargeting.nearest import retarget
 from gaitgraph.tables import Table
 
 # %%
@@ -27,15 +26,15 @@ print(gg.validate(walk).valid)
 # Opposite arms have to move together on the red sheet, so what is left of a walk is what opposite legs have in common:
 # here a point. In a trot they move together, but for their middles; most of it survives.
 
-print(retarget(walk))
+print(gg.retarget(walk))
 trot = Table(columns={"t": t, **{f"alpha{k + 1}": middle[k] + 1.5 * swing[k % 2] for k in range(4)}})
-answer = retarget(trot)
+answer = gg.retarget(trot)
 print(answer)
 
 # %%
 # Keeping 0.1 rad from the border of the flyable region, where a pair of rotors would idle, moves it a little more.
 
-careful = retarget(trot, margin=0.1)
+careful = gg.retarget(trot, margin=0.1)
 print(f"{answer.rms:.4f} rad rms at the border, {careful.rms:.4f} rad rms 0.1 rad inside")
 
 # %%

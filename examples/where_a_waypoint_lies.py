@@ -8,8 +8,8 @@ component a waypoint lies, whether two can be joined, why one cannot be used, an
 
 import math
 
-from gaitgraph import PAPER
-from gaitgraph.areas import admissible_region, sign_components
+import gaitgraph as gg
+from gaitgraph.areas import sign_components
 from gaitgraph.regions import Zones
 
 # %%
@@ -22,7 +22,7 @@ for part in sign_components():
 # What is flyable: R of one sign, well invertible, all rotors pushing up at hover, and out of a keep-out polygon.
 
 zones = Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
-region = admissible_region(PAPER, zones=zones)
+region = gg.admissible_region(gg.PAPER, zones=zones)
 print("\n".join(f"component {k}: {part.area:.4f} rad²" for k, part in enumerate(region.components)))
 
 # %%

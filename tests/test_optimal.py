@@ -418,7 +418,7 @@ def test_answers_that_are_no() -> None:
                                                             [(-1.1, 0.9), (-0.9, 0.9), (-0.9, 1.1), (-1.1, 1.1)]]
     )  # fmt: skip
     assert "waypoints 1 and 2 lie in different parts" in str(walled.reason)
-    assert "no point of the plane" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
+    assert "this vehicle's most is 1.1710" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
 
 
 @pytest.mark.parametrize(

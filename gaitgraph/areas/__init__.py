@@ -8,7 +8,7 @@ holds two polygons: `inner`, which certainly lies in the region, and `outer`, wh
 
 from __future__ import annotations
 
-from gaitgraph.areas.admissible import admissible_region
+from gaitgraph.areas.admissible import admissible_region, why_empty
 from gaitgraph.areas.conditions import (
     hover_region,
     singular_value_region,
@@ -33,5 +33,6 @@ __all__ = [
     "singular_value_region",
     "thrust_region",
     "tilt_region",
+    "why_empty",
     "zones_region",
 ]

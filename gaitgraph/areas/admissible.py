@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.regions import Zones
 
-__all__ = ["admissible_region"]
+__all__ = ["admissible_region", "why_empty"]
 
 Use = Literal["valid", "flyable"]
 
@@ -202,3 +203,16 @@ def _either(regions: list[Region]) -> Region:
     inner, outer = (union_of(getattr(part, side) for part in regions) for side in ("inner", "outer"))
     condition = _any_of([part.conditions[0] for part in regions])
     return region_between(condition, inner, outer, regions[0].accuracy)
+
+
+def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
+    """Return why a flyable region without any point has none.
+
+    >>> why_empty(admissible_region(floor=1.5), 1.5, PAPER)
+    "nothing has a least singular value of 1.5: this vehicle's most is 1.1710; lower the floor"
+    """
+    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    if floor > cap:
+        return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"
+    told = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
+    return f"no tilt angles meet all of: {told}: lower the floor, widen the limits or the polygons"

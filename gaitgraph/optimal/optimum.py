@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.areas import Region, admissible_region
+from gaitgraph.areas import Region, admissible_region, why_empty
 from gaitgraph.checks import checked_limits
 from gaitgraph.curves.curve import Curve
 from gaitgraph.errors import InputError, did_you_mean, shown
@@ -241,7 +241,7 @@ class _Search:
         )
         within = component_meeting(region.inner, self.discs)
         if within is None:
-            return self._infeasible(sign, why_apart(region, self.discs, self.vehicle))
+            return self._infeasible(sign, why_apart(region, self.discs, self.floor, self.vehicle))
         bound, polygon = None, within
         if self.objective != "tilt_rate":
             bracket = highest_level(region, self.objective, self.discs, self.vehicle, clearance=3 * CLEARANCE)
@@ -429,12 +429,12 @@ def _legs(region: Polygon, stops: list[FloatArray], tolerance: float) -> tuple[F
     return np.array(corners), np.array(at, dtype=np.int64)
 
 
-def why_apart(region: Region, discs: Discs, vehicle: Vehicle) -> str:
+def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
     """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
     import shapely
 
     if not region.components:
-        return "no point of the plane is admissible: lower the floor, widen the limits or the polygons"
+        return why_empty(region, floor, vehicle)
     parts = np.array(region.components, dtype=object)
     meets = []
     for number, (center, radius) in enumerate(zip(discs.centers, discs.radii, strict=True), start=1):

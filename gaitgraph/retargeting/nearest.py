@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
-from gaitgraph.areas import admissible_region
+from gaitgraph.areas import admissible_region, why_empty
 from gaitgraph.checks import checked_limits
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait import Gait, lift
@@ -229,11 +229,7 @@ def _parts(region: Region, margin: float) -> list[Polygon]:
 def _why_empty(region: Region, margin: float, floor: float, vehicle: Vehicle) -> str:
     if region.components:
         return f"no point of the flyable region is {margin:g} rad from its border: allow a smaller margin"
-    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
-    if floor > cap:
-        return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"
-    told = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
-    return f"no tilt angles meet all of: {told}: lower the floor, widen the limits or the polygons"
+    return why_empty(region, floor, vehicle)
 
 
 def _nearest_part(parts: list[Polygon], rows: FloatArray) -> tuple[int, FloatArray]:
