@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,8 @@ MANY_DIVISIONS = 128
 
 def print_json(content: Any) -> None:
     """Print one JSON object on one line; a number that is not finite is refused."""
+    import json
+
     click.echo(json.dumps(content, allow_nan=False))
 
 

@@ -278,7 +278,7 @@ def _joined(rows: FloatArray, part: Polygon) -> tuple[FloatArray, npt.NDArray[np
     shapely.prepare(room)
     lines = shapely.linestrings(np.stack([rows[:, :2], ends[:, :2]], axis=1))
     straight = np.asarray(shapely.covers(room, lines)) | (rows == ends).all(axis=1)
-    ways = None if straight.all() else _Ways(part)
+    ways = None if straight.all() else ShortestPaths(part)
     new: list[FloatArray] = []
     numbers = []
     count = 0
@@ -286,31 +286,16 @@ def _joined(rows: FloatArray, part: Polygon) -> tuple[FloatArray, npt.NDArray[np
         numbers.append(count)
         new.append(row[None])
         count += 1
-        bends = np.zeros((0, 2)) if is_straight or ways is None else ways.bends(row[:2], end[:2])
+        bends = np.zeros((0, 2)) if is_straight or ways is None else _bends(ways, row[:2], end[:2])
         new.append(np.hstack([bends, bends]))
         count += len(bends)
     return np.concatenate(new), np.array(numbers, dtype=np.int64)
 
 
-class _Ways:
-    """Shortest ways inside a component, between points that rounding may have put a hair outside."""
-
-    def __init__(self, part: Polygon) -> None:
-        import shapely
-
-        self._paths = ShortestPaths(part)
-        self._inside = shapely.buffer(part, -_TOUCH, join_style="mitre")
-
-    def bends(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        """Return the corners at which the shortest way bends, shape (k, 2)."""
-        import shapely
-
-        way = self._paths.path(start, end)
-        if way is None:
-            lines = shapely.shortest_line(self._inside, shapely.points(np.stack([start, end])))
-            tips = shapely.get_coordinates(lines).reshape(2, 2, 2)[:, 0]
-            way = self._paths.path(tips[0], tips[1])
-        return np.zeros((0, 2)) if way is None else np.asarray(way[1:-1])
+def _bends(paths: ShortestPaths, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the corners at which the shortest way bends, shape (k, 2)."""
+    way = paths.path(start, end)
+    return np.zeros((0, 2)) if way is None else np.asarray(way[1:-1])
 
 
 def _as_table(
