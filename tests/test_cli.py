@@ -681,9 +681,11 @@ def test_a_closed_standard_output_is_one_line(tmp_path: Path) -> None:
 def test_interrupting_at_any_moment_leaves_no_traceback(tmp_path: Path) -> None:
     for delay in (0.08, 0.15, 0.25):
         command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000"]
+        # Coverage, measured in every process of the tests, loads modules of its own before anything else.
         with subprocess.Popen(
             command,
             cwd=tmp_path,
+            env={name: value for name, value in os.environ.items() if not name.startswith("COV")},
             preexec_fn=interruptible,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
