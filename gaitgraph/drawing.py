@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, needs_extra, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -106,14 +106,11 @@ _NO_STAMPS = {
 
 
 def require_matplotlib() -> None:
-    """Raise InputError, saying what to install, if matplotlib is missing."""
+    """Raise MissingExtra, saying what to install, if matplotlib is missing."""
     try:
         import matplotlib as _  # noqa: F401
     except ImportError as error:
-        raise InputError(
-            "matplotlib: not installed, and drawing needs it; allowed is with the extra plot: "
-            "pip install 'gaitgraph[plot]'"
-        ) from error
+        raise needs_extra("matplotlib", "drawing", "plot") from error
 
 
 @contextmanager

@@ -14,6 +14,7 @@ __all__ = [
     "Infeasible",
     "InputError",
     "MissingConstant",
+    "MissingExtra",
     "OutputExists",
 ]
 
@@ -28,6 +29,10 @@ class InputError(GaitgraphError, ValueError):
 
 class MissingConstant(InputError):
     """A vehicle does not state a constant that the computation needs."""
+
+
+class MissingExtra(InputError, ImportError):
+    """Something needs an optional library that is not installed; the message says which extra brings it."""
 
 
 class ContractError(GaitgraphError, ValueError):
@@ -60,6 +65,18 @@ def shown(value: object) -> str:
         text = ""
     text = text or f"a {type(value).__name__}"
     return text if len(text) <= 70 else text[:70] + "…"
+
+
+def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
+    """Return what to raise where a library of an extra cannot be imported.
+
+    >>> print(needs_extra("pyarrow", "Parquet", "table"))
+    pyarrow: not installed, and Parquet needs it; allowed is with the extra table: pip install 'gaitgraph[table]'
+    """
+    return MissingExtra(
+        f"{module}: not installed, and {purpose} needs it; allowed is with the extra {extra}: "
+        f"pip install 'gaitgraph[{extra}]'"
+    )
 
 
 def did_you_mean(word: str, known: list[str]) -> str:

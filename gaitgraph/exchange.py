@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import GaitgraphError
+from gaitgraph.errors import GaitgraphError, InputError
 from gaitgraph.fibers import families_along, family_codes, family_of, family_types, types_contradict
+from gaitgraph.formats import FORMATS
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
 from gaitgraph.paintings import Colorings, colorings
-from gaitgraph.reading import merged, read_pieces, read_table
+from gaitgraph.reading import provenance_in, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
-from gaitgraph.requests import holds_request, planes_only, read_request
+from gaitgraph.requests import holds_request, planes_only, read_request, request_from_mapping, request_in_about
 from gaitgraph.stretches import Stretch
 from gaitgraph.surface import text_from_types
 from gaitgraph.tables import (
@@ -28,19 +30,20 @@ from gaitgraph.tables import (
     ORDER,
     RATES,
     Table,
-    check_outputs,
+    merged,
     setting_of,
     table_of,
-    write_tables,
 )
 from gaitgraph.timing import LAWS, parametrize
+from gaitgraph.writing import check_outputs, write_tables
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from gaitgraph.requests import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["closed_rows", "colorings_of_file", "export", "gait_of", "read_gait"]
+__all__ = ["closed_rows", "colorings_of_file", "export", "gait_of", "read_gait", "request_of_file"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -120,6 +123,34 @@ def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients:
         return gait_of(table, vehicle=vehicle, coefficients=coefficients)
 
 
+def request_of_file(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+    """Return the request in a request file, or the one that made a plan or a gait file of any format, and its sampling.
+
+    Parameters
+    ----------
+    path
+        The file.
+    overrides
+        What replaces fields of the request, by their names.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If the file cannot be read, or tells no request.
+    """
+    if Path(path).suffix.lower() in (".toml", ".json"):
+        return read_request(path, overrides)
+    if Path(path).suffix.lower() not in FORMATS:
+        allowed = ", ".join([".toml", *FORMATS])
+        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}")
+    about = provenance_in(path)
+    with _of_file(path):
+        content = request_in_about(about)
+        if {"samples", "rate"} & set(overrides):
+            content = {name: value for name, value in content.items() if name not in ("samples", "rate")}
+        return request_from_mapping({**content, **overrides})
+
+
 def colorings_of_file(
     path: str | Path,
     *,
@@ -187,6 +218,7 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
     color. What disagrees, or is for another vehicle, is computed anew. Rows are joined by straight segments: unless
     all rates and accelerations are stated, rates are those just after each row and accelerations are zero.
     """
+    asked, kind = vehicle, coefficients
     vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
     columns = dict(table.columns)
     if "alpha3" not in columns:
@@ -217,6 +249,8 @@ def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | No
             columns[rate] = np.append(slope, slope[0]) + 0.0
             columns[acceleration] = np.zeros(len(columns["t"]))
     about = {**table.about, "vehicle": vehicle.as_mapping(), "coefficients": numbers.kind}
+    if not _told_request(table, asked, kind):
+        about.pop("request", None)
     return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
 
 
@@ -255,6 +289,7 @@ def export(
     with _of_file(source):
         if retime:
             gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+            gait = replace(gait, request=_told_request(table, vehicle, coefficients))
         else:
             table = _completed(table, vehicle=vehicle, coefficients=coefficients)
     if retime:
@@ -268,6 +303,12 @@ def export(
         table = table_of(timed)
     write_tables(table, paths, force=force)
     return table
+
+
+def _told_request(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> dict[str, Any]:
+    """Return the request that made a table; empty if it tells none, or if the table is taken for something else."""
+    request = table.about.get("request")
+    return dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
 
 
 def _closed(columns: dict[str, Any]) -> dict[str, Any]:

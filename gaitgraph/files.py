@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import FileProblem, InputError, OutputExists
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
+
+    Content = bytes | Callable[[Path], None]
 
 __all__ = ["MOST_BYTES", "blocks_of", "decoded", "table_from_toml", "target_of", "text_of", "write_whole"]
 
@@ -95,32 +98,74 @@ def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, floa
         raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
 
 
-def write_whole(contents: Sequence[tuple[Path, bytes]], *, force: bool) -> None:
-    """Write every file beside its target first, then put all in place, each in one step."""
+def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
+    """Write every file or folder beside its target first, then put all in place, each in one step.
+
+    Parameters
+    ----------
+    contents
+        Paths, each with the bytes of a file, or with what writes a new file or folder at the path that it is given.
+    force
+        Replace what is there.
+
+    Raises
+    ------
+    OutputExists
+        If something has the name by now and `force` is not set.
+    FileProblem
+        If the file system refuses; what was there is whole.
+    """
     scratches: list[Path] = []
     path = Path()
     try:
+        wholes = []
         for path, content in contents:
-            handle, scratch = tempfile.mkstemp(prefix=".gaitgraph-", suffix=".part", dir=target_of(path).parent)
-            scratches.append(Path(scratch))
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            Path(scratch).chmod(_mode(target_of(path)))
-        for (path, _), whole in zip(contents, scratches, strict=True):
+            target = target_of(path)
+            scratches.append(Path(tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=target.parent)))
+            whole = scratches[-1] / target.name
+            if isinstance(content, bytes):
+                whole.write_bytes(content)
+            else:
+                content(whole)
+            _settle(whole, target)
+            wholes.append(whole)
+        for (path, _), whole in zip(contents, wholes, strict=True):
             if force:
-                whole.replace(target_of(path))
+                _replace(whole, target_of(path))
             else:
                 _place_new(whole, path)
     except FileExistsError as error:
         raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
     except OSError as error:
+        if isinstance(error, GaitgraphError):
+            raise
         raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
     finally:
-        for whole in scratches:
-            with contextlib.suppress(FileNotFoundError):
-                whole.unlink()
+        for scratch in scratches:
+            shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _settle(whole: Path, target: Path) -> None:
+    """Bring a new file, or a folder of files, to the disk, with the permissions of what it replaces."""
+    files = sorted(whole.iterdir()) if whole.is_dir() else [whole]
+    for file in files:
+        with file.open("rb") as stream:
+            os.fsync(stream.fileno())
+        file.chmod(_mode(target) if file == whole else _mode(target / file.name))
+
+
+def _replace(whole: Path, target: Path) -> None:
+    """Give a finished file or folder its name, over what has it."""
+    if not whole.is_dir() or not target.exists():
+        whole.replace(target)
+        return
+    aside = whole.parent / ".old"  # a folder takes the place of another only while that one is away
+    target.rename(aside)
+    try:
+        whole.rename(target)
+    except OSError:
+        aside.rename(target)
+        raise
 
 
 def target_of(path: Path) -> Path:
@@ -138,7 +183,11 @@ def _mode(path: Path) -> int:
 
 
 def _place_new(scratch: Path, path: Path) -> None:
-    """Give the finished file its name unless something has that name by now."""
+    """Give the finished file or folder its name unless something has that name by now."""
+    if scratch.is_dir():
+        path.mkdir()  # nobody else takes the name from here on
+        scratch.rename(path)
+        return
     try:
         os.link(scratch, path)
     except FileExistsError:

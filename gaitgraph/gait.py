@@ -7,7 +7,7 @@ points of one sheet lies on that sheet.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +56,9 @@ class Gait:
         What the gait is for, and the coefficients of the surfaces it lies on.
     crossing_tolerance
         Distance from a crossing line within which a plane type is `?` [rad].
+    request
+        The request that the gait was planned for, as plain values, so that its files tell it; empty if it was not
+        planned. A gait that is made from another has none.
 
     Notes
     -----
@@ -73,6 +76,7 @@ class Gait:
     vehicle: Vehicle = PAPER
     coefficients: Coefficients = field(default_factory=coefficients_of)
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    request: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         alpha = np.array(self.alpha, dtype=float)
@@ -141,7 +145,8 @@ class Gait:
         painted = (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
         corner = turned | painted
         corner[0] = True
-        return replace(self, alpha=points[corner], colors=tuple(map(str, colors[corner])) if self.colors else ())
+        kept = tuple(map(str, colors[corner])) if self.colors else ()
+        return replace(self, alpha=points[corner], colors=kept, request={})
 
     def _painted_across(self) -> tuple[str, ...]:
         """Return the colors, with that of a fibre where a point is on it as those before and after are."""
@@ -175,7 +180,7 @@ class Gait:
 
     def _reordered(self, order: list[int]) -> Gait:
         colors = tuple(self.colors[k] for k in order) if self.colors else ()
-        return replace(self, alpha=self.alpha[order], colors=colors)
+        return replace(self, alpha=self.alpha[order], colors=colors, request={})
 
     def biased(self, eta: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η, equations (12) to (15); it leaves the surfaces.
@@ -199,7 +204,7 @@ class Gait:
         if not 0 < number_of(eta) <= 1:
             raise InputError(f"eta: {shown(eta)}; allowed is a number in (0, 1]")
         colors = self.colors if eta == 1 else ()
-        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors)
+        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`.
@@ -226,6 +231,21 @@ class Gait:
         from gaitgraph.checks import check_gait
 
         return check_gait(self, **limits)
+
+    def __repr__(self) -> str:
+        count = len(self.alpha)
+        size = f"{count} corner{'s' * (count > 1)}, {self.length:.4f} rad around"
+        return f"<Gait: {self.color or 'off the surfaces'}, {size}, vehicle {self.vehicle.name!r}>"
+
+    def __str__(self) -> str:
+        from gaitgraph.showing import text_of_gait
+
+        return text_of_gait(self)
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_gait
+
+        return html_of_gait(self)
 
 
 def color_of_all(colors: Sequence[str]) -> str | None:

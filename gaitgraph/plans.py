@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -91,6 +91,14 @@ class Loop:
             "vertices": self.path.vertices().tolist(),
             **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
         }
+
+    def __repr__(self) -> str:
+        count = len(self.gait.alpha)
+        verdict = "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
+        return (
+            f"<Loop: {self.color}, R {'>' if self.sign == 'positive' else '<'} 0, {count} corner{'s' * (count > 1)}, "
+            f"{self.length:.4f} rad, {verdict}>"
+        )
 
 
 @dataclass(slots=True, kw_only=True)
@@ -184,7 +192,7 @@ class Plan:
         """
         if self.loop is None:
             raise Infeasible(self.reason)
-        return self.loop.gait
+        return replace(self.loop.gait, request=self.request.as_mapping())
 
     @property
     def report(self) -> Report:
@@ -233,3 +241,13 @@ class Plan:
         from gaitgraph.summary import text_of_plan
 
         return text_of_plan(self)
+
+    def __repr__(self) -> str:
+        count, vehicle = len(self.waypoints), self.request.vehicle.name
+        answer = "infeasible" if self.loop is None else repr(self.loop)
+        return f"<Plan: {answer} through {count} waypoint{'s' * (count != 1)}, vehicle {vehicle!r}>"
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_plan
+
+        return html_of_plan(self)

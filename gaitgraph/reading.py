@@ -1,4 +1,7 @@
-"""Read gait tables: CSV piece by piece, so that any length fits in memory, and JSON whole."""
+"""Read gait tables: CSV, Parquet and bags piece by piece, so that any length fits in memory, the others whole.
+
+Whatever the format, names, numbers, texts and times are checked here.
+"""
 
 from __future__ import annotations
 
@@ -15,19 +18,37 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.coloring import types_from_text
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, MissingExtra, did_you_mean, shown
 from gaitgraph.fibers import FAMILIES
 from gaitgraph.files import blocks_of, decoded, text_of
-from gaitgraph.tables import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, known_suffix
+from gaitgraph.formats import known_format, readable_suffixes
+from gaitgraph.formats.texts import MADE_BY
+from gaitgraph.joints import check_joint_columns, joint_map_from_mapping, tilts_from_joints
+from gaitgraph.tables import (
+    ACCELERATIONS,
+    ANGLES,
+    DEGREES,
+    FORMAT,
+    ORDER,
+    RATES,
+    TEXTS,
+    Table,
+    about_of_provenance,
+    is_deep,
+    merged,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
 
-__all__ = ["merged", "read_pieces", "read_table"]
+    from gaitgraph.formats import Format
+    from gaitgraph.joints import JointMap
+
+__all__ = ["provenance_in", "read_pieces", "read_table", "table_from_columns"]
 
 FloatArray = npt.NDArray[np.float64]
 
-_WHAT, _ALLOWED = "gait file", "a .csv or .json gait table"
+_WHAT, _ALLOWED = "gait file", "a gait table: " + ", ".join(readable_suffixes())
 _LONGEST_LINE = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
 _LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
@@ -35,16 +56,21 @@ _FASTEST = 1e12
 _FARTHEST = 1e6  # beyond it floating point carries no angle
 _PRINTED_ROWS = 1000
 _FEWEST, _FULL = 3, 9
+_OTHERS_TOLD, _MOST_OTHERS = 5, 1000
+_MOST_BRACKETS = 5_000_000
 _COLORS = ", ".join(map(repr, FAMILIES))
 
 
-def read_table(path: str | Path) -> Table:
+def read_table(path: str | Path, *, joints: JointMap | None = None) -> Table:
     """Read a gait table, or a plan saved as JSON.
 
     Parameters
     ----------
     path
-        A .csv or .json file; a byte-order mark and CRLF are read too.
+        A file of any format that :data:`gaitgraph.formats.FORMATS` reads; in texts a byte-order mark and CRLF are
+        read too.
+    joints
+        What its columns are if it is a servo table from elsewhere; one of ours says so itself.
 
     Raises
     ------
@@ -53,35 +79,28 @@ def read_table(path: str | Path) -> Table:
     InputError
         If it holds no gait table; the message names file, place and what is allowed.
     """
-    return merged(read_pieces(path))
-
-
-def merged(pieces: Iterable[Table]) -> Table:
-    """Return consecutive pieces of a table as one."""
-    pieces = list(pieces)
-    if len(pieces) == 1:
-        return pieces[0]
-    columns: dict[str, Any] = {}
-    for name in pieces[0].columns:
-        parts = [piece[name] for piece in pieces]
-        texts = isinstance(parts[0], tuple)
-        columns[name] = tuple(text for part in parts for text in part) if texts else np.concatenate(parts)
-    return Table(columns=columns, about=pieces[0].about, rounding=pieces[0].rounding)
+    return merged(read_pieces(path, joints=joints))
 
 
 def read_pieces(
-    path: str | Path, *, progress: Callable[[float], None] | None = None, plane_only: bool = False
+    path: str | Path,
+    *,
+    progress: Callable[[float], None] | None = None,
+    plane_only: bool = False,
+    joints: JointMap | None = None,
 ) -> Iterator[Table]:
-    """Yield a gait table as consecutive pieces, each at least one row; JSON comes as one.
+    """Yield a gait table as consecutive pieces, each at least one row; the first tells what made it.
 
     Parameters
     ----------
     path
-        A .csv or .json file.
+        A file of any format that is read.
     progress
         Called with the fraction of the file that is read.
     plane_only
         Whether alpha1 and alpha2 are enough.
+    joints
+        As for :func:`read_table`.
 
     Raises
     ------
@@ -89,15 +108,76 @@ def read_pieces(
         As :func:`read_table` does, when the piece in question is reached.
     """
     path = Path(path)
-    suffix = known_suffix(path, _WHAT)
+    form = known_format(path, _WHAT, reads=True)
     try:
-        if suffix == ".json":
-            yield _from_json(text_of(path, _WHAT, _ALLOWED), plane_only)
+        if form.suffix == ".json":
+            yield _from_json(text_of(path, _WHAT, _ALLOWED), plane_only, joints)
+        elif form.suffix == ".csv":
+            yield from _from_csv(path, progress, plane_only, joints)
         else:
-            yield from _from_csv(path, progress, plane_only)
+            yield from _from_format(form, path, progress, plane_only, joints)
+    except MissingExtra:
+        raise
     except InputError as error:
         told = str(error)
         raise error if told.startswith(_WHAT) else InputError(f"{_WHAT} {str(path)!r}: {told}") from error
+
+
+def provenance_in(path: str | Path) -> dict[str, Any]:
+    """Return what made a gait file of any format, those that hold no table to read among them: its `about`.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If the file cannot be read or does not tell.
+    """
+    path = Path(path)
+    form = known_format(path, _WHAT)
+    if form.reads:
+        return next(read_pieces(path)).about
+    try:
+        return about_of_provenance(form.provenance(path))
+    except MissingExtra:
+        raise
+    except InputError as error:
+        raise InputError(f"{_WHAT} {str(path)!r}: {error}") from error
+
+
+def _from_format(
+    form: Format,
+    path: Path,
+    progress: Callable[[float], None] | None,
+    plane_only: bool,
+    joints: JointMap | None,
+) -> Iterator[Table]:
+    """Check the raw columns that a format's own room yields."""
+    header: _Header | None = None
+    row, last_time = 0, -math.inf
+    for columns, about in form.reader()(path, progress):
+        made, joints = _joints_of(about, joints)
+        if header is None:
+            header = _Header([name for name, _ in columns], plane_only, joints)
+        if not _rows_of(columns):
+            continue
+        found = header.columns([values for _, values in columns], row)
+        row += len(found[ANGLES[0]])
+        if "t" in found:
+            _check_times(found["t"], last_time, row)
+            last_time = found["t"][-1]
+        yield Table(columns=found, about=made)
+    if not row:
+        raise InputError("it has no rows; allowed is at least one")
+
+
+def _joints_of(about: dict[str, Any], joints: JointMap | None) -> tuple[dict[str, Any], JointMap | None]:
+    """Return what made a file without its map of joints, and the map: as asked for, else as the file says, if it does.
+
+    What is read is told of tilt angles, so the map is none of its making.
+    """
+    if "servos" not in about:
+        return about, joints
+    rest = {name: value for name, value in about.items() if name != "servos"}
+    return rest, joint_map_from_mapping(about["servos"]) if joints is None else joints
 
 
 def _lines_of(path: Path, progress: Callable[[float], None] | None) -> Iterator[list[str]]:
@@ -125,19 +205,26 @@ def _split(content: bytes, path: Path) -> list[str]:
     return text.removesuffix("\n").split("\n")
 
 
-def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: bool) -> Iterator[Table]:
+def _from_csv(
+    path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: JointMap | None
+) -> Iterator[Table]:
     header: _Header | None = None
     line, row, last_time = 0, 0, -math.inf
     rounding: float | None = None
+    about: dict[str, Any] = {}
+    names: list[str] | None = None
     for lines in _lines_of(path, progress):
         start = 0
-        if header is None:
+        if names is None:
             start = next((k for k, text in enumerate(lines) if text), len(lines))
             if start == len(lines):
                 line += start
                 continue
-            header = _header_of(lines[start], line + start + 1, plane_only)
+            names = _names_of(lines[start], line + start + 1)
             start += 1
+        made, joints = _joints_of(_taken_out(lines, start, names), joints)
+        about = made or about
+        header = header or _Header(names, plane_only, joints)
         raw = _numeric(lines[start:], header)
         if raw is None:
             raw = _textual(lines[start:], header, line + start)
@@ -150,11 +237,34 @@ def _from_csv(path: Path, progress: Callable[[float], None] | None, plane_only: 
                 last_time = columns["t"][-1]
             if rounding is None:
                 rounding = header.rounding(lines[start:][:_PRINTED_ROWS])
-            yield Table(columns=columns, rounding=rounding)
+            yield Table(columns=columns, about=about, rounding=rounding)
     if header is None:
         raise InputError("it is empty; allowed is a header line and at least one row")
     if not row:
         raise InputError("it has no rows; allowed is at least one")
+
+
+def _taken_out(lines: list[str], start: int, names: list[str]) -> dict[str, Any]:
+    """Take what made the file out of the first and the last of these lines, and return it; nothing if it is not told.
+
+    The rest of a row that has it is read no other way than the rows without.
+    """
+    about: dict[str, Any] = {}
+    if MADE_BY not in names:
+        return about
+    place = names.index(MADE_BY)
+    for k in {start, len(lines) - 1}:
+        if not start <= k < len(lines) or FORMAT not in lines[k]:
+            continue
+        try:
+            fields = next(csv.reader([lines[k]], strict=True), [])
+        except csv.Error:
+            continue  # reading the line as a row says what is wrong
+        if len(fields) == len(names) and FORMAT in fields[place]:
+            about = about_of_provenance(fields[place])
+            fields[place] = ""
+            lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields)
+    return about
 
 
 def _check_times(times: FloatArray, before: float, rows: int) -> None:
@@ -178,13 +288,20 @@ def _check_times(times: FloatArray, before: float, rows: int) -> None:
 class _Header:
     """The names of a table's columns, checked; turns raw columns into those of a :class:`Table`."""
 
-    def __init__(self, names: list[str], plane_only: bool) -> None:
+    def __init__(self, names: list[str], plane_only: bool, joints: JointMap | None = None) -> None:
         self.names = names
+        self.joints = joints
+        # Of a map of joints, each with the radians in its unit; then angles under the usual names are none.
+        self.of_joints = {joint.column: 1.0 / joint.per_radian for joint in joints.joints} if joints else {}
         for name, count in Counter(names).items():
             if count > 1:
                 raise InputError(
                     f"column {name!r} appears {'twice' if count == 2 else f'{count} times'}; allowed is once"
                 )
+        self.dtype = [(f"f{k}", self._dtype(name)) for k, name in enumerate(names)]
+        if joints is not None:
+            check_joint_columns(names, joints)
+            return
         for degrees, name in DEGREES.items():
             if degrees in names and name in names:
                 raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
@@ -192,16 +309,16 @@ class _Header:
         lifted = plane_only or ("color" in known and "alpha3" not in known and "alpha4" not in known)
         for name in ANGLES[:2] if lifted else ANGLES:
             if name not in known:
-                hint = did_you_mean(name, [other for other in names if other not in ORDER])
+                hint = _others(name, [other for other in names if other not in ORDER])
                 wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
                 raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
-        self.dtype = [(f"f{k}", self._dtype(name)) for k, name in enumerate(names)]
 
-    @staticmethod
-    def _dtype(name: str) -> str:
+    def _dtype(self, name: str) -> str:
+        if self.joints is not None and name in self.joints.columns:
+            return "f8"
         if name in TEXTS:
             return "U8"
-        return "f8" if name in ORDER or name in DEGREES else "U1"
+        return "f8" if name in ORDER or (name in DEGREES and self.joints is None) else "U1"
 
     def rounding(self, lines: list[str]) -> float:
         """Return half a unit of the last decimal of the angles in lines, if they have three to eight decimals, else 0.
@@ -211,8 +328,8 @@ class _Header:
         decimals, unit = 0, 1.0
         for row in csv.reader(lines):
             for name, text in zip(self.names, row, strict=False):
-                if name in ANGLES or name in DEGREES:
-                    unit = math.radians(1.0) if name in DEGREES else 1.0
+                if name in (self.of_joints if self.joints else (*ANGLES, *DEGREES)):
+                    unit = self.of_joints.get(name, math.radians(1.0) if name in DEGREES else 1.0)
                     plain = "e" not in text.lower()
                     decimals = max(decimals, len(text.strip().partition(".")[2]) if plain else _FULL)
         return 0.5 * unit * 10.0**-decimals if _FEWEST <= decimals < _FULL else 0.0
@@ -220,7 +337,16 @@ class _Header:
     def columns(self, raw: list[Any], row: int, *, angle_texts: bool = False) -> dict[str, Any]:
         """Return checked columns in order; `row` is the number of rows before these."""
         found: dict[str, Any] = {}
+        if self.joints is not None:
+            told = {name: values for name, values in zip(self.names, raw, strict=True) if name in self.joints.columns}
+            for name, values in told.items():
+                if values is None:
+                    raise InputError(f"{name}: it is no column of numbers, one a row; allowed is one")
+            numbers = {name: _numbers(name, values, row) for name, values in told.items()}
+            found |= tilts_from_joints(numbers, self.joints, rows_before=row)
         for name, values in zip(self.names, raw, strict=True):
+            if self.joints is not None and (name in self.joints.columns or name not in ("color", "types", "R")):
+                continue
             if name in TEXTS:
                 found[name] = _texts(name, values, row)
             elif name in DEGREES:
@@ -243,13 +369,20 @@ class _Header:
         return {name: found[name] for name in ORDER if name in found}
 
 
-def _header_of(text: str, line: int, plane_only: bool) -> _Header:
+def _others(name: str, others: list[str]) -> str:
+    """Return which other column may be meant, or else which there are."""
+    told = ", ".join(map(shown, others[:_OTHERS_TOLD])) + (", …" if len(others) > _OTHERS_TOLD else "")
+    return did_you_mean(name, others[:_MOST_OTHERS]) or (f"; there are {told}" if others else "")
+
+
+def _names_of(text: str, line: int) -> list[str]:
+    """Return the names in the header line of a CSV file."""
     names = [name.strip() for name in _fields([text], line - 1)[0]]
     if len(names) == 1:
         for mark, what in ((";", "semicolons"), ("\t", "tabs")):
             if mark in names[0] or mark in text:
                 raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
-    return _Header(names, plane_only)
+    return names
 
 
 def _fields(lines: list[str], offset: int) -> list[list[str]]:
@@ -302,8 +435,12 @@ def _refused(line: int, error: csv.Error) -> InputError:
 
 
 def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
-    if isinstance(values, np.ndarray):
-        return np.array(values)  # of its own, and known to be finite
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f":
+        odd = ~np.isfinite(values)
+        if odd.any():
+            k = int(np.argmax(odd))
+            raise InputError(f"row {row + k + 1}: {name} is {float(values[k])!r}; allowed is a finite number")
+        return np.array(values, dtype=np.float64)
     numbers = np.empty(len(values))
     for k, value in enumerate(values):
         try:
@@ -349,7 +486,9 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def _from_json(text: str, plane_only: bool) -> Table:
+def _from_json(text: str, plane_only: bool, joints: JointMap | None) -> Table:
+    if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
+        raise InputError(f"it has more than {_MOST_BRACKETS} lists and objects; {_JSON}")
     try:
         content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
     except RecursionError as error:
@@ -367,7 +506,7 @@ def _from_json(text: str, plane_only: bool) -> Table:
         for number, row in enumerate(content, start=1):
             if row.keys() != content[0].keys():
                 raise InputError(f"row {number} has other fields than row 1; {_JSON}")
-        return _table([(name, [row[name] for row in content]) for name in names], {}, plane_only)
+        return _table([(name, [row[name] for row in content]) for name in names], {}, plane_only, joints)
     if not isinstance(content, dict):
         raise InputError(f"it holds {shown(content)}; {_JSON}")
     if "path" in content:
@@ -378,12 +517,15 @@ def _from_json(text: str, plane_only: bool) -> Table:
         raise InputError(f"'about' or 'columns' is no object; {_JSON}")
     try:
         json.dumps(about, allow_nan=False)
-    except ValueError as error:
+    except (RecursionError, ValueError) as error:
         raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
+    if is_deep(about):
+        raise InputError("about: it is nested too deeply; allowed are what made the table, and finite numbers and texts")
     lists = {name: values for name, values in columns.items() if isinstance(values, list)}
     if isinstance(columns.get("color"), str) and lists:
         lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
-    return _table(list(lists.items()), about, plane_only)
+    about, joints = _joints_of(about, joints)
+    return _table(list(lists.items()), about, plane_only, joints)
 
 
 _JSON = "allowed is an object of columns, a list of rows, or a plan"
@@ -417,20 +559,57 @@ def _from_plan(content: dict[str, Any]) -> Table:
     request = content.get("request")
     keys = ("vehicle", "coefficients", "period", "law")
     about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
+    if about:
+        about["request"] = request
     if "crossing_tolerance" in content:
         about["crossing_tolerance"] = content["crossing_tolerance"]
     return _table(columns, about, plane_only=False)
 
 
-def _table(columns: list[tuple[str, list[Any]]], about: dict[str, Any], plane_only: bool) -> Table:
-    """Check the columns of a JSON file and bring them into order."""
-    header = _Header([name for name, _ in columns], plane_only)
-    lengths = {len(values) for _, values in columns}
-    if len(lengths) > 1:
-        raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
-    if not lengths or not max(lengths):
+def table_from_columns(
+    columns: list[tuple[str, Any]], about: dict[str, Any] | None = None, *, plane_only: bool = False
+) -> Table:
+    """Return a table of columns that somebody else made, checked and in order.
+
+    Parameters
+    ----------
+    columns
+        Names, each with an array or a list of values; angles in radians may be texts. Others than those of a gait table
+        are passed over.
+    about
+        What made them.
+    plane_only
+        Whether alpha1 and alpha2 are enough.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, or a value is not allowed.
+
+    Examples
+    --------
+    >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
+    array([-0.3927])
+    """
+    return _table(columns, about or {}, plane_only)
+
+
+def _table(
+    columns: list[tuple[str, Any]], about: dict[str, Any], plane_only: bool, joints: JointMap | None = None
+) -> Table:
+    """Check columns and bring them into order."""
+    header = _Header([name for name, _ in columns], plane_only, joints)
+    if not _rows_of(columns):
         raise InputError("it has no rows; allowed is at least one")
     found = header.columns([values for _, values in columns], 0, angle_texts=True)
     if "t" in found:
         _check_times(found["t"], -math.inf, len(found["t"]))
     return Table(columns=found, about=about)
+
+
+def _rows_of(columns: list[tuple[str, Any]]) -> int:
+    """Return the number of rows that all columns have."""
+    lengths = {len(values) for _, values in columns if values is not None}
+    if len(lengths) > 1:
+        raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
+    return max(lengths, default=0)

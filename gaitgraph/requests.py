@@ -280,7 +280,7 @@ def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str
 def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Read a request file; overrides replace what it says.
 
-    A plan saved as JSON is read too: its request is planned again.
+    A plan or a gait table saved as JSON is read too: the request that made it is planned again.
 
     Raises
     ------
@@ -296,8 +296,7 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
     text = text_of(path, "request file", "TOML or JSON")
     try:
         content = _parsed(text, suffix)
-        if "status" in content and isinstance(content.get("request"), dict):
-            content = content["request"]
+        content = _request_in(content)
         vehicle = content.get("vehicle")
         if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
             content["vehicle"] = str(path.parent / vehicle)
@@ -306,6 +305,31 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
         return request_from_mapping({**content, **overrides})
     except InputError as error:
         raise type(error)(f"request file {str(path)!r}: {error}") from error
+
+
+def _request_in(content: dict[str, Any]) -> dict[str, Any]:
+    """Return the request that a plan or a gait table tells, or the content itself if it is neither."""
+    if "status" in content and isinstance(content.get("request"), dict):
+        found: dict[str, Any] = content["request"]
+        return found
+    if isinstance(content.get("columns"), dict):
+        return request_in_about(content.get("about"))
+    return content
+
+
+def request_in_about(about: object) -> dict[str, Any]:
+    """Return the request in what a gait table tells of its making; InputError if it tells none.
+
+    >>> request_in_about({"request": {"waypoints": [[0.4, -0.4]]}})
+    {'waypoints': [[0.4, -0.4]]}
+    """
+    found = about.get("request") if isinstance(about, dict) else None
+    if not isinstance(found, dict):
+        raise InputError(
+            "it tells no request that made it, so there is nothing to plan again; allowed is a request, or a gait "
+            "file of a planned gait"
+        )
+    return dict(found)
 
 
 def holds_request(path: str | Path) -> bool:
@@ -337,8 +361,10 @@ def stated_fields(path: str | Path) -> set[str]:
         content = _parsed(text_of(path, "request file", "TOML or JSON"), path.suffix.lower())
     except GaitgraphError:
         return set()
-    inner = content.get("request")
-    return set(inner if "status" in content and isinstance(inner, dict) else content)
+    try:
+        return set(_request_in(content))
+    except InputError:
+        return set()
 
 
 def _parsed(text: str, suffix: str) -> dict[str, Any]:

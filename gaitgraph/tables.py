@@ -1,4 +1,4 @@
-"""Gait tables, and their files: CSV and JSON, written whole or not at all; :mod:`gaitgraph.reading` reads them.
+"""Gait tables: named columns, and what made them. :mod:`gaitgraph.formats` has their files.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then
 ``alpha1_rate`` … (rad/s) and ``alpha1_acceleration`` … (rad/s²). Somebody else's table needs only alpha1 to
@@ -8,12 +8,9 @@ from columns named ``alpha1_deg`` and so on. Unknown columns are passed over.
 
 from __future__ import annotations
 
-import io
 import json
 import math
-import os
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,18 +18,29 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.angles import number_of
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
-from gaitgraph.files import target_of, write_whole
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
 from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.timing import LAWS
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
 
     from gaitgraph.timing import TimedGait
 
-__all__ = ["Table", "check_outputs", "known_suffix", "setting_of", "table_of", "write_tables", "writer_for"]
+__all__ = [
+    "Table",
+    "about_of_provenance",
+    "about_told",
+    "is_deep",
+    "merged",
+    "pieces_of",
+    "provenance_of",
+    "provenance_text",
+    "setting_of",
+    "table_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -46,6 +54,14 @@ CLOSED_GAP = 1e-9
 """A last row this near to the first [rad] is the first again."""
 
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
+
+ROWS_OF_A_PIECE = 1 << 16
+"""Long tables are made, written and read in pieces of so many rows."""
+
+_DEEPEST = 100
+_UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
+_UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
+_DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +96,40 @@ class Table:
         """The four tilt angles of each row, shape (n, 4) [rad]."""
         return np.column_stack([self.columns[name] for name in ANGLES])
 
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each column, in ASCII; "" for texts and where it is not known."""
+        mapped = _units_of_servos(self.about.get("servos"))
+        return {name: mapped.get(name) or _UNITS.get(name, "") for name in self.columns}
+
+    def rows(self, start: int, stop: int) -> Table:
+        """Return some consecutive rows, counted from 0."""
+        return replace(self, columns={name: values[start:stop] for name, values in self.columns.items()})
+
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas frame; what made it is in its `attrs`.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        from gaitgraph.frames import pandas_from_table
+
+        return pandas_from_table(self)
+
+    def to_polars(self) -> Any:
+        """Return the table as a polars frame, which tells nothing of what made it.
+
+        Raises
+        ------
+        MissingExtra
+            If polars is not installed.
+        """
+        from gaitgraph.frames import polars_from_table
+
+        return polars_from_table(self)
+
 
 def setting_of(
     table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
@@ -96,6 +146,18 @@ def setting_of(
     return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 
+def _units_of_servos(servos: Any) -> dict[str, str]:
+    """Return the units of the columns of a servo table, which its map tells."""
+    if not isinstance(servos, dict) or not isinstance(servos.get("joint"), list):
+        return {}
+    units = {str(servos.get("time", "t")): str(servos.get("time_unit", "s"))}
+    for joint in servos["joint"]:
+        if isinstance(joint, dict):
+            unit = str(joint.get("unit", "rad"))
+            units |= {f"{joint.get('column')}{end}": unit + per for end, per in _DERIVED.items()}
+    return units
+
+
 def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
     """Return the table of a timed gait, and what made it.
 
@@ -104,6 +166,21 @@ def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
     >>> len(table), list(table.columns)[:6]
     (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
     """
+    return merged(pieces_of(timed, about))
+
+
+def pieces_of(
+    timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
+) -> Iterator[Table]:
+    """Yield the table of a timed gait as consecutive pieces, so that any length fits in memory.
+
+    Parameters
+    ----------
+    timed, about
+        The gait, and what else is told of its making.
+    rows
+        Of a piece, at most.
+    """
     gait = timed.gait
     made = {
         "vehicle": gait.vehicle.as_mapping(),
@@ -111,105 +188,88 @@ def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
         "crossing_tolerance": gait.crossing_tolerance,
         "period": timed.period,
         "law": timed.law,
+        **({"request": _as_timed(timed)} if gait.request else {}),
         **(about or {}),
     }
-    return Table(columns=timed.columns(), about=made)
+    end = timed.samples + 1
+    for start in range(0, end, rows):
+        yield Table(columns=timed.columns(range(start, min(start + rows, end))), about=made)
 
 
-def _plain(values: Any) -> list[Any]:
-    return values.tolist() if isinstance(values, np.ndarray) else list(values)
+def _as_timed(timed: TimedGait) -> dict[str, Any]:
+    """Return the request of a planned gait with the clock that it got, if a request can ask for that one."""
+    request = dict(timed.gait.request)
+    if timed.law in LAWS:
+        request |= {"period": timed.period, "law": timed.law, "samples": timed.samples}
+    return request
 
 
-def _csv_bytes(table: Table) -> bytes:
-    import csv
-
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows(zip(*(_plain(values) for values in table.columns.values()), strict=True))
-    return text.getvalue().encode()
-
-
-def _json_bytes(table: Table) -> bytes:
-    head = {"format": FORMAT, "version": __version__, "about": table.about}
-    lines = [f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in head.items()]
-    columns = [
-        f"    {json.dumps(name)}: {json.dumps(_plain(values), allow_nan=False)}"
-        for name, values in table.columns.items()
-    ]
-    lines.append('  "columns": {\n' + ",\n".join(columns) + "\n  }")
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+def merged(pieces: Iterable[Table]) -> Table:
+    """Return consecutive pieces of a table as one."""
+    pieces = list(pieces)
+    if len(pieces) == 1:
+        return pieces[0]
+    columns: dict[str, Any] = {}
+    for name in pieces[0].columns:
+        parts = [piece[name] for piece in pieces]
+        texts = not isinstance(parts[0], np.ndarray)
+        columns[name] = tuple(text for part in parts for text in part) if texts else np.concatenate(parts)
+    return Table(columns=columns, about=pieces[0].about, rounding=pieces[0].rounding)
 
 
-_WRITERS: dict[str, Callable[[Table], bytes]] = {".csv": _csv_bytes, ".json": _json_bytes}
+def provenance_of(table: Table) -> dict[str, Any]:
+    """Return what a file of the table says of its making: format, version, and `about`, as plain values.
+
+    >>> provenance_of(Table(columns={}, about={"period": 1.0}))["about"]
+    {'period': 1.0}
+    """
+    return {"format": FORMAT, "version": __version__, "about": table.about}
 
 
-def known_suffix(path: str | Path, what: str) -> str:
-    """Return the suffix of a gait table's file, or raise InputError if it is not known; `what` is for the message."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
-        raise InputError(f"{what}: {str(path)!r}; allowed are the suffixes {', '.join(_WRITERS)}")
-    return suffix
+def provenance_text(table: Table) -> str:
+    """Return :func:`provenance_of` as one line of JSON, in ASCII, for formats that keep texts beside their columns."""
+    return json.dumps(provenance_of(table), allow_nan=False)
 
 
-def writer_for(path: str | Path) -> Callable[[Table], bytes]:
-    """Return what turns a table into the bytes of a file, by its suffix.
+def about_of_provenance(text: str) -> dict[str, Any]:
+    """Return the `about` of a text that :func:`provenance_text` wrote.
 
     Raises
     ------
     InputError
-        If the suffix is not known.
+        If it is not such a text.
     """
-    return _WRITERS[known_suffix(path, "output")]
+    try:
+        content = json.loads(text)
+        json.dumps(content, allow_nan=False)
+    except (RecursionError, ValueError) as error:
+        raise InputError("what made the file is not told as JSON; allowed is what gaitgraph wrote") from error
+    if is_deep(content):
+        raise InputError(f"what made the file is told more than {_DEEPEST} levels deep; allowed is what gaitgraph wrote")
+    about = content.get("about") if isinstance(content, dict) and content.get("format") == FORMAT else None
+    if not isinstance(about, dict):
+        raise InputError("what made the file is not told by gaitgraph; allowed is what gaitgraph wrote")
+    return about
 
 
-def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any work is done if an output has a wrong suffix, is named twice, exists or is a folder."""
-    seen: set[Path] = set()
-    for path in map(Path, paths):
-        writer_for(path)
-        try:
-            resolved, folder = target_of(path), path.parent
-            if resolved in seen:
-                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
-            seen.add(resolved)
-            if path.is_dir():
-                raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
-            if resolved.exists() and not resolved.is_file():
-                raise OutputExists(f"output: {str(path)!r} is no regular file; allowed is a file")
-            if os.path.lexists(path) and not force:
-                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-            if not folder.is_dir():
-                what = "is no folder" if folder.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
-            path.exists()  # a name that the file system refuses is refused here
-        except GaitgraphError:
-            raise
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
+def about_told(text: object) -> dict[str, Any]:
+    """Return the `about` of a text where formats keep it, or nothing if the text is somebody else's.
 
-
-def write_tables(table: Table, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a table to files, each whole or not at all; the format follows from the suffix.
-
-    Parameters
-    ----------
-    table
-        What to write.
-    paths
-        Files ending in .csv or .json.
-    force
-        Overwrite files that exist.
-
-    Raises
-    ------
-    OutputExists
-        If a file exists and `force` is not set; then none is written.
-    FileProblem
-        If a file cannot be written; the old one, if any, is whole.
-    InputError
-        If a suffix is not known or a file is named twice.
+    >>> about_told("measured on Monday")
+    {}
     """
-    check_outputs(paths, force=force)
-    write_whole([(Path(path), writer_for(path)(table)) for path in paths], force=force)
+    return about_of_provenance(text) if isinstance(text, str) and FORMAT in text else {}
+
+
+def is_deep(content: Any) -> bool:
+    """Return whether plain values are nested deeper than what is written again without trouble.
+
+    >>> is_deep([[1], {"a": 2}])
+    False
+    """
+    level, depth = [content], 0
+    while level and depth <= _DEEPEST:
+        inner = [one for one in level if isinstance(one, (dict, list))]
+        level = [value for one in inner for value in (one.values() if isinstance(one, dict) else one)]
+        depth += 1
+    return depth > _DEEPEST

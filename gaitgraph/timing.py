@@ -89,8 +89,12 @@ class TimedGait:
     @property
     def t(self) -> FloatArray:
         """Sample times, shape (N + 1,) [s]."""
-        t = np.arange(self.samples + 1) * (self.period / self.samples)
-        t[-1] = self.period
+        return self._t_of(range(self.samples + 1))
+
+    def _t_of(self, rows: range) -> FloatArray:
+        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
+        if rows.stop > self.samples:
+            t[self.samples - rows.start :] = self.period
         return np.asarray(t)
 
     @property
@@ -144,28 +148,41 @@ class TimedGait:
 
     def colors(self) -> tuple[str, ...]:
         """Return the sheet of every sample: that of the corner last passed; empty off the surfaces."""
+        return self._colors_at(self.t)
+
+    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
         if not self.gait.colors:
             return ()
-        segment = np.searchsorted(self.corner_times, self.t, side="right") - 1
+        segment = np.searchsorted(self.corner_times, t, side="right") - 1
         return tuple(self.gait.colors[k % len(self.gait.colors)] for k in segment)
 
     def types(self) -> tuple[str, ...]:
         """Return the plane types of every sample; empty off the surfaces."""
-        colors, gait = self.colors(), self.gait
+        return self._types_at(self.alpha, self.colors())
+
+    def _types_at(self, alpha: FloatArray, colors: tuple[str, ...]) -> tuple[str, ...]:
+        gait = self.gait
         codes = family_codes(colors)
-        pairs = family_types(self.alpha[: len(codes)], codes, gait.coefficients, gait.crossing_tolerance)
+        pairs = family_types(alpha[: len(codes)], codes, gait.coefficients, gait.crossing_tolerance)
         return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, rows: range | None = None) -> dict[str, Any]:
         """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
 
         Off the surfaces there are no color and types. R has the gait's own coefficients.
+
+        Parameters
+        ----------
+        rows
+            Consecutive rows, counted from 0; by default all N + 1.
         """
-        angles, rates, accelerations = self.at(self.t)
-        columns: dict[str, Any] = {"t": self.t}
+        t = self._t_of(range(self.samples + 1) if rows is None else rows)
+        angles, rates, accelerations = self.at(t)
+        columns: dict[str, Any] = {"t": t}
         columns |= {f"alpha{k + 1}": angles[:, k] for k in range(4)}
         if self.gait.colors:
-            columns |= {"color": list(self.colors()), "types": list(self.types())}
+            colors = self._colors_at(t)
+            columns |= {"color": list(colors), "types": list(self._types_at(angles, colors))}
         columns["R"] = np.asarray(level_determinant(angles, self.gait.coefficients))
         columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
         columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
@@ -257,10 +274,39 @@ class TimedGait:
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write the gait table to files; see :func:`gaitgraph.tables.write_tables`."""
-        from gaitgraph.tables import table_of, write_tables
+        """Write the gait table to files, piece by piece; see :func:`gaitgraph.writing.write_tables`."""
+        from gaitgraph.tables import pieces_of
+        from gaitgraph.writing import write_pieces
 
-        write_tables(table_of(self), paths, force=force)
+        write_pieces(lambda: pieces_of(self), paths, force=force)
+
+    def to_pandas(self) -> Any:
+        """Return the gait table as a pandas frame; see :meth:`gaitgraph.tables.Table.to_pandas`."""
+        from gaitgraph.tables import table_of
+
+        return table_of(self).to_pandas()
+
+    def to_polars(self) -> Any:
+        """Return the gait table as a polars frame; see :meth:`gaitgraph.tables.Table.to_polars`."""
+        from gaitgraph.tables import table_of
+
+        return table_of(self).to_polars()
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__}: {self.gait.color or 'off the surfaces'}, T = {self.period:.6g} s, {self.law}, "
+            f"{self.samples} samples, vehicle {self.gait.vehicle.name!r}>"
+        )
+
+    def __str__(self) -> str:
+        from gaitgraph.showing import text_of_timed_gait
+
+        return text_of_timed_gait(self)
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_timed_gait
+
+        return html_of_timed_gait(self)
 
 
 def _limit(

@@ -27,9 +27,10 @@ from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import red_label, separating_factor
 from gaitgraph.reports import DEFAULT_FLOOR, Report
 from gaitgraph.search import allowed_edges
-from gaitgraph.tables import ANGLES, RATES, Table, table_of, write_tables
+from gaitgraph.tables import ANGLES, RATES, Table, table_of
 from gaitgraph.timing import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
 from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.writing import write_tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,7 +132,7 @@ class Transition:
         return Table(columns=columns, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write the table of the way; see :func:`gaitgraph.tables.write_tables`."""
+        """Write the table of the way; see :func:`gaitgraph.writing.write_tables`."""
         write_tables(self.table(), paths, force=force)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -151,6 +152,11 @@ class Transition:
             "proof": self.proof,
             **{key: found.get(key, [] if key in ("checks", "warnings") else False) for key in keys},
         }
+
+    def __repr__(self) -> str:
+        if not self:
+            return "<Transition: infeasible>"
+        return f"<Transition: {len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}>"
 
     def __str__(self) -> str:
         if self.report is None:
@@ -259,7 +265,7 @@ def transition(
     path, corners = found
     back = path[-2:0:-1]
     color = first.colors[0]
-    gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)))
+    gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)), request={})
     if duration is None:
         seconds = _needed(gait, law)
         count = _checked_samples(seconds, law, samples, rate)
@@ -301,7 +307,7 @@ def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | No
 
 def _hover(like: Gait) -> Gait:
     """Return hover, for what a gait is for."""
-    return replace(like, alpha=np.zeros((1, 4)), colors=("red",))
+    return replace(like, alpha=np.zeros((1, 4)), colors=("red",), request={})
 
 
 def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:

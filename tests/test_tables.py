@@ -15,11 +15,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
-from gaitgraph import tables
-from gaitgraph.exchange import export, gait_of
+from gaitgraph import tables, writing
+from gaitgraph.exchange import export, gait_of, request_of_file
 from gaitgraph.gait import lift
+from gaitgraph.planning import plan as planned
 from gaitgraph.reading import read_table
-from gaitgraph.tables import table_of, write_tables
+from gaitgraph.tables import Table, table_of
+from gaitgraph.writing import write_pieces, write_tables
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -60,6 +62,7 @@ def test_the_csv_reads_with_the_standard_reader(tmp_path: Path) -> None:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 9
     assert rows[0]["types"] == "(+,+)"
+    assert rows[0]["made_by"].startswith("{")
     assert {name: value for name, value in rows[0].items() if name != "t"} == {
         name: value for name, value in rows[-1].items() if name != "t"
     }
@@ -326,7 +329,7 @@ def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pyte
 
 def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "gait.csv"
-    monkeypatch.setattr(tables, "check_outputs", lambda *_, **__: path.write_text("mine"))
+    monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: path.write_text("mine"))
     with pytest.raises(gg.OutputExists):
         lift(G3.angles, "red").parametrize().write(path)
     assert path.read_text() == "mine"
@@ -340,7 +343,7 @@ def test_without_hard_links_new_files_are_still_placed(tmp_path: Path, monkeypat
     timed = lift(G3.angles, "red").parametrize()
     timed.write(tmp_path / "gait.csv")
     assert len(read_table(tmp_path / "gait.csv")) == 101
-    monkeypatch.setattr(tables, "check_outputs", lambda *_, **__: None)
+    monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: None)
     with pytest.raises(gg.OutputExists):
         timed.write(tmp_path / "gait.csv")
 
@@ -369,7 +372,7 @@ def test_a_table_knows_its_columns() -> None:
     assert table.alpha.shape == (5, 4)
     assert math.isclose(table["t"][-1], 1.0)
     with pytest.raises(gg.InputError, match="suffixes"):
-        write_tables(table, ["gait.parquet"])
+        write_tables(table, ["gait.xlsx"])
 
 
 def test_another_vehicle_or_other_coefficients_change_types_and_r(tmp_path: Path) -> None:
@@ -470,3 +473,61 @@ def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(tmp_path
     off = tmp_path / "off.csv"
     off.write_text('t,alpha1,alpha2,alpha3,alpha4,types\n0,0.4,-0.4,0.1,-0.4,"(-,-)"\n1,0.8,-0.4,0.8,-0.1,"(-,-)"\n')
     assert "types" not in export(off, [tmp_path / "off_out.csv"])
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json"])
+def test_a_file_tells_the_request_that_made_it(tmp_path: Path, suffix: str) -> None:
+    beetle = gg.vehicle_named("beetle_omni")
+    plan = gg.plan_loop(G3.waypoints, vehicle=beetle, period=2.0, law="equal-time", reverse=True)
+    first, again = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+    plan.timed(samples=37).write(first)
+    request, sampling = request_of_file(first, {})
+    planned(request).timed(**sampling).write(again)
+    assert first.read_bytes() == again.read_bytes()
+    assert request_of_file(first, {"period": 3.0, "rate": 5.0})[1] == {"rate": 5.0}
+    export(first, [tmp_path / f"c{suffix}"])
+    assert (tmp_path / f"c{suffix}").read_bytes() == first.read_bytes()
+    export(first, [tmp_path / f"d{suffix}"], rate=10.0)
+    assert request_of_file(tmp_path / f"d{suffix}", {})[1] == {"samples": 20}
+
+
+def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
+    gait = gg.plan_loop(G3.waypoints).gait
+    for k, other in enumerate((gait.reversed(), gait.started_at(1), gait.biased(0.9), gait.scaled(0.9))):
+        other.parametrize(samples=4).write(tmp_path / f"{k}.csv")
+        with pytest.raises(gg.InputError, match=rf"{k}\.csv.*tells no request"):
+            request_of_file(tmp_path / f"{k}.csv", {})
+    gait.parametrize(samples=4).write(tmp_path / "gait.csv")
+    export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
+    with pytest.raises(gg.InputError, match="tells no request"):
+        request_of_file(tmp_path / "other.csv", {})
+
+
+def test_what_made_a_csv_file_is_in_its_first_and_its_last_row(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    gg.plan_loop(G3.waypoints).timed(samples=4).write(path)
+    with path.open(newline="") as stream:
+        told = [row["made_by"] for row in csv.DictReader(stream)]
+    assert told[1:-1] == [""] * 3
+    assert told[0] == told[-1]
+    assert json.loads(told[0])["about"] == read_table(path).about
+    # Somebody else's column of that name is passed over, and a broken one of ours is refused.
+    path.write_text("alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,me\n")
+    assert read_table(path).about == {}
+    path.write_text('alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,"{""format"": ""gaitgraph gait table"""\n')
+    with pytest.raises(gg.InputError, match="what made the file is not told"):
+        read_table(path)
+
+
+def test_a_table_in_pieces_is_written_like_the_whole(tmp_path: Path) -> None:
+    whole = table_of(gg.plan_loop(G3.waypoints).timed(samples=20))
+    for size in (1, 7, 21):
+        pieces = [
+            Table(columns={name: values[k : k + size] for name, values in whole.columns.items()}, about=whole.about)
+            for k in range(0, len(whole), size)
+        ]
+        names = [tmp_path / f"{size}.csv", tmp_path / f"{size}.json"]
+        write_pieces(lambda pieces=pieces: pieces, names)  # type: ignore[misc]
+        write_tables(whole, [tmp_path / "whole.csv", tmp_path / "whole.json"], force=True)
+        for name in names:
+            assert name.read_bytes() == (tmp_path / f"whole{name.suffix}").read_bytes()

@@ -842,7 +842,7 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         ("Hover", G4, {}, "start: 'Hover'; allowed is a gait or 'hover'"),
         (G4, "ground", {}, "end: 'ground'; allowed is a gait or 'hover'"),
         (G4, [[0.1, 0.2, 0.1, 0.2]], {}, "end: [[0.1, 0.2, 0.1, 0.2]]; allowed is a gait or 'hover'"),
-        (G4, G4.parametrize(), {}, "end: TimedGait("),
+        (G4, G4.parametrize(), {}, "end: <TimedGait: "),
         ("hover", G4, {"vehicle": gg.PAPER}, "vehicle, coefficients: allowed are none beside a gait"),
         (G4, "hover", {"coefficients": "exact"}, "vehicle, coefficients: allowed are none beside a gait"),
         ("hover", "hover", {"coefficients": "rounded"}, "coefficients: 'rounded'; allowed are"),
