@@ -4,51 +4,63 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.coloring import types_from_text
+from gaitgraph.completing import completed_pieces
 from gaitgraph.errors import GaitgraphError, InputError
-from gaitgraph.fibers import families_along, family_codes, family_of, family_types, types_contradict
-from gaitgraph.formats import FORMATS
+from gaitgraph.fibers import families_along, family_of
+from gaitgraph.formats import FORMATS, known_format
+from gaitgraph.formats.options import check_options
+from gaitgraph.frames import Frame, as_table
 from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import Coefficients, Kind, coefficients_of, level_determinant, level_determinant_resolution
+from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
 from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import provenance_in, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
 from gaitgraph.requests import holds_request, planes_only, read_request, request_from_mapping, request_in_about
 from gaitgraph.stretches import Stretch
-from gaitgraph.surface import text_from_types
 from gaitgraph.tables import (
-    ACCELERATIONS,
     ANGLES,
     CLOSED_GAP,
-    ORDER,
-    RATES,
+    ROWS_OF_A_PIECE,
     Table,
     merged,
+    pieces_of,
     setting_of,
-    table_of,
 )
 from gaitgraph.timing import LAWS, parametrize
-from gaitgraph.writing import check_outputs, write_tables
+from gaitgraph.writing import check_outputs, write_pieces, write_tables
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
+    from gaitgraph.formats.options import FormatOptions
     from gaitgraph.requests import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["closed_rows", "colorings_of_file", "export", "gait_of", "read_gait", "request_of_file"]
+__all__ = [
+    "Exported",
+    "closed_rows",
+    "colorings_of_file",
+    "export",
+    "export_file",
+    "gait_of",
+    "read_gait",
+    "request_of_file",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
+_ROWS_KEPT = 2 * ROWS_OF_A_PIECE
 
-def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+
+def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
     """Return the closed polyline through a table's rows, straight runs merged.
 
     A last row that equals the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted; where
@@ -57,10 +69,11 @@ def gait_of(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind 
     Parameters
     ----------
     table
-        The rows.
+        The rows; a frame of pandas or polars may have them.
     vehicle, coefficients
         What the gait is for; by default what the table says, else the paper's vehicle.
     """
+    table = as_table(table)
     vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
     alpha = _alpha_of(table, vehicle, numbers)
     colors = table["color"] if "color" in table else _sheet_of(alpha, numbers)
@@ -211,71 +224,56 @@ def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
     return tuple(map(family_of, codes.tolist())) if codes.all() else ()
 
 
-def _completed(table: Table, *, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
-    """Return the table closed, from t = 0, with every column that follows from the rest.
+def export(source: str | Path, outputs: Iterable[str | Path], *, force: bool = False, **choices: Any) -> Table:
+    """Read a gait file, write it to other files, and return what was written, whole.
 
-    What the table states stays where it agrees with the angles: R to within what its digits carry, types with the
-    color. What disagrees, or is for another vehicle, is computed anew. Rows are joined by straight segments: unless
-    all rates and accelerations are stated, rates are those just after each row and accelerations are zero.
+    Parameters, errors and rules are those of :func:`export_file`, which holds no more than some rows at a time.
     """
-    asked, kind = vehicle, coefficients
-    vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
-    columns = dict(table.columns)
-    if "alpha3" not in columns:
-        plane = np.column_stack([columns["alpha1"], columns["alpha2"]])
-        lifted = lift(plane, columns["color"], vehicle=vehicle, coefficients=numbers)
-        columns["alpha3"], columns["alpha4"] = lifted.alpha[:, 2], lifted.alpha[:, 3]
-    alpha = np.column_stack([columns[name] for name in ANGLES])
-    colors = columns.get("color") or _sheet_of(alpha, numbers)
-    computed = np.asarray(level_determinant(alpha, numbers))
-    digits = 2 * level_determinant_resolution(alpha, numbers)
-    if (np.abs(columns.get("R", math.inf) - computed) > digits).any():
-        columns["R"] = computed
-    if colors:
-        columns["color"] = colors
-        families = family_codes(colors)
-        stated = columns.get("types", ())
-        codes = np.array([types_from_text(text) for text in stated]).reshape(-1, 2)
-        if not stated or types_contradict(codes, families).any():
-            pairs = zip(*family_types(alpha, families, numbers, tolerance), strict=True)
-            columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-    else:
-        columns.pop("types", None)
-    columns = _closed(columns)
-    if not all(name in columns for name in (*RATES, *ACCELERATIONS)) and len(columns["t"]) > 1:
-        step = np.diff(columns["t"])
-        for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
-            slope = np.diff(columns[name]) / step
-            columns[rate] = np.append(slope, slope[0]) + 0.0
-            columns[acceleration] = np.zeros(len(columns["t"]))
-    about = {**table.about, "vehicle": vehicle.as_mapping(), "coefficients": numbers.kind}
-    if not _told_request(table, asked, kind):
-        about.pop("request", None)
-    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
+    paths = list(outputs)
+    options = choices.pop("options", None)
+    _check_choices(options, paths, force)
+    table = merged(_pieces_to_write(source, **choices)())
+    write_tables(table, paths, force=force, options=options)
+    return table
 
 
-def export(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """What was written: how many rows, and which columns."""
+
+    rows: int
+    columns: tuple[str, ...]
+
+
+def export_file(
     source: str | Path,
     outputs: Iterable[str | Path],
     *,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
-    period: float | None = None,
-    law: str | None = None,
-    samples: int | None = None,
-    rate: float | None = None,
     force: bool = False,
-) -> Table:
-    """Read a gait file and write it to other files.
+    options: FormatOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+    **choices: Any,
+) -> Exported:
+    """Read a gait file and write it to other files, piece by piece.
 
-    A table with a clock keeps its rows, counted from t = 0 and closed, and columns that follow from them are added.
-    A table without one, one of a single row, or any of `period`, `law`, `samples`, `rate`, puts a new clock on the
-    closed polyline through the rows.
+    A table with a clock keeps its rows, counted from t = 0 and closed, and columns that follow from them are added: see
+    :mod:`gaitgraph.completing`. It is read twice or more, unless it is short, and no more than some rows are held at a
+    time. A table without a clock, one of a single row, or any of `period`, `law`, `samples`, `rate`, puts a new clock
+    on the closed polyline through the rows, which is held whole.
 
-    Returns
-    -------
-    Table
-        What was written.
+    Parameters
+    ----------
+    source, outputs
+        Files; their suffixes say the formats.
+    force
+        Overwrite files that exist.
+    options
+        Choices that some formats have; one that none of the outputs has is refused.
+    progress
+        Called with the fraction of the work that is done.
+    choices
+        `vehicle` and `coefficients` that it is for, instead of what the table says; `period`, `law`, `samples`, `rate`
+        as for :func:`gaitgraph.timing.parametrize`.
 
     Raises
     ------
@@ -283,48 +281,98 @@ def export(
         As :func:`read_table` and :func:`write_tables` do.
     """
     paths = list(outputs)
+    _check_choices(options, paths, force)
+    parts = len(paths) + 1
+    report = progress or (lambda _: None)
+    pieces = _pieces_to_write(source, progress=lambda share: report(share / parts), **choices)
+    seen: list[Exported] = []
+
+    def counted() -> Iterator[Table]:
+        rows, begun = 0, len(seen)
+        total = max(seen[0].rows, 1) if seen else None
+        columns: tuple[str, ...] = ()
+        for piece in pieces():
+            rows, columns = rows + len(piece), tuple(piece.columns)
+            yield piece
+            if total is not None:
+                report((begun + 1 + rows / total) / parts)
+        seen.append(Exported(rows=rows, columns=columns))
+        report((begun + 2) / parts)
+
+    write_pieces(counted, paths, force=force, options=options)
+    return seen[0]
+
+
+def _check_choices(options: FormatOptions | None, paths: list[str | Path], force: bool) -> None:
+    if options is not None:
+        check_options(options, [known_format(path, "output") for path in paths])
     check_outputs(paths, force=force)
-    table = read_table(source)
-    retime = "t" not in table or len(table) == 1 or any(option is not None for option in (period, law, samples, rate))
+
+
+def _pieces_to_write(
+    source: str | Path,
+    *,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    period: float | None = None,
+    law: str | None = None,
+    samples: int | None = None,
+    rate: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Callable[[], Iterator[Table]]:
+    """Return what yields the rows to write, as often as it is called."""
+    read = _replayed(source, progress)
+    first = list(islice(read(), 2))
+    retime = "t" not in first[0] or sum(map(len, first)) == 1
+    if not retime and period is law is samples is rate is None:
+        with _of_file(source):
+            return completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
+    table = merged(read())
     with _of_file(source):
-        if retime:
-            gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
-            gait = replace(gait, request=_told_request(table, vehicle, coefficients))
-        else:
-            table = _completed(table, vehicle=vehicle, coefficients=coefficients)
-    if retime:
-        timed = parametrize(
-            gait,
-            _default(period, table.about.get("period"), 1.0),
-            law=_default(law, table.about.get("law"), LAWS[0]),
-            samples=samples,
-            rate=rate,
-        )
-        table = table_of(timed)
-    write_tables(table, paths, force=force)
-    return table
+        gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+        gait = replace(gait, request=_told_request(table, vehicle, coefficients))
+    timed = parametrize(
+        gait,
+        _default(period, table.about.get("period"), 1.0),
+        law=_default(law, table.about.get("law"), LAWS[0]),
+        samples=samples,
+        rate=rate,
+    )
+    return lambda: pieces_of(timed)
+
+
+def _replayed(source: str | Path, progress: Callable[[float], None] | None) -> Callable[[], Iterator[Table]]:
+    """Return what yields the pieces of a file as often as it is called; those of a short one are kept, not read again.
+
+    What is no regular file, a pipe say, is kept whole: it can be read once.
+    """
+    kept: list[Table] = []
+    whole = not Path(source).is_file()
+    if whole:
+        kept.extend(read_pieces(source, progress=progress))
+
+    def pieces() -> Iterator[Table]:
+        nonlocal whole
+        if whole:
+            yield from kept
+            return
+        fresh: list[Table] | None = []
+        for piece in read_pieces(source, progress=progress):
+            if fresh is not None:
+                fresh.append(piece)
+                fresh = fresh if len(fresh) == 1 or sum(map(len, fresh)) <= _ROWS_KEPT else None
+            yield piece
+        if fresh is not None:
+            kept.extend(fresh)
+            whole = True
+
+    return pieces
 
 
 def _told_request(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> dict[str, Any]:
     """Return the request that made a table; empty if it tells none, or if the table is taken for something else."""
     request = table.about.get("request")
     return dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
-
-
-def _closed(columns: dict[str, Any]) -> dict[str, Any]:
-    """Return the columns with t from 0 and a closing row, one mean step later, if the last row is not the first."""
-    angles = np.column_stack([columns[name] for name in ANGLES])
-    t = columns["t"] - columns["t"][0]
-    end = len(t)
-    if end > 1 and np.abs(angles[-1] - angles[0]).max() <= CLOSED_GAP:
-        end -= 1  # its last row is the first again, but for rounding
-    else:
-        t = np.append(t, t[-1] + t[-1] / max(end - 1, 1))
-    out = {
-        name: np.append(values[:end], values[0]) if isinstance(values, np.ndarray) else (*values[:end], values[0])
-        for name, values in columns.items()
-    }
-    return {**out, "t": t}
 
 
 def _default(*values: Any) -> Any:

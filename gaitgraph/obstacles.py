@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from gaitgraph.invertibility import Coefficients, noise_of
-from gaitgraph.surface import root_arrays, roots
+from gaitgraph.surface import RootArrays, root_arrays, roots
 
 if TYPE_CHECKING:
     from gaitgraph.requests import PlanRequest, Point
@@ -56,13 +57,19 @@ def rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign:
     if color == "blue" and coefficients.kind == "exact":
         return set(range(len(request.waypoints)))
     wanted = 1.0 if sign == "positive" else -1.0
-    plane = np.array(request.waypoints)
-    found = root_arrays(plane[:, 0], plane[:, 1], coefficients)
+    found = _roots_above(request.waypoints, coefficients)
     of_color = found.sheet == (1 if color == "red" else -1)
     rooted = (of_color & (wanted * np.nan_to_num(found.R) > noise_of(coefficients))).any(axis=1)
     if request.zones is not None:
-        rooted &= request.zones.allow_points(plane)
+        rooted &= request.zones.allow_points(np.array(request.waypoints))
     return set(np.nonzero(~rooted)[0].tolist())
+
+
+@lru_cache(maxsize=2)
+def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
+    """Return the roots above waypoints; each color and sign of one request asks for them again."""
+    plane = np.array(waypoints)
+    return root_arrays(plane[:, 0], plane[:, 1], coefficients)
 
 
 def waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:

@@ -520,7 +520,7 @@ def _from_json(text: str, plane_only: bool, joints: JointMap | None) -> Table:
     except (RecursionError, ValueError) as error:
         raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
     if is_deep(about):
-        raise InputError("about: it is nested too deeply; allowed are what made the table, and finite numbers and texts")
+        raise InputError("about: it is nested too deeply; allowed is what made the table")
     lists = {name: values for name, values in columns.items() if isinstance(values, list)}
     if isinstance(columns.get("color"), str) and lists:
         lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
@@ -591,7 +591,8 @@ def table_from_columns(
     >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
     array([-0.3927])
     """
-    return _table(columns, about or {}, plane_only)
+    made, joints = _joints_of(about or {}, None)
+    return _table(columns, made, plane_only, joints)
 
 
 def _table(

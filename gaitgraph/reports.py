@@ -172,6 +172,16 @@ class Report:
         lines += [fill(f"warning: {note}", _WIDTH, subsequent_indent="  ") for note in self.notes]
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
+        verdict = verdict_line(self.valid, self.flyable, self.reachable_from_hover).replace(" · ", ", ")
+        return f"<Report: {verdict}; {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_report
+
+        return html_of_report(self)
+
 
 def verdict_line(valid: bool, flyable: bool, reachable: bool | None) -> str:
     """Return the verdict in one line.

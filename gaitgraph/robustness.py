@@ -22,6 +22,7 @@ from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_a
 from gaitgraph.checks import stretch_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.exchange import closed_rows
+from gaitgraph.frames import Frame, as_table
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.margins import (
@@ -133,6 +134,10 @@ class Robustness:
             "singular_curves": [_mapping_of_curve(place, curve, self.noun) for place, curve in self.curves],
         }
 
+    def __repr__(self) -> str:
+        margin = "no tilt margin" if self.tilt_margin is None else f"tilt margin {self.tilt_margin:.4f} rad"
+        return f"<Robustness of {self.name}: {margin}, acceptable fraction {self.acceptable.fraction:.4f}>"
+
 
 def _mapping_of_curve(place: Place, curve: SingularCurve, noun: str) -> dict[str, Any]:
     x, y, z = map(float, curve.normal)
@@ -176,6 +181,9 @@ class RobustnessReport:
             "biased": sweep[0] if len(sweep) == 1 else None,
             "sweep": sweep,
         }
+
+    def __repr__(self) -> str:
+        return f"<RobustnessReport: {self.gait!r}, {len(self.sweep)} scaled, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         head = f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"
@@ -237,7 +245,7 @@ def _attitude(pair: tuple[float, float]) -> str:
 
 
 def robustness_of(
-    gait: Gait | TimedGait | Table | str | Path,
+    gait: Gait | TimedGait | Table | Frame | str | Path,
     *,
     bias: float | Iterable[float] = (),
     scale: float | Iterable[float] = (),
@@ -253,7 +261,7 @@ def robustness_of(
     Parameters
     ----------
     gait
-        A gait, a timed one, a table, or the path of a .csv or .json gait file, on the surfaces or off them; joined by
+        A gait, a timed one, a table, a frame, or the path of a gait file, on the surfaces or off them; joined by
         straight segments, closed.
     bias
         η by which α3 and α4 are scaled, equations (12) to (15), each in (0, 1]; one or any number.
@@ -320,19 +328,20 @@ def _etas(value: float | Iterable[float], name: str) -> list[float]:
 
 
 def _closed(
-    gait: Gait | TimedGait | Table | str | Path, vehicle: Vehicle | None
+    gait: Gait | TimedGait | Table | Frame | str | Path, vehicle: Vehicle | None
 ) -> tuple[Stretch, Vehicle, float, str]:
     """Return a gait as one closed stretch, its vehicle, what its angles may be off by, and what a point is called."""
     if isinstance(gait, (Gait, TimedGait)):
         bare = gait if isinstance(gait, Gait) else gait.gait
         rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
         return stretch_of(bare), bare.vehicle, rounding, "corner"
+    gait = as_table(gait)
     if isinstance(gait, (str, Path)):
         table = read_table(gait)
     elif isinstance(gait, Table):
         table = gait
     else:
-        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table or a file's path")
+        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
     stretch, vehicle, numbers = closed_rows(table, vehicle=vehicle, source=gait)
     rounding = max(table.rounding, numbers.sheet_rounding, _seen(stretch.alpha, numbers))
     return stretch, vehicle, rounding, "row"

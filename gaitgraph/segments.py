@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,10 @@ Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 _BATCH = 1 << 15
+# Below so many open intervals a round costs the same however many they are: cut each into eight instead of two.
+_FEW = 64
+_SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
+_HALF, _EIGHTHS = np.array([0.5]), np.arange(1, 8) / 8
 _MOST_HALVINGS = 20_000_000
 
 
@@ -141,18 +146,30 @@ def least_along(
         np.minimum.at(lower, segment[~open_], least[~open_])
         if not open_.any():
             continue
-        segment, low, high, middle = segment[open_], low[open_], high[open_], middle[open_]
-        p0, p1, f0, f1 = p0[open_], p1[open_], f0[open_], f1[open_]
-        pm = starts[segment] + middle[:, None] * (ends - starts)[segment]
-        fm = value(pm)
-        order = np.argsort(fm, kind="stable")[::-1]
-        better = order[fm[order] < best[segment[order]]]
-        best[segment[better]], fraction[segment[better]] = fm[better], middle[better]
-        overall = min(overall, float(fm.min()))
-        left = (segment, low, middle, p0, pm, f0, fm)
-        right = (segment, middle, high, pm, p1, fm, f1)
-        halves = tuple(np.concatenate(pair) for pair in zip(left, right, strict=True))
-        batches += [tuple(part[k : k + _BATCH] for part in halves) for k in range(0, 2 * segment.size, _BATCH)]
+        segment, low, high = segment[open_], low[open_], high[open_]
+        few = segment.size <= _FEW and float((high - low).min()) > _SHORT
+        cuts = low[:, None] + (high - low)[:, None] * (_EIGHTHS if few else _HALF)
+        ends_of = (segment[:, None], low[:, None], high[:, None], p0[open_, None], p1[open_, None])
+        pm = starts[segment][:, None] + cuts[..., None] * (ends - starts)[segment][:, None]
+        fm = value(pm.reshape(-1, 4)).reshape(cuts.shape)
+        flat, number = fm.ravel(), np.repeat(segment, cuts.shape[1])
+        order = np.argsort(flat, kind="stable")[::-1]
+        better = order[flat[order] < best[number[order]]]
+        best[number[better]], fraction[number[better]] = flat[better], cuts.ravel()[better]
+        overall = min(overall, float(flat.min()))
+        owner, first, last, q0, q1 = ends_of
+        pieces = (
+            np.repeat(owner, cuts.shape[1] + 1, axis=1),
+            np.concatenate([first, cuts], axis=1),
+            np.concatenate([cuts, last], axis=1),
+            np.concatenate([q0, pm], axis=1),
+            np.concatenate([pm, q1], axis=1),
+            np.concatenate([f0[open_, None], fm], axis=1),
+            np.concatenate([fm, f1[open_, None]], axis=1),
+        )
+        # The first piece of every interval, then the second: what is cut in two comes in the order it always had.
+        parts = tuple(np.swapaxes(part, 0, 1).reshape(-1, *part.shape[2:]) for part in pieces)
+        batches += [tuple(part[k : k + _BATCH] for part in parts) for k in range(0, len(parts[0]), _BATCH)]
     return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
 
 
@@ -163,8 +180,7 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     second derivative is at most its size times the square of the sum of both frequencies. Where one factor is
     constant along the segment, as on both sheets, its value at the start replaces its size.
     """
-    mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
-    form = mix.T @ coefficients.bilinear_form @ mix
+    form, both = _form_of_sums(coefficients)
     m13, q13 = np.abs(step[:, 0] - step[:, 2]), np.abs(step[:, 0] + step[:, 2])
     m24, q24 = np.abs(step[:, 1] - step[:, 3]), np.abs(step[:, 1] + step[:, 3])
 
@@ -178,8 +194,16 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
         abs(form[0, 0]) * (m13 + m24) ** 2
         + crossed(form[0, 1:], start[:, 1] + start[:, 3], q24, m13)
         + crossed(form[1:, 0], start[:, 0] + start[:, 2], q13, m24)
-        + float(np.linalg.norm(form[1:, 1:], 2)) * (q13 + q24) ** 2
+        + both * (q13 + q24) ** 2
     )
+
+
+@lru_cache(maxsize=32)
+def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, float]:
+    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and a norm of its end."""
+    mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
+    form = mix.T @ coefficients.bilinear_form @ mix
+    return form, float(np.linalg.norm(form[1:, 1:], 2))
 
 
 def least_level_determinant(
@@ -422,19 +446,16 @@ def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[Flo
     shift = np.array([-delta, delta, -delta, delta])
     b0, b1 = p0 + shift, p1 + shift
     quarter = math.pi / 2
-    sines = ((b0[:, 1] + b0[:, 3], b1[:, 1] + b1[:, 3]), (b0[:, 0] + b0[:, 2], b1[:, 0] + b1[:, 2]))
-    least, largest, sign = [], [], []
-    for rotor, opposite in ((0, 2), (1, 3), (2, 0), (3, 1)):
-        s0, s1 = sines[rotor % 2]
-        c0, c1 = b0[:, opposite] + quarter, b1[:, opposite] + quarter
-        least.append(_least_sine(s0, s1) * _least_sine(c0, c1))
-        largest.append(largest_sine(s0, s1) * largest_sine(c0, c1))
-        sign.append((-1) ** rotor * np.sign(np.sin((s0 + s1) / 2) * np.sin((c0 + c1) / 2)))
-    low, signs = np.stack(least, axis=-1), np.stack(sign, axis=-1)
+    # Two sums of opposite arms, then the four cosines, as sines; the factors of w₀ are one of either.
+    s0, s1 = (np.column_stack([b[:, 1] + b[:, 3], b[:, 0] + b[:, 2], b + quarter]) for b in (b0, b1))
+    sums, opposite = [0, 1, 0, 1], [4, 5, 2, 3]
+    least, largest, sines = _least_sine(s0, s1), largest_sine(s0, s1), np.sin((s0 + s1) / 2)
+    low, high = (side[:, sums] * side[:, opposite] for side in (least, largest))
+    signs = np.array([1, -1, 1, -1]) * np.sign(sines[:, sums] * sines[:, opposite])
     turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
     upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= quarter + 1e-9
     upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4) & upright
-    return low, np.stack(largest, axis=-1), upward
+    return low, high, upward
 
 
 def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:

@@ -9,9 +9,10 @@ from gaitgraph.angles import text_from_angle
 from gaitgraph.reports import lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
+    from gaitgraph.gait import Gait
     from gaitgraph.plans import Loop, Plan
 
-__all__ = ["text_of_plan"]
+__all__ = ["headline_of_plan", "lines_of_corners", "setting_of_plan", "text_of_plan"]
 
 _WIDTH = 110
 _MOST_CORNERS = 12
@@ -32,7 +33,20 @@ def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
     return "\n".join(lines)
 
 
-def _setting(plan: Plan) -> str:
+def headline_of_plan(plan: Plan) -> str:
+    """Return what was planned, in one line."""
+    request, loop = plan.request, plan.loop
+    if loop is None:
+        return "No gait."
+    corners = len(loop.gait.alpha)
+    return (
+        f"Planned a {loop.color} gait, {_relation(loop)}: {corners} corner{'s' * (corners > 1)}, "
+        f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}"
+    )
+
+
+def setting_of_plan(plan: Plan) -> str:
+    """Return for which vehicle, with which coefficients and how it was planned, in one line."""
     request = plan.request
     method = "any angle" if (plan.loop or request).method == "exact" else f"{request.divisions} divisions"
     return (
@@ -42,26 +56,35 @@ def _setting(plan: Plan) -> str:
 
 
 def _refused(plan: Plan) -> list[str]:
-    return ["No gait.", *map(_item, dict.fromkeys(obstacle.message for obstacle in plan.obstacles)), _setting(plan)]
+    return [
+        headline_of_plan(plan),
+        *map(_item, dict.fromkeys(obstacle.message for obstacle in plan.obstacles)),
+        setting_of_plan(plan),
+    ]
 
 
 def _planned(plan: Plan, loop: Loop) -> list[str]:
-    request, report, corners = plan.request, loop.report, len(loop.gait.alpha)
+    report = loop.report
     lines = [
-        f"Planned a {loop.color} gait, {_relation(loop)}: {corners} corner{'s' * (corners > 1)}, "
-        f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}",
-        _setting(plan),
+        headline_of_plan(plan),
+        setting_of_plan(plan),
         "",
-        "  corner      α1        α2        α3        α4     types",
+        *lines_of_corners(loop.gait),
     ]
-    types = loop.gait.types
-    for k, alpha in enumerate(loop.gait.alpha[:_MOST_CORNERS]):
-        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
-        lines.append(f"  {k + 1:>4}  {angles}     {types[k]}")
-    if corners > _MOST_CORNERS:
-        lines.append(f"     … and {corners - _MOST_CORNERS} more")
     lines += ["", verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
     lines += lines_of_checks(report.checks)
+    return lines
+
+
+def lines_of_corners(gait: Gait) -> list[str]:
+    """Return the corners of a gait as lines for people, the first dozen."""
+    corners, types = len(gait.alpha), gait.types
+    lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
+    for k, alpha in enumerate(gait.alpha[:_MOST_CORNERS]):
+        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
+        lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
+    if corners > _MOST_CORNERS:
+        lines.append(f"     … and {corners - _MOST_CORNERS} more")
     return lines
 
 

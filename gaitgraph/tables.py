@@ -245,7 +245,7 @@ def about_of_provenance(text: str) -> dict[str, Any]:
     except (RecursionError, ValueError) as error:
         raise InputError("what made the file is not told as JSON; allowed is what gaitgraph wrote") from error
     if is_deep(content):
-        raise InputError(f"what made the file is told more than {_DEEPEST} levels deep; allowed is what gaitgraph wrote")
+        raise InputError("what made the file is nested too deeply; allowed is what gaitgraph wrote")
     about = content.get("about") if isinstance(content, dict) and content.get("format") == FORMAT else None
     if not isinstance(about, dict):
         raise InputError("what made the file is not told by gaitgraph; allowed is what gaitgraph wrote")

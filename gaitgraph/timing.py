@@ -32,6 +32,7 @@ from gaitgraph.surface import text_from_types
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from gaitgraph.formats.options import FormatOptions
     from gaitgraph.gait import Gait
 
 __all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "checked_clock", "parametrize"]
@@ -273,12 +274,12 @@ class TimedGait:
             checks.append(_limit("tilt_jerk", "rad/s³", self.peak_jerks(), limit, spoken, 3, self.law))
         return tuple(checks)
 
-    def write(self, *paths: str | Path, force: bool = False) -> None:
+    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the gait table to files, piece by piece; see :func:`gaitgraph.writing.write_tables`."""
         from gaitgraph.tables import pieces_of
         from gaitgraph.writing import write_pieces
 
-        write_pieces(lambda: pieces_of(self), paths, force=force)
+        write_pieces(lambda: pieces_of(self), paths, force=force, options=options)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.tables.Table.to_pandas`."""

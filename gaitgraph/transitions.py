@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
+    from gaitgraph.formats.options import FormatOptions
     from gaitgraph.graph import Sign
     from gaitgraph.search import Use
 
@@ -131,9 +132,9 @@ class Transition:
         about = {**whole.about, "period": self.duration, "transition": ends}
         return Table(columns=columns, about=about)
 
-    def write(self, *paths: str | Path, force: bool = False) -> None:
+    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the table of the way; see :func:`gaitgraph.writing.write_tables`."""
-        write_tables(self.table(), paths, force=force)
+        write_tables(self.table(), paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

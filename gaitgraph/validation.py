@@ -19,6 +19,7 @@ from gaitgraph.checks import Judge, check_gait, checked_limits
 from gaitgraph.coloring import types_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.fibers import families_along, family_codes, family_of, types_contradict
+from gaitgraph.frames import Frame, as_table
 from gaitgraph.gait import Gait
 from gaitgraph.invertibility import Kind, level_determinant
 from gaitgraph.paintings import ColoringListing, colorings
@@ -45,7 +46,7 @@ MOST_LISTED_ROWS = 10_000
 
 
 def validate(
-    gait: Gait | TimedGait | Table | str | Path,
+    gait: Gait | TimedGait | Table | Frame | str | Path,
     *,
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
@@ -60,7 +61,8 @@ def validate(
     Parameters
     ----------
     gait
-        A gait, a timed one, a table, or the path of a .csv or .json gait file, which may be larger than memory.
+        A gait, a timed one, a table, a frame of pandas or polars, or the path of a gait file of any format that is read;
+        a CSV or Parquet file may be larger than memory.
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding
@@ -102,6 +104,7 @@ def validate(
             if value is not None:
                 raise InputError(f"{name}: {shown(value)}; allowed is none beside a gait, which has its own")
         return _of_gait(gait, tolerance, floor, angle_rounding)
+    gait = as_table(gait)
     checked_limits(tolerance, floor, angle_rounding)
     if crossing_tolerance is not None and not 0 <= number_of(crossing_tolerance) < math.inf:
         raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
@@ -110,7 +113,7 @@ def validate(
     elif isinstance(gait, (str, Path)):
         pieces = read_pieces(gait, progress=progress)
     else:
-        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table or a file's path")
+        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
     first = next(pieces)
     try:
         vehicle, numbers, told = setting_of(first, vehicle, coefficients)

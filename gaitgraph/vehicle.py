@@ -20,11 +20,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitgraph.angles import angle_from_text, number_of
+from gaitgraph.angles import angle_from_text, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 
-__all__ = ["PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"]
+__all__ = ["PAPER", "Vehicle", "constants_of", "preset_names", "vehicle_from_mapping", "vehicle_named"]
 
 Spin = Literal["clockwise", "counterclockwise"]
 
@@ -228,6 +228,51 @@ class Vehicle:
             if value is not None:
                 out[field.name] = list(value) if isinstance(value, tuple) else value
         return out
+
+    def __repr__(self) -> str:
+        """Return what makes this vehicle again: the constants that are stated and do not follow from others."""
+        follows = {
+            "drag_to_thrust": _quotient(self.drag_coefficient, self.thrust_coefficient),
+            "drag_ratio": _quotient(self.drag_to_thrust, self.arm_length),
+        }
+        stated = (
+            f"{field.name}={getattr(self, field.name)!r}"
+            for field in fields(self)
+            if getattr(self, field.name) not in (field.default, follows.get(field.name))
+        )
+        return f"Vehicle({', '.join(stated)})"
+
+    def __str__(self) -> str:
+        lines = (f"  {name:<22} {text}" for name, text in constants_of(self))
+        return "\n".join([f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}", *lines])
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_vehicle
+
+        return html_of_vehicle(self)
+
+
+def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Return the names of the constants that a vehicle states, and of those that follow, with values for people.
+
+    >>> constants_of(Vehicle(drag_ratio=0.1, max_tilt=math.pi / 3))
+    [('gravity', '9.80665 m/s²'), ('drag ratio', '0.1'), ('first arm angle', '0 rad'),
+    ('first rotor spin', 'clockwise'), ('max tilt', '1.0472 rad')]
+    """
+    out = []
+    for name, value in vehicle.as_mapping().items():
+        if name == "name":
+            continue
+        if name in ("first_arm_angle", "max_tilt"):
+            text = text_from_angle(value)
+        elif isinstance(value, list):
+            text = ", ".join(f"{part:.6g}" for part in value)
+        else:
+            text = value if isinstance(value, str) else f"{value:.6g}"
+        unit = "rad" if name in _ANGLES else ""
+        unit = _UNITS.get(name, unit).removeprefix("dimensionless")
+        out.append((name.replace("_", " "), f"{text} {unit}".strip()))
+    return out
 
 
 def _quotient(numerator: float | None, denominator: float | None) -> float | None:

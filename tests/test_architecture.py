@@ -20,10 +20,10 @@ ORDER = (
     "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring",
     "palettes", "paintings", "regions", "segments", "areas", "visibility", "gait", "margins",
     "attitudes", "reports", "stretches", "rules", "checks", "timing", "curves", "pacing", "fibergrid", "graph",
-    "contract", "loads", "search", "compact", "requests", "obstacles", "summary", "plans", "gridloops", "anyangle",
+    "contract", "loads", "search", "compact", "requests", "obstacles", "summary", "plans", "sketches", "showing", "gridloops", "anyangle",
     "whereabouts", "fiberloops", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables",
-    "reading", "validation", "exchange", "transitions", "optimal", "retargeting", "robustness", "drawing", "plots",
-    "figures", "cli", "__main__",
+    "formats", "writing", "reading", "validation", "exchange", "transitions", "optimal", "retargeting", "robustness", "drawing", "plots",
+    "figures", "explorer", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
@@ -31,6 +31,16 @@ DELEGATIONS = {
     ("gait", "parametrize", "timing"),
     ("gait", "check", "checks"),
     ("timing", "write", "tables"),
+    ("vehicle", "_repr_html_", "showing"),
+    ("gait", "__str__", "showing"),
+    ("gait", "_repr_html_", "showing"),
+    ("timing", "__str__", "showing"),
+    ("timing", "_repr_html_", "showing"),
+    ("reports", "_repr_html_", "showing"),
+    ("areas", "__str__", "showing"),
+    ("areas", "_repr_html_", "showing"),
+    ("plans", "_repr_html_", "showing"),
+    ("timing", "write", "writing"),
 }
 
 
@@ -44,11 +54,12 @@ INNER = {
     "optimal": ("splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimum"),
     "retargeting": ("retargeted", "nearest"),
     "plots": ("vehicles", "roots", "types", "regions", "gaits"),
+    "explorer": ("state", "jobs", "maps", "answers", "tables", "guards", "server"),
 }
 
 # Those of the sub-package cli: what commands share, in order, and the files of commands, which import only that.
 CLI = ("commands", "options", "terminal")
-COMMANDS = ("plan", "region", "optimising", "pacing", "cycles", "judge", "roots", "write", "vehicles")
+COMMANDS = ("plan", "region", "optimising", "pacing", "cycles", "judge", "roots", "write", "vehicles", "exploring")
 
 
 def source_of(module: str) -> str:

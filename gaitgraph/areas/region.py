@@ -219,6 +219,20 @@ class Region:
             conditions=self.conditions + other.conditions,
         )
 
+    def __repr__(self) -> str:
+        size = f"{self.area:.4g} rad² in {len(self.components)} components"
+        return f"<Region: {size}, accuracy {self.accuracy:.3g} rad, {len(self.conditions)} conditions>"
+
+    def __str__(self) -> str:
+        from gaitgraph.showing import text_of_region
+
+        return text_of_region(self)
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.showing import html_of_region
+
+        return html_of_region(self)
+
 
 def _fewest(angle: float, digits: int) -> str:
     """Return an angle with four decimals if that is all it has of so many, else with so many."""

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from gaitgraph import __version__
-from gaitgraph.cli.commands import CommandFiles, Group, as_typed
+from gaitgraph.cli.commands import CommandFiles, Group, as_typed, complete_after_equals_signs
+from gaitgraph.cli.terminal import print_problem
 from gaitgraph.errors import GaitgraphError
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ _FILES = {
     "export": "write",
     "vehicles": "vehicles",
     "figures": "write",
+    "explore": "exploring",
 }
 
 
@@ -53,7 +55,7 @@ def cli() -> None:
 
 def _stop(code: int, message: str = "") -> NoReturn:
     if message:
-        click.echo("gaitgraph: " + " ".join(message.split()), err=True)
+        print_problem(message)
     sys.exit(code)
 
 
@@ -68,6 +70,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         # An encoding without Greek letters gets question marks instead of a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    if os.environ.get("_GAITGRAPH_COMPLETE", "").startswith("bash"):
+        complete_after_equals_signs()
     try:
         code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()

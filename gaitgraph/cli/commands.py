@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import MutableMapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from gaitgraph.errors import did_you_mean
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-__all__ = ["Command", "CommandFiles", "Group", "as_typed", "command"]
+__all__ = ["Command", "CommandFiles", "Group", "as_typed", "command", "complete_after_equals_signs"]
 
 _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
@@ -98,6 +99,15 @@ class CommandFiles(MutableMapping[str, click.Command]):
 class Group(click.Group):
     """A group that answers an unknown name with the one that was meant, or with all there are."""
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; Abort if it is interrupted, without the empty line that click prints even into a pipe."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            if sys.stderr.isatty():  # which shows ^C on the line
+                click.echo(err=True)
+            raise click.Abort from None
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -108,3 +118,15 @@ class Group(click.Group):
             hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
             raise click.UsageError(f"no command {name!r}{hint}")
         return super().resolve_command(ctx, args)
+
+
+def complete_after_equals_signs() -> None:
+    """Let bash complete ``--color=r`` too: it hands the name, the sign and the value over as three words."""
+    from click.shell_completion import BashComplete, add_completion_class
+
+    class Bash(BashComplete):
+        def get_completion_args(self) -> tuple[list[str], str]:
+            args, incomplete = super().get_completion_args()
+            return (args[:-1] if args[-1:] == ["="] else args), incomplete
+
+    add_completion_class(Bash)

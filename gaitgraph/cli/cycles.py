@@ -8,15 +8,18 @@ import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
+    Choice,
+    a_file,
     angle_not_negative,
     json_option,
     keep_options,
+    name_option,
     polygons_from_texts,
     setting_options,
     stated,
     waypoints_from_texts,
 )
-from gaitgraph.cli.terminal import MANY_DIVISIONS, print_json, progress_notes
+from gaitgraph.cli.terminal import print_json, working
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,18 +28,18 @@ __all__ = ["cycles_command"]
 
 
 @command("Closed cycles of the graph, shortest first.")
-@click.argument("request_file", metavar="[REQUEST.toml]", required=False)
+@click.argument("request_file", metavar="[REQUEST.toml]", required=False, shell_complete=a_file())
 @click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="Only through these; repeat in order.")
 @click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
 @keep_options
 @click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
 @click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
-@click.option("--color", metavar="NAME", help="auto (both), red or blue.  [default: auto]")
-@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@name_option("--color", "auto (both), red or blue.  [default: auto]")
+@name_option("--sign", "Sign of R: auto (both), positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
 @click.option(
     "--require",
-    type=click.Choice(["flyable", "valid", "two_color"]),
+    type=Choice(["flyable", "valid", "two_color"]),
     default="valid",
     help="Which edges of the graph count.  [default: valid]",
 )
@@ -76,25 +79,30 @@ def cycles_command(
         asked["waypoints"] = [(0.0, 0.0)]
     request, _ = request_from_mapping(asked) if request_file is None else read_request(request_file, asked)
     longest = None if max_length is None else angle_not_negative(max_length, "max_length")
-    found = catalog(
-        request,
-        through=through,
-        max_length=longest,
-        use=require,
-        effort=effort,
-        progress=progress_notes(at_once=request.divisions > MANY_DIVISIONS),
-    )
-    for note in found.notes:
-        click.echo(f"warning: {note}", err=True)
-    for cycle in islice(found, limit):
-        if as_json:
-            print_json(cycle.as_mapping())
-        else:
-            click.echo(str(cycle))
+    with working("building the graph") as progress:
+        found = catalog(
+            request,
+            through=through,
+            max_length=longest,
+            use=require,
+            effort=effort,
+            progress=progress,
+        )
+        for note in found.notes:
+            with progress.aside():
+                click.echo(f"warning: {note}", err=True)
+        progress("searching cycles")
+        for cycle in islice(found, limit):
+            with progress.aside():
+                if as_json:
+                    print_json(cycle.as_mapping())
+                else:
+                    click.echo(str(cycle))
     if found.found:
         click.echo(found.told(), err=True)
         return 0
-    best, bound, reason = found.best(effort=effort or 1_000_000)
+    with working("searching a shortest cycle"):
+        best, bound, reason = found.best(effort=effort or 1_000_000)
     if best is not None:
         exact = best.length <= bound
         if as_json:

@@ -9,20 +9,22 @@ import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
+    a_file,
     angle_not_negative,
     crossing_option,
     json_option,
+    name_option,
     require_option,
     setting_options,
     vehicle_or_none,
 )
-from gaitgraph.cli.terminal import print_json, progress_bar
+from gaitgraph.cli.terminal import print_json, print_text, working
 
 __all__ = ["colorings_command", "robustness_command", "validate_command"]
 
 
 @command("Judge a gait file: every rule, with value, limit and place.")
-@click.argument("gait_file", metavar="GAIT_FILE")
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
 @require_option
 @click.option("--tolerance", type=float, metavar="X", help="Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]")
 @click.option("--floor", type=float, metavar="X", help="Least singular value to keep.  [default: 0.05]")
@@ -45,24 +47,24 @@ def validate_command(
         if limits[name] is not None:
             limits[name] = angle_not_negative(limits[name], name)
     given = {name: value for name, value in limits.items() if value is not None}
-    with progress_bar(gait_file) as progress:
+    with working(f"judging {gait_file}") as progress:
         report = validate(
             gait_file,
             vehicle=vehicle_or_none(vehicle),
             coefficients=coefficients,
-            progress=progress,
+            progress=progress.part,
             **given,
         )
     if as_json:
         print_json(report.as_mapping())
     else:
-        click.echo(str(report))
+        print_text(str(report))
     return 0 if (report.flyable if require == "flyable" else report.valid) else 1
 
 
 @command("Every Two-Color-consistent colouring of a loop.")
-@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST")
-@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST", shell_complete=a_file())
+@name_option("--sign", "Sign of R: auto (both), positive or negative.  [default: auto]")
 @click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted.")
 @crossing_option
 @setting_options
@@ -86,13 +88,14 @@ def colorings_command(
     from gaitgraph.exchange import colorings_of_file
 
     reach = None if crossing_tolerance is None else angle_not_negative(crossing_tolerance, "crossing_tolerance")
-    found = colorings_of_file(
-        loop_file,
-        sign=sign,
-        vehicle=vehicle_or_none(vehicle),
-        coefficients=coefficients,
-        crossing_tolerance=reach,
-    )
+    with working(f"coloring {loop_file}"):
+        found = colorings_of_file(
+            loop_file,
+            sign=sign,
+            vehicle=vehicle_or_none(vehicle),
+            coefficients=coefficients,
+            crossing_tolerance=reach,
+        )
     shown = islice(found, limit)
     if as_json:
         # Written one by one: there may be more than fit in memory.
@@ -104,7 +107,7 @@ def colorings_command(
             signs.append(coloring.sign)
         click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
-        click.echo(str(found))
+        print_text(str(found))
         for coloring in shown:
             click.echo(f"  {coloring}")
         if limit is not None and found.count > limit:
@@ -113,7 +116,7 @@ def colorings_command(
 
 
 @command("Tilt margin and acceptable attitudes, beside biased gaits.")
-@click.argument("gait_file", metavar="GAIT_FILE")
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
 @click.option("--bias", type=float, multiple=True, metavar="ETA", help="Scale α3 and α4 by η in (0, 1]; repeatable.")
 @click.option("--scale", type=float, multiple=True, metavar="ETA", help="Scale all four by η; repeatable.")
 @click.option("--tilt", metavar="ANGLE", help="Tilt to ask the least singular value within.  [default: 30deg]")
@@ -142,13 +145,14 @@ def robustness_command(
         options["tilt"] = angle_from_text(tilt, "--tilt")
     if angle_rounding is not None:
         options["angle_rounding"] = angle_not_negative(angle_rounding, "angle_rounding")
-    report = robustness_of(
-        gait_file,
-        vehicle=vehicle_or_none(vehicle),
-        **{name: value for name, value in options.items() if value is not None},
-    )
+    with working(f"tilting {gait_file}"):
+        report = robustness_of(
+            gait_file,
+            vehicle=vehicle_or_none(vehicle),
+            **{name: value for name, value in options.items() if value is not None},
+        )
     if as_json:
         print_json(report.as_mapping())
     else:
-        click.echo(str(report))
+        print_text(str(report))
     return 0

@@ -8,10 +8,12 @@ import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
+    a_file,
     angle_not_negative,
     force_option,
     json_option,
     keep_options,
+    name_option,
     outputs_option,
     polygons_from_texts,
     setting_options,
@@ -19,7 +21,7 @@ from gaitgraph.cli.options import (
     vehicle_or_none,
     waypoints_from_texts,
 )
-from gaitgraph.cli.terminal import print_json
+from gaitgraph.cli.terminal import print_json, print_text, working
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,10 +35,8 @@ __all__ = ["optimize_command", "retarget_command"]
 @click.option(
     "--radius", "radii", multiple=True, metavar="ANGLE", help="Of all discs, or repeat, one for each.  [default: 0.1]"
 )
-@click.option(
-    "--objective", metavar="NAME", help="singular_value, hover_reserve or tilt_rate.  [default: singular_value]"
-)
-@click.option("--sign", metavar="NAME", help="Sign of R: auto, positive or negative.  [default: auto]")
+@name_option("--objective", "singular_value, hover_reserve or tilt_rate.  [default: singular_value]", "goal")
+@name_option("--sign", "Sign of R: auto, positive or negative.  [default: auto]")
 @click.option("--floor", type=float, metavar="X", help="Least singular value to keep.  [default: 0.05]")
 @click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: 1]")
 @click.option("--pieces", type=int, metavar="N", help="Pieces of the spline.  [default: 12 for each waypoint]")
@@ -67,9 +67,9 @@ def optimize_command(
     with the reason, if no flyable gait passes the discs.
     """
     from gaitgraph.optimal.optimum import optimal_gait
-    from gaitgraph.tables import check_outputs, write_tables
     from gaitgraph.timing import checked_clock
     from gaitgraph.vehicle import PAPER
+    from gaitgraph.writing import check_outputs, write_tables
 
     if not waypoints:
         raise InputError("waypoints: none given; allowed is --waypoint A1,A2 at least once")
@@ -80,19 +80,20 @@ def optimize_command(
         asked["radius"] = each[0] if len(each) == 1 else each
     check_outputs(outputs, force=force)
     checked_clock(asked.get("period", 1.0), "smooth", samples=samples, rate=rate)
-    found = optimal_gait(waypoints_from_texts(waypoints), vehicle=vehicle_or_none(vehicle) or PAPER, **asked)
-    if found and outputs:
-        write_tables(found.table(samples=samples, rate=rate), outputs, force=force)
+    with working("optimising"):
+        found = optimal_gait(waypoints_from_texts(waypoints), vehicle=vehicle_or_none(vehicle) or PAPER, **asked)
+        if found and outputs:
+            write_tables(found.table(samples=samples, rate=rate), outputs, force=force)
     if as_json:
         print_json(found.as_mapping())
     else:
-        click.echo(str(found))
+        print_text(str(found))
     return 0 if found else 1
 
 
 @command("The flyable gait nearest to a given table, and what was changed.")
-@click.argument("gait_file", metavar="GAIT_FILE")
-@click.option("--sign", metavar="NAME", help="Sign of R: auto (either), positive or negative.  [default: auto]")
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
+@name_option("--sign", "Sign of R: auto (either), positive or negative.  [default: auto]")
 @click.option("--floor", type=float, metavar="X", help="Least singular value to keep.  [default: 0.05]")
 @click.option("--margin", metavar="ANGLE", help="Distance to keep from the flyable region's border.  [default: 0]")
 @keep_options
@@ -116,7 +117,7 @@ def retarget_command(
     flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
     """
     from gaitgraph.retargeting.nearest import retarget
-    from gaitgraph.tables import check_outputs, write_tables
+    from gaitgraph.writing import check_outputs, write_tables
 
     asked = stated(options)
     polygons_from_texts(asked)
@@ -125,11 +126,12 @@ def retarget_command(
     if sign not in (None, "auto"):
         asked["sign"] = sign
     check_outputs(outputs, force=force)
-    answer = retarget(gait_file, vehicle=vehicle_or_none(vehicle), **asked)
-    if answer.table is not None and outputs:
-        write_tables(answer.table, outputs, force=force)
+    with working(f"retargeting {gait_file}"):
+        answer = retarget(gait_file, vehicle=vehicle_or_none(vehicle), **asked)
+        if answer.table is not None and outputs:
+            write_tables(answer.table, outputs, force=force)
     if as_json:
         print_json(answer.as_mapping())
     else:
-        click.echo(str(answer))
+        print_text(str(answer))
     return 0 if answer.after is not None and answer.after.flyable else 1

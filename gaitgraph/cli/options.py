@@ -6,30 +6,117 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
+    from click.shell_completion import CompletionItem
+
+    from gaitgraph.joints import JointMap
     from gaitgraph.vehicle import Vehicle
 
+    Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
 __all__ = [
+    "NAMES",
+    "Choice",
+    "a_file",
+    "a_word",
     "angle_not_negative",
+    "columns_option",
     "crossing_option",
     "force_option",
+    "joint_map_or_none",
     "json_option",
     "keep_options",
+    "name_option",
     "outputs_option",
     "polygons_from_texts",
     "require_option",
     "sampling_options",
+    "servos_option",
     "setting_options",
     "stated",
     "vehicle_or_none",
     "waypoints_from_texts",
 ]
 
+NAMES = {
+    "color": ("auto", "red", "blue"),
+    "sign": ("auto", "positive", "negative"),
+    "objective": ("shortest", "robust", "thrust"),
+    "goal": ("singular_value", "hover_reserve", "tilt_rate"),
+    "method": ("grid", "exact"),
+    "sheets": ("planes", "all"),
+    "law": ("smooth", "constant-speed", "equal-time"),
+}
+"""What a shell offers for options whose values the library checks; here too because the library takes long to load."""
+
+
+class Choice(click.Choice[str]):
+    """A choice that suggests the name that was meant."""
+
+    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
+        """Return the message for a name that is none of them."""
+        message = super().get_invalid_choice_message(value, ctx)
+        return message.rstrip(".") + did_you_mean(str(value), list(self.choices))
+
+
+def a_word(*words: str) -> Completion:
+    """Return what completes one of a few words."""
+    return _one_of(lambda: words)
+
+
+def name_option(flag: str, text: str, kind: str = "") -> Callable[[Any], Any]:
+    """Make an option whose value the library checks, and a shell completes: one of :data:`NAMES` of its kind."""
+    names = NAMES[kind or flag.removeprefix("--")]
+    return click.option(flag, metavar="NAME", shell_complete=a_word(*names), help=text)
+
+
+def a_file(*words: str) -> Completion:
+    """Return what completes the name of a file, or one of a few words that may stand for it."""
+    return _one_of(lambda: words, files=True)
+
+
+def _preset_names() -> list[str]:
+    from gaitgraph.vehicle import preset_names
+
+    return preset_names()
+
+
+def _joint_map_names() -> list[str]:
+    from gaitgraph.joints import joint_map_names
+
+    return joint_map_names()
+
+
+def _one_of(known: Callable[[], Iterable[str]], *, files: bool = False) -> Completion:
+    def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        from click.shell_completion import CompletionItem
+
+        # Bash drops what it was offered before files.
+        found = [CompletionItem(incomplete, type="file")] if files else []
+        return found + [CompletionItem(name) for name in known() if name.startswith(incomplete)]
+
+    return complete
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+
+columns_option = click.option(
+    "--columns",
+    metavar="NAME_OR_FILE",
+    shell_complete=_one_of(_joint_map_names, files=True),
+    help="What the columns of a servo table from elsewhere are: a preset or a TOML file.",
+)
+
+servos_option = click.option(
+    "--servos",
+    metavar="NAME_OR_FILE",
+    shell_complete=_one_of(_joint_map_names, files=True),
+    help="Write what the joints do, not tilt angles: paper, x_frame, … or a TOML file.",
+)
 
 force_option = click.option("--force", is_flag=True, help="Overwrite outputs that exist.")
 
@@ -38,7 +125,8 @@ outputs_option = click.option(
     "outputs",
     multiple=True,
     metavar="FILE",
-    help="Write the gait table (.csv, .json); repeatable.",
+    shell_complete=a_file(),
+    help="Write the gait table, in the format of the suffix; repeatable.",
 )
 
 crossing_option = click.option(
@@ -49,7 +137,7 @@ crossing_option = click.option(
 
 require_option = click.option(
     "--require",
-    type=click.Choice(["valid", "flyable"]),
+    type=Choice(["valid", "flyable"]),
     default="valid",
     help="What decides the exit code.  [default: valid]",
 )
@@ -59,12 +147,15 @@ def setting_options(command: Callable[..., int]) -> Callable[..., int]:
     """Add the options that every command has."""
     command = click.option(
         "--coefficients",
-        type=click.Choice(["published", "exact"]),
+        type=Choice(["published", "exact"]),
         help="Coefficients of formula (1); published for the paper's own vehicle, exact for any other.",
     )(command)
-    return click.option("--vehicle", metavar="NAME_OR_FILE", help="A preset (see gaitgraph vehicles) or a TOML file.")(
-        command
-    )
+    return click.option(
+        "--vehicle",
+        metavar="NAME_OR_FILE",
+        shell_complete=_one_of(_preset_names, files=True),
+        help="A preset (see gaitgraph vehicles) or a TOML file.",
+    )(command)
 
 
 def sampling_options(command: Callable[..., int]) -> Callable[..., int]:
@@ -73,7 +164,7 @@ def sampling_options(command: Callable[..., int]) -> Callable[..., int]:
         click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: 1]"),
         click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]"),
         click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples."),
-        click.option("--law", metavar="NAME", help="smooth, constant-speed or equal-time.  [default: smooth]"),
+        name_option("--law", "smooth, constant-speed or equal-time.  [default: smooth]"),
         force_option,
     )
     for option in reversed(options):
@@ -99,6 +190,13 @@ def vehicle_or_none(name: str | None) -> Vehicle | None:
     from gaitgraph.vehicle import vehicle_named
 
     return None if name is None else vehicle_named(name)
+
+
+def joint_map_or_none(name: str | None) -> JointMap | None:
+    """Return the map of ``--servos`` or ``--columns``; None if it is not given."""
+    from gaitgraph.joints import joint_map_named
+
+    return None if name is None else joint_map_named(name)
 
 
 def angle_not_negative(text: str, name: str) -> float:

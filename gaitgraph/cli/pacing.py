@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import force_option, json_option, outputs_option, setting_options, vehicle_or_none
-from gaitgraph.cli.terminal import print_json, progress_notes
-from gaitgraph.errors import InputError
+from gaitgraph.cli.options import (
+    a_file,
+    a_word,
+    force_option,
+    json_option,
+    outputs_option,
+    setting_options,
+    vehicle_or_none,
+)
+from gaitgraph.cli.terminal import print_json, print_text, working
+from gaitgraph.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,8 +27,14 @@ __all__ = ["pace_command"]
 
 
 @command("The least period of a gait under limits of rate, acceleration and jerk.")
-@click.argument("gait_file", metavar="GAIT_FILE")
-@click.option("--period", metavar="SECONDS", default="least", help="Period T, or least.  [default: least]")
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
+@click.option(
+    "--period",
+    metavar="SECONDS",
+    default="least",
+    shell_complete=a_word("least"),
+    help="Period T, or least.  [default: least]",
+)
 @click.option("--max-rate", metavar="ANGLE", help="Largest tilt rate per second.  [default: the vehicle's]")
 @click.option("--max-acceleration", metavar="ANGLE", help="Per second squared.  [default: the vehicle's]")
 @click.option("--max-jerk", metavar="ANGLE", help="Per second cubed.  [default: the vehicle's]")
@@ -58,45 +72,48 @@ def pace_command(
     from gaitgraph.pacing.limits import limits_of
     from gaitgraph.pacing.pace import least_period, paced
     from gaitgraph.pacing.servos import servo_response
-    from gaitgraph.tables import check_outputs, table_of, write_tables
+    from gaitgraph.tables import table_of
+    from gaitgraph.writing import check_outputs, write_tables
 
     check_outputs(outputs, force=force)
     seconds = _seconds(period)
-    gait = read_gait(gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients)
-    if gait.color not in ("red", "blue"):
-        raise InputError(
-            f"{gait_file}: not on one sheet; allowed is a gait on the red or the blue one: "
-            f"gaitgraph retarget {gait_file} moves a table there"
-        )
-    stated = {"rate": max_rate, "acceleration": max_acceleration, "jerk": max_jerk}
-    with _named(**{f"max_{kind}": (kind, value) for kind, value in stated.items()}):
-        limits = limits_of(gait.vehicle, **stated)
-    asked: dict[str, Any] = {"samples": samples, "rate": rate, "progress": progress_notes()}
-    if rounding is not None:
-        asked["rounding"] = angle_from_text(rounding, "--rounding")
-    with _named(rounding=("tolerance", rounding)):
-        pacing = least_period(gait, limits, **asked) if seconds is None else paced(gait, limits, seconds, **asked)
-    answer: dict[str, Any] = {**pacing.as_mapping(), "valid": None, "flyable": None, "servo": None, "outputs": []}
-    lines = [str(pacing)]
-    if pacing.timed is not None:
-        report = pacing.timed.check()
-        answer |= {"valid": report.valid, "flyable": report.flyable}
-        if not report.flyable:
-            lines.append(f"  not flyable: {report.reason}")
-        lag = gait.vehicle.servo_lag if servo_lag is None else servo_lag
-        if lag is not None:
-            with _named(servo_lag=("lag", servo_lag)):
-                response = servo_response(pacing.timed, lag)
-            answer["servo"] = response.as_mapping()
-            lines.append(f"  {response}")
-        if outputs:
-            write_tables(table_of(pacing.timed), outputs, force=force)
-            answer["outputs"] = list(outputs)
-            lines += [f"wrote {name}: {pacing.timed.samples + 1} rows" for name in outputs]
+    with working(f"reading {gait_file}") as progress:
+        gait = read_gait(gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients)
+        if gait.color not in ("red", "blue"):
+            raise InputError(
+                f"{gait_file}: not on one sheet; allowed is a gait on the red or the blue one: "
+                f"gaitgraph retarget {gait_file} moves a table there"
+            )
+        stated = {"rate": max_rate, "acceleration": max_acceleration, "jerk": max_jerk}
+        with _named(**{f"max_{kind}": (kind, value) for kind, value in stated.items()}):
+            limits = limits_of(gait.vehicle, **stated)
+        asked: dict[str, Any] = {"samples": samples, "rate": rate, "progress": progress}
+        progress("pacing")
+        if rounding is not None:
+            asked["rounding"] = angle_from_text(rounding, "--rounding")
+        with _named(rounding=("tolerance", rounding)):
+            pacing = least_period(gait, limits, **asked) if seconds is None else paced(gait, limits, seconds, **asked)
+        answer: dict[str, Any] = {**pacing.as_mapping(), "valid": None, "flyable": None, "servo": None, "outputs": []}
+        lines = [str(pacing)]
+        if pacing.timed is not None:
+            report = pacing.timed.check()
+            answer |= {"valid": report.valid, "flyable": report.flyable}
+            if not report.flyable:
+                lines.append(f"  not flyable: {report.reason}")
+            lag = gait.vehicle.servo_lag if servo_lag is None else servo_lag
+            if lag is not None:
+                with _named(servo_lag=("lag", servo_lag)):
+                    response = servo_response(pacing.timed, lag)
+                answer["servo"] = response.as_mapping()
+                lines.append(f"  {response}")
+            if outputs:
+                write_tables(table_of(pacing.timed), outputs, force=force)
+                answer["outputs"] = list(outputs)
+                lines += [f"wrote {name}: {pacing.timed.samples + 1} rows" for name in outputs]
     if as_json:
         print_json(answer)
     else:
-        click.echo("\n".join(lines))
+        print_text("\n".join(lines))
     return 0 if pacing else 1
 
 
@@ -119,4 +136,5 @@ def _seconds(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"--period: {text!r}; allowed is 'least' or a number of seconds") from None
+        hint = did_you_mean(text, ["least"])
+        raise InputError(f"--period: {text!r}; allowed is 'least' or a number of seconds{hint}") from None

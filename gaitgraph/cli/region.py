@@ -8,14 +8,17 @@ import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
+    Choice,
+    a_file,
     json_option,
     keep_options,
+    name_option,
     polygons_from_texts,
     setting_options,
     stated,
     waypoints_from_texts,
 )
-from gaitgraph.cli.terminal import print_json
+from gaitgraph.cli.terminal import print_json, print_text, working
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,16 +28,16 @@ __all__ = ["region_command"]
 
 
 @command("In which part of the admissible region waypoints lie, and whether they can be joined.")
-@click.argument("request_file", metavar="[REQUEST.toml]", required=False)
+@click.argument("request_file", metavar="[REQUEST.toml]", required=False, shell_complete=a_file())
 @click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="A waypoint; repeatable.")
 @click.option(
     "--use",
-    type=click.Choice(["flyable", "valid"]),
+    type=Choice(["flyable", "valid"]),
     default="flyable",
     help="Where a gait can fly, or where R has the sign alone.  [default: flyable]",
 )
-@click.option("--color", metavar="NAME", help="red or blue.  [default: red]")
-@click.option("--sign", metavar="NAME", help="Sign of R: auto (both), positive or negative.  [default: auto]")
+@name_option("--color", "red or blue.  [default: red]")
+@name_option("--sign", "Sign of R: auto (both), positive or negative.  [default: auto]")
 @click.option("--floor", type=float, metavar="X", help="Least singular value to keep.  [default: 0.05]")
 @click.option("--accuracy", type=float, metavar="ANGLE", help="Of curved borders, rad.  [default: 1e-6]")
 @keep_options
@@ -58,9 +61,10 @@ def region_command(request_file: str | None, waypoints: Sequence[str], use: Any,
         request = request_from_mapping(asked)[0]
     else:
         raise InputError("waypoints: none given; allowed is a request file, or --waypoint A1,A2 at least once")
-    found = whereabouts_of(request, use=use)
+    with working("drawing the region"):
+        found = whereabouts_of(request, use=use)
     if as_json:
         print_json(found.as_mapping())
     else:
-        click.echo(str(found))
+        print_text(str(found))
     return 0 if found else 1

@@ -7,7 +7,12 @@ from typing import Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import angle_not_negative, crossing_option, json_option, setting_options
+from gaitgraph.cli.options import (
+    angle_not_negative,
+    crossing_option,
+    json_option,
+    setting_options,
+)
 from gaitgraph.cli.terminal import print_json
 
 __all__ = ["roots_command"]

@@ -7,7 +7,10 @@ from typing import Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import json_option, setting_options
+from gaitgraph.cli.options import (
+    json_option,
+    setting_options,
+)
 from gaitgraph.cli.terminal import print_json
 
 __all__ = ["vehicles_command"]

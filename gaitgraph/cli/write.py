@@ -8,18 +8,56 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import force_option, json_option, sampling_options, setting_options, vehicle_or_none
+from gaitgraph.cli.options import (
+    columns_option,
+    force_option,
+    joint_map_or_none,
+    json_option,
+    sampling_options,
+    servos_option,
+    setting_options,
+    vehicle_or_none,
+)
 from gaitgraph.cli.terminal import print_json, progress_notes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 __all__ = ["export_command", "figures_command"]
+
+
+def _format_options(command: Callable[..., int]) -> Callable[..., int]:
+    """Add the choices that the formats for robots and microcontrollers have."""
+    options = (
+        click.option("--periods", type=int, metavar="N", help="Periods in a bag or .yaml.  [default: 1]"),
+        click.option("--joint-names", metavar="A,B,C,D", help="Joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
+        click.option("--trajectory-topic", metavar="TOPIC", help="In a bag.  [default: /joint_trajectory]"),
+        click.option("--states-topic", metavar="TOPIC", help="In a bag.  [default: /joint_states]"),
+        click.option("--number", metavar="NAME", help="In a .h: float, double or fixed.  [default: float]"),
+        click.option("--c-name", metavar="NAME", help="What names in a .h begin with.  [default: the file's name]"),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _taken_format_options(options: dict[str, Any]) -> Any:
+    """Take the choices of formats out of a command's options, and return them as the library wants them."""
+    from gaitgraph.formats.options import FormatOptions
+
+    names = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
+    chosen = {name: value for name in names if (value := options.pop(name)) is not None}
+    if "joint_names" in chosen:
+        chosen["joint_names"] = tuple(name.strip() for name in chosen["joint_names"].split(","))
+    return FormatOptions(**chosen)
 
 
 @command("Write a gait file in other formats, or with another clock.")
 @click.argument("gait_file", metavar="GAIT_FILE")
 @click.argument("outputs", metavar="OUTPUT...", nargs=-1, required=True)
+@columns_option
+@servos_option
+@_format_options
 @sampling_options
 @setting_options
 @json_option
@@ -27,22 +65,37 @@ def export_command(
     gait_file: str,
     outputs: Sequence[str],
     vehicle: str | None,
+    columns: str | None,
+    servos: str | None,
     as_json: bool,
     **options: Any,
 ) -> int:
-    """Read a gait table or a saved plan and write it to OUTPUT files (.csv, .json).
+    """Read a gait table or a saved plan and write it to OUTPUT files; their suffixes say the formats.
 
     A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
-    polyline through the rows gets a new clock.
+    polyline through the rows gets a new clock. With --servos it tells where the joints of the vehicle stand: order,
+    sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
     from gaitgraph.exchange import export
+    from gaitgraph.joints import clipped_rows
 
+    joints, joint_map = joint_map_or_none(columns), joint_map_or_none(servos)
+    options |= {name: value for name, value in (("joints", joints), ("servos", joint_map)) if value is not None}
+    options["options"] = _taken_format_options(options)
     table = export(gait_file, outputs, vehicle=vehicle_or_none(vehicle), **options)
+    # A map that does not clip has refused what it would have to.
+    clipped = clipped_rows(table, joint_map) if joint_map else {}
     if as_json:
-        print_json({"rows": len(table), "columns": list(table.columns), "outputs": list(outputs)})
+        answer = {"rows": len(table), "columns": list(table.columns), "outputs": list(outputs)}
+        if joint_map:
+            answer |= {"servos": joint_map.as_mapping(), "clipped": clipped}
+        print_json(answer)
         return 0
     for name in outputs:
-        click.echo(f"wrote {name}: {len(table)} rows of {', '.join(table.columns)}")
+        told = f"joints {', '.join(joint_map.joint_names)}" if joint_map else ", ".join(table.columns)
+        click.echo(f"wrote {name}: {len(table)} rows of {told}")
+    for name, count in clipped.items():
+        click.echo(f"clipped: joint {name!r} at its limit in {count} of {len(table)} rows")
     return 0
 
 

@@ -92,6 +92,11 @@ class Curve:
         object.__setattr__(self, "pieces", pieces)
         self._check_joints()
 
+    def __repr__(self) -> str:
+        return (
+            f"<Curve: {self.color}, {self.breaks.size - 1} pieces, span {self.span:.6g}, vehicle {self.vehicle.name!r}>"
+        )
+
     def _check_joints(self) -> None:
         """Raise InputError where the curve, or its first or second derivative, jumps."""
         width = np.diff(self.breaks)

@@ -105,6 +105,9 @@ class Rounding:
             "corners": [corner.as_mapping() for corner in self.corners],
         }
 
+    def __repr__(self) -> str:
+        return f"<Rounding: {self}>"
+
     def __str__(self) -> str:
         text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
         if self.merged:

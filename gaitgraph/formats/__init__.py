@@ -162,9 +162,21 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     InputError
         If the suffix is not known.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = _suffix_of(Path(path)) if reads else Path(path).suffix.lower()
     known = readable_suffixes() if reads else list(FORMATS)
     if suffix not in known:
         hint = did_you_mean(suffix, known) if suffix else ""
         raise InputError(f"{what}: {str(path)!r}; allowed are the suffixes {', '.join(known)}{hint}")
     return FORMATS[suffix]
+
+
+def _suffix_of(path: Path) -> str:
+    """Return the suffix of a file in lower case; that of the files in it for a folder whose own says nothing."""
+    suffix = path.suffix.lower()
+    if suffix in FORMATS or not path.is_dir():
+        return suffix
+    try:
+        inside = {file.suffix.lower() for file in path.iterdir()}
+    except OSError:
+        return suffix
+    return next((one.suffix for one in FORMATS.values() if one.folder and one.suffix in inside), suffix)

@@ -222,6 +222,9 @@ class OptimalGait:
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
         }
 
+    def __repr__(self) -> str:
+        return f"<OptimalGait: {str(self).splitlines()[0]}>"
+
     def __str__(self) -> str:
         if self.curve is None or self.report is None or self.optimality is None:
             return f"no gait: {self.reason}"

@@ -105,6 +105,9 @@ class Pacing:
             out["touched"] = [touch.as_mapping() for touch in self.timed.limits_touched()]
         return out
 
+    def __repr__(self) -> str:
+        return f"<Pacing: {str(self).splitlines()[0]}>"
+
     def __str__(self) -> str:
         lines = []
         if self.timed is not None and self.least is not None:

@@ -76,7 +76,7 @@ class Touch:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class PacedGait(TimedGait):
     """A timed gait whose law is twice continuously differentiable, closed at the seam, and polynomial between knots.
 
@@ -154,9 +154,8 @@ class PacedGait(TimedGait):
         gait = self.gait
         return lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, derivative=order)
 
-    def colors(self) -> tuple[str, ...]:
-        """Return the sheet of every sample."""
-        return (self.gait.color or "red",) * (self.samples + 1)
+    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
+        return (self.gait.color or "red",) * len(t)
 
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative over the period, shape (4,); certain between samples too.

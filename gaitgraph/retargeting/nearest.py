@@ -24,6 +24,7 @@ from gaitgraph.angles import number_of
 from gaitgraph.areas import admissible_region, why_empty
 from gaitgraph.checks import checked_limits
 from gaitgraph.errors import InputError, shown
+from gaitgraph.frames import as_table
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Kind, coefficients_of, level_determinant
 from gaitgraph.reading import read_table
@@ -165,6 +166,7 @@ def _again(values: FloatArray, closing: bool) -> FloatArray:
 
 def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
     """Return what was given as a table with all four angles."""
+    source = as_table(source)
     if isinstance(source, (str, Path)):
         source = read_table(source)
     if isinstance(source, Table):

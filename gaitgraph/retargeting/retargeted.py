@@ -145,6 +145,12 @@ class Retargeted:
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
         }
 
+    def __repr__(self) -> str:
+        moves = (
+            f", {len(self.table)} rows, moved by {self.largest[0]:.4f} rad at most" if self.table is not None else ""
+        )
+        return f"<Retargeted: {self.status}{moves}>"
+
     def __str__(self) -> str:
         before = verdict_line(self.before.valid, self.before.flyable, self.before.reachable_from_hover)
         if self.after is None:

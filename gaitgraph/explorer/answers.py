@@ -1,0 +1,218 @@
+"""What the page is told of a state: the plan with its series and scene, and the roll–pitch diagram."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.invertibility import hover_thrust_shares, least_singular_value, level_determinant
+from gaitgraph.planning import plan
+from gaitgraph.robustness import robustness_of
+from gaitgraph.scenes import scene_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from gaitgraph.explorer.state import State
+    from gaitgraph.plans import Loop, Plan
+    from gaitgraph.reports import Check
+    from gaitgraph.robustness import Robustness
+    from gaitgraph.timing import TimedGait
+
+__all__ = ["checks_answer", "diagram_answer", "plan_answer", "planned", "rounded"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
+_MOST_ROWS = 401  # of series; more than there are pixels
+_MOST_FRAMES = 101
+_SCENE = (480.0, 360.0)
+_DIGITS = 6
+_CURVES = 16
+_KEPT = 16
+_HALF = math.pi / 2
+
+_plans: OrderedDict[str, Plan] = OrderedDict()
+_lock = threading.Lock()
+
+
+def planned(state: State, progress: Callable[[str], None] | None = None) -> Plan:
+    """Return the plan of a state that has waypoints; the last few are kept, for the diagram and for undoing."""
+    with _lock:
+        found = _plans.get(state.key)
+        if found is not None:
+            _plans.move_to_end(state.key)
+            return found
+    found = plan(state.request, progress=progress)
+    with _lock:
+        _plans[state.key] = found
+        while len(_plans) > _KEPT:
+            _plans.popitem(last=False)
+    return found
+
+
+def rounded(values: FloatArray, digits: int = _DIGITS) -> list[Any]:
+    """Return an array as nested lists of numbers with a few decimals, without negative zeros."""
+    out: list[Any] = (np.round(values, digits) + 0.0).tolist()
+    return out
+
+
+def plan_answer(state: State, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """Return the plan of a state as plain values.
+
+    Parameters
+    ----------
+    state
+        A checked state.
+    progress
+        Called before each step of long work.
+
+    Returns
+    -------
+    dict
+        ``status`` "empty", "infeasible" or "planned", the verdict with its checks, what there is to draw in the plane,
+        the series over one period and the scene of the tilting vehicle; see ``docs/explorer.md``. Angles are exact in
+        ``corners`` and ``vertices``, elsewhere rounded to 1e-6 rad for the picture.
+    """
+    if state.empty:
+        return _nothing("empty", None)
+    result = planned(state, progress)
+    others = [_alternative(loop) for loop in result.alternatives]
+    if result.loop is None:
+        told = {"obstacles": [asdict(obstacle) for obstacle in result.obstacles], "warnings": list(result.warnings)}
+        return _nothing("infeasible", result.reason) | told | {"alternatives": others}
+    loop = result.loop
+    timed = result.timed(samples=state.samples)
+    report = loop.report
+    return {
+        "status": "planned",
+        "reason": result.reason,
+        "color": loop.color,
+        "sign": loop.sign,
+        "length": loop.length,
+        "lower_bound": loop.lower_bound,
+        "valid": report.valid,
+        "two_color": report.two_color,
+        "flyable": report.flyable,
+        "reachable_from_hover": report.reachable_from_hover,
+        "checks": checks_answer(report.checks),
+        "warnings": list(result.warnings),
+        "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
+        "corners": loop.gait.alpha.tolist(),
+        "types": list(loop.gait.types),
+        "colors": list(loop.gait.colors),
+        "path": _closed_path(loop),
+        "vertices": loop.path.vertices().tolist(),
+        "order": list(loop.order),
+        "alternatives": others,
+        **_series_and_scene(timed, hovers=report["hover_thrust"].value is not None),
+    }
+
+
+def _nothing(status: str, reason: str | None) -> dict[str, Any]:
+    """Return the answer without a loop: every name, with nothing under it."""
+    lists = ("checks", "warnings", "obstacles", "corners", "types", "colors", "path", "vertices", "order")
+    return {
+        "status": status,
+        "reason": reason,
+        **dict.fromkeys(("color", "sign", "length", "lower_bound"), None),
+        **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
+        **{name: [] for name in lists},
+        "alternatives": [],
+        "series": None,
+        "scene": None,
+    }
+
+
+def checks_answer(checks: Iterable[Check]) -> list[dict[str, Any]]:
+    """Return checks as the page shows them: with a title, a mark, and the angles of the place by name."""
+    out = []
+    for check in checks:
+        place = check.where
+        if place is not None:
+            angles = dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), place["alpha"], strict=True))
+            place = {name: value for name, value in place.items() if name != "alpha"} | angles
+        told = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
+        out.append(check.as_mapping() | told)
+    return out
+
+
+def _closed_path(loop: Loop) -> list[list[float]]:
+    plane = loop.gait.alpha[:, :2]
+    return rounded(np.vstack([plane, plane[:1]]))
+
+
+def _alternative(loop: Loop) -> dict[str, Any]:
+    return {
+        "color": loop.color,
+        "sign": loop.sign,
+        "length": loop.length,
+        "valid": loop.report.valid,
+        "flyable": loop.report.flyable,
+        "path": _closed_path(loop),
+    }
+
+
+def _series_and_scene(timed: TimedGait, *, hovers: bool) -> dict[str, Any]:
+    """Return what changes over one period, at the samples of the table, or at as many as there are pixels."""
+    gait = timed.gait
+    t = timed.t
+    if len(t) > _MOST_ROWS:
+        t = np.linspace(0.0, timed.period, _MOST_ROWS)
+    alpha, rates, _ = timed.at(t)
+    shares = hover_thrust_shares(alpha, gait.vehicle) if hovers else np.full(alpha.shape, np.nan)
+    thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
+    series = {
+        "t": rounded(t, 9),
+        "alpha": rounded(alpha.T),
+        "rates": rounded(rates.T),
+        "R": rounded(np.asarray(level_determinant(alpha, gait.coefficients))),
+        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, gait.vehicle))),
+        "hover_thrusts": thrusts,
+    }
+    rows = np.unique(np.round(np.linspace(0, len(t) - 1, min(len(t), _MOST_FRAMES))).astype(int))
+    scene = scene_of(alpha[rows], gait.vehicle, size=_SCENE).as_mapping()
+    return {"series": series, "scene": {**scene, "t": rounded(t[rows], 9)}}
+
+
+def diagram_answer(state: State, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """Return the roll–pitch diagram of a state's plan, and of the gait biased by the state's η, as plain values."""
+    out: dict[str, Any] = {
+        "extent": [-_HALF, _HALF],
+        "own": None,
+        "biased": None,
+        "eta": state.eta,
+        "reason": "no waypoints yet",
+    }
+    if state.empty:
+        return out
+    result = planned(state, progress)
+    if result.loop is None:
+        return out | {"reason": result.reason}
+    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES)
+    return out | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
+
+
+def _diagram(one: Robustness) -> dict[str, Any]:
+    import shapely
+
+    margin = one.tilt_margin
+    outline = shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
+    curves = [curve.points(61) for _, curve in one.curves]
+    return {
+        "curves": [rounded(points, 5) for points in curves if len(points)],
+        "tilt_margin_deg": None if margin is None else math.degrees(margin),
+        "tilt_margin_reason": one.margin.reason or None,
+        "acceptable_fraction": one.acceptable.fraction,
+        "acceptable_reason": one.acceptable.reason or None,
+        "acceptable": rounded(outline, 5),
+        "nearest_singular_attitude": None if one.direction is None else list(one.direction),
+        "least_singular_value": one.singular_value[1],
+        "tilt_deg": math.degrees(one.tilt),
+    }

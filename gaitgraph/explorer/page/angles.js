@@ -1,0 +1,69 @@
+// Angles as a researcher writes them: multiples of π where they are such, radians otherwise. No planning here.
+
+export const HALF_PI = Math.PI / 2;
+const DENOMINATORS = [1, 2, 4, 8, 16, 32, 64];
+
+/** Return [n, d] with x = nπ/d, n and d whole and d a power of two, or null. Exact if tolerance is 0. */
+export function multipleOfPi(x, tolerance = 1e-9) {
+  for (const d of DENOMINATORS) {
+    const n = Math.round((x * d) / Math.PI);
+    if (Math.abs((n * Math.PI) / d - x) <= tolerance) return [n, d];
+  }
+  return null;
+}
+
+/** Return a number with a true minus sign. */
+export function number(x, digits = 4) {
+  if (x === null || x === undefined || !Number.isFinite(x)) return "–";
+  return x.toFixed(digits).replace("-", "−");
+}
+
+/** Return a number with so many significant digits, without trailing zeros and with a true minus sign. */
+export function figure(x, digits = 4) {
+  if (x === null || x === undefined || !Number.isFinite(x)) return "–";
+  const text = x !== 0 && Math.abs(x) < 1e-3 ? x.toExponential(digits - 1).replace(/\.?0*e/, "e") : String(Number(x.toPrecision(digits)));
+  return text.replaceAll("-", "−");
+}
+
+/** Return "−3π/8", or radians with four digits where there is no such multiple. */
+export function angle(x) {
+  if (x === null || x === undefined) return "–";
+  const found = multipleOfPi(x);
+  if (!found) return number(x);
+  const [n, d] = found;
+  if (n === 0) return "0";
+  const head = `${n < 0 ? "−" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}π`;
+  return d === 1 ? head : `${head}/${d}`;
+}
+
+/** Return the text that stands for exactly this number in an address: "-3pi/8" or all its digits. */
+export function exactText(x) {
+  const found = multipleOfPi(x, 0);
+  if (!found || found[0] === 0) return String(x === 0 ? 0 : x);
+  const [n, d] = found;
+  const head = `${n < 0 ? "-" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}pi`;
+  return d === 1 ? head : `${head}/${d}`;
+}
+
+/** Return the angle that a text names ("3pi/8", "-3*π/8", "67.5deg", "1.178"), or null. */
+export function angleFromText(text) {
+  const plain = text.trim().toLowerCase().replaceAll("−", "-").replaceAll("π", "pi").replaceAll(" ", "");
+  const multiple = /^([+-]?)(\d+(?:\.\d+)?)?\*?pi(?:\/(\d+))?$/.exec(plain);
+  if (multiple) {
+    const value = ((multiple[2] === undefined ? 1 : Number(multiple[2])) * Math.PI) / Number(multiple[3] ?? 1);
+    return Number.isFinite(value) ? (multiple[1] === "-" ? -value : value) : null;
+  }
+  const degrees = /^([+-]?\d+(?:\.\d+)?)(?:deg|°)$/.exec(plain);
+  if (degrees) return (Number(degrees[1]) * Math.PI) / 180;
+  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/.test(plain) ? Number(plain) : null;
+}
+
+/** Return x kept within [−π/2, π/2]. */
+export function clamped(x) {
+  return Math.min(HALF_PI, Math.max(-HALF_PI, x));
+}
+
+/** Return the nearest multiple of π/16, the paper's grid. */
+export function snapped(x) {
+  return clamped((Math.round((x * 16) / Math.PI) * Math.PI) / 16);
+}

@@ -1,0 +1,185 @@
+// The time series: the tilt angles, and below them one more quantity, with one cursor that is the clock's phase.
+
+import uPlot from "./vendor/uPlot.esm.js";
+import { angle, figure, number } from "./angles.js";
+import { html, themed } from "./elements.js";
+
+const NAMES = ["α1", "α2", "α3", "α4"];
+const COLORS = ["--alpha1", "--alpha2", "--alpha3", "--alpha4"];
+const DASHES = [undefined, undefined, [6, 5], [6, 5]]; // α3 and α4 often lie on α1 and α2
+
+export const CHARTS = {
+  rates: { title: "Rates", unit: "rad/s", names: NAMES.map((name) => `${name}′`) },
+  R: { title: "R", unit: "dimensionless", names: ["R"] },
+  least_singular_value: { title: "Least singular value σ", unit: "dimensionless", names: ["σ"] },
+  hover_thrusts: { title: "Hover thrusts", unit: "share of m·g", names: ["rotor 1", "rotor 2", "rotor 3", "rotor 4"] },
+};
+
+/** Return the rows of a series for uPlot, or null where the server sent none. */
+function rowsOf(series, key) {
+  const rows = key === "alpha" ? series.alpha : series[key];
+  if (!rows?.length) return null;
+  return Array.isArray(rows[0]) ? rows : [rows];
+}
+
+function ticksOfPi(self, axis, low, high) {
+  const unit = [8, 4, 2, 1].map((d) => Math.PI / d).find((step) => (high - low) / step <= 6) ?? Math.PI;
+  const ticks = [];
+  for (let n = Math.ceil(low / unit - 1e-9); n * unit <= high + 1e-9; n += 1) ticks.push(n * unit);
+  return ticks;
+}
+
+function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZero, timeUnit, onCursor }) {
+  const ink = themed("--soft");
+  const rule = themed("--rule");
+  const font = "12px system-ui, sans-serif";
+  const plot = new uPlot(
+    {
+      width: root.clientWidth || 300,
+      height,
+      legend: { show: false },
+      cursor: { y: false, drag: { x: false, y: false }, points: { size: 6 } },
+      padding: [8, 10, isLast ? 0 : 2, 0],
+      scales: {
+        x: { time: false },
+        y: {
+          range: (self, low, high) => {
+            if (low === null) return [0, 1];
+            const [from, to] = fromZero ? [Math.min(0, low), Math.max(0, high)] : [low, high];
+            const room = (to - from) * 0.08 || Math.abs(to) * 0.1 || 1;
+            return [from < 0 || !fromZero ? from - room : from, to > 0 || !fromZero ? to + room : to];
+          },
+        },
+      },
+      axes: [
+        { stroke: ink, font, size: isLast ? 22 : 20, gap: 4, grid: { stroke: rule, width: 1 }, ticks: { show: false },
+          label: isLast ? timeUnit : undefined, labelSize: 16, labelFont: font, labelGap: 0,
+          values: (self, splits) => splits.map((v) => (isLast ? figure(v) : "")) },
+        { stroke: ink, font, size: 52, gap: 6, grid: { stroke: rule, width: 1 }, ticks: { show: false },
+          splits: isAngle ? ticksOfPi : undefined,
+          values: (self, splits) => splits.map((v) => (isAngle ? angle(v) : figure(v))) },
+      ],
+      series: [
+        {},
+        ...names.map((label, k) => ({ label, stroke: themed(colors[k]), width: 1.75, pxAlign: 0, dash: dashes[k], points: { show: false } })),
+      ],
+      hooks: {
+        setCursor: [
+          (self) => {
+            if (self.cursor.event && self.cursor.left >= 0) onCursor(self.posToVal(self.cursor.left, "x"));
+          },
+        ],
+      },
+    },
+    [[0], ...names.map(() => [0])],
+    root,
+  );
+  return plot;
+}
+
+/**
+ * Draw time series in `upper` and `lower`; `onTime(phase)` is told when the pointer is over one of them.
+ */
+export function chartsIn(upper, lower, legend, onTime) {
+  let series = null;
+  let kind = "least_singular_value";
+  let plots = [];
+  let built = "";
+  const hidden = [false, false, false, false];
+  let values = [];
+
+  const clockOf = () => series.t ?? series.alpha[0].map((_, k) => k + 1);
+  const onCursor = (t) => {
+    const clock = clockOf();
+    const [first, last] = [clock[0], clock.at(-1)];
+    if (last > first) onTime((t - first) / (last - first));
+  };
+
+  function build() {
+    plots.forEach((plot) => plot.destroy());
+    plots = [];
+    upper.replaceChildren();
+    lower.replaceChildren();
+    if (!series) return;
+    const rows = rowsOf(series, kind);
+    const common = { onCursor, timeUnit: series.t ? "t (s)" : "row" };
+    plots.push(chartIn(upper, { ...common, names: NAMES, colors: COLORS, dashes: DASHES, isAngle: true, height: 190, isLast: !rows }));
+    if (rows) {
+      const many = rows.length > 1;
+      plots.push(
+        chartIn(lower, { ...common, names: CHARTS[kind].names, colors: many ? COLORS : ["--ink"],
+          dashes: many ? DASHES : [undefined], isAngle: false, height: 150, isLast: true, fromZero: true }),
+      );
+    } else lower.append(html("p", { class: "nothing" }, "The file does not say."));
+    fill();
+  }
+
+  function fill() {
+    const t = clockOf();
+    plots[0]?.setData([t, ...series.alpha]);
+    plots[1]?.setData([t, ...rowsOf(series, kind)]);
+    hidden.forEach((off, k) => {
+      plots[0]?.setSeries(k + 1, { show: !off });
+      if (plots[1]?.series.length === 5) plots[1].setSeries(k + 1, { show: !off });
+    });
+  }
+
+  function showLegend() {
+    values = NAMES.map((name, k) => {
+      const value = html("span", { class: "value" });
+      const box = html("input", { type: "checkbox", checked: !hidden[k], onchange: (event) => {
+        hidden[k] = !event.target.checked;
+        if (series) fill();
+      } });
+      box.checked = !hidden[k];
+      legend.append(html("label", { class: `key alpha${k + 1}` }, box, html("span", { class: "swatch" }), name, " ", value));
+      return value;
+    });
+  }
+  showLegend();
+
+  const observer = new ResizeObserver(() => {
+    for (const plot of plots) {
+      const width = plot.root.parentElement.clientWidth;
+      if (width && width !== plot.width) plot.setSize({ width, height: plot.height });
+    }
+  });
+  observer.observe(upper);
+
+  return {
+    show(next, chart) {
+      series = next?.alpha?.[0]?.length ? next : null;
+      const wanted = JSON.stringify([chart, series && [Boolean(series.t), Boolean(rowsOf(series, chart))]]);
+      kind = chart;
+      if (wanted !== built) {
+        built = wanted;
+        build();
+      } else if (series) fill();
+      values.forEach((value) => (value.textContent = ""));
+      if (!series) upper.replaceChildren(html("p", { class: "nothing" }, "Drawn here, once there is a gait."));
+    },
+    /** Show another quantity below, of the same series. */
+    choose(chart) {
+      if (kind !== chart) this.show(series, chart);
+    },
+    rebuild: build,
+    /** Put the cursor at a phase; return the row there. */
+    at(phase, source) {
+      if (!series) return null;
+      const clock = clockOf();
+      const time = clock[0] + phase * (clock.at(-1) - clock[0]);
+      for (const plot of plots) {
+        const left = plot.valToPos(time, "x");
+        if (Number.isFinite(left) && !(source === plot)) plot.setCursor({ left, top: 0 }, false);
+      }
+      let row = Math.round(phase * (clock.length - 1));
+      while (row > 0 && clock[row] > time) row -= 1;
+      while (row < clock.length - 1 && clock[row + 1] <= time) row += 1;
+      const next = Math.min(row + 1, clock.length - 1);
+      const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
+      const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
+      values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
+      return { time, row, alpha };
+    },
+  };
+}

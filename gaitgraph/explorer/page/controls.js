@@ -1,0 +1,200 @@
+// The controls: each is tied to one field of the state, in both directions.
+
+import { HALF_PI, angle, angleFromText, exactText, figure, number } from "./angles.js";
+import { byId, html, spoken } from "./elements.js";
+
+const LABELS = {
+  auto: "auto", red: "red", blue: "blue", positive: "R > 0", negative: "R < 0",
+  exact: "any angle", grid: "grid",
+  shortest: "shortest", robust: "most robust", thrust: "least thrust",
+};
+
+/** Make radio buttons in a fieldset; return a function that shows a value. */
+function segmented(fieldset, name, options, onChoose) {
+  const inputs = options.map(([value, label]) => {
+    const input = html("input", { type: "radio", name, value, id: `${name}-${value}`, onchange: () => onChoose(value) });
+    fieldset.append(input, html("label", { for: input.id, class: `choice ${value}` }, label));
+    return input;
+  });
+  return (shown) => inputs.forEach((input) => (input.checked = input.value === shown));
+}
+
+function filled(select, options, onChoose) {
+  select.replaceChildren(...options.map(([value, label]) => html("option", { value }, label)));
+  select.addEventListener("change", () => onChoose(select.value));
+  return (shown) => (select.value = shown);
+}
+
+const labelled = (values) => values.map((value) => [value, LABELS[value] ?? value]);
+
+/**
+ * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), say(text).
+ *
+ * Returns a function that shows a state.
+ */
+export function bindControls(setup, on) {
+  const shows = [];
+  const choose = (key) => (value) => on.commit({ [key]: value });
+  const look = (key) => (value) => on.look({ [key]: value });
+
+  for (const [key, values] of [["color", setup.colors], ["sign", setup.signs], ["method", setup.methods]]) {
+    const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
+    shows.push((state) => show(state[key]));
+  }
+  const bind = (id, key, options) => {
+    const show = filled(byId(id), options, choose(key));
+    shows.push((state) => show(state[key]));
+  };
+  bind("objective", "objective", labelled(setup.objectives));
+  bind("law", "law", setup.laws.map((law) => [law, law]));
+  const presets = setup.presets.map((preset) => [preset.name, `${preset.name} (κ = ${figure(preset.drag_ratio)})`]);
+  const showVehicle = filled(byId("vehicle"), presets, (name) => on.commit({ vehicle: name, drag_ratio: null }));
+  shows.push((state) => showVehicle(state.vehicle));
+  const rules = [["", "by rule"], ["published", "published"], ["exact", "exact"]];
+  const showKind = filled(byId("coefficients"), rules, (value) => on.commit({ coefficients: value || null }));
+  shows.push((state) => showKind(state.coefficients ?? ""));
+
+  for (const key of ["any_order", "reverse"]) {
+    byId(key).addEventListener("change", (event) => on.commit({ [key]: event.target.checked }));
+    shows.push((state) => (byId(key).checked = state[key]));
+  }
+  for (const key of ["snap", "types", "regions"]) {
+    byId(key).addEventListener("change", (event) => on.look({ [key]: event.target.checked }));
+    shows.push((state) => (byId(key).checked = state.view[key]));
+  }
+  const views = [
+    ["sheet", [["auto", "auto"], ["red", "red"], ["blue", "blue"]]],
+    ["shading", [["R", "R"], ["least_singular_value", "σ, the least singular value"], ["none", "none"]]],
+    ["theme", [["auto", "auto"], ["light", "light"], ["dark", "dark"]]],
+  ];
+  for (const [key, options] of views) {
+    const show = filled(byId(key), options, look(key));
+    shows.push((state) => show(state.view[key]));
+  }
+
+  for (const [key, whole] of [["period", false], ["samples", true], ["divisions", true]]) {
+    const input = byId(key);
+    input.addEventListener("change", () => {
+      const value = Number(input.value);
+      const wrong = input.value.trim() === "" || !Number.isFinite(value) || value <= 0 || (whole && !Number.isInteger(value));
+      input.setAttribute("aria-invalid", String(wrong));
+      if (wrong) on.problem(`${input.labels[0].textContent.trim()}: “${input.value}”; allowed is a ${whole ? "whole " : ""}number above 0`);
+      else on.commit({ [key]: value });
+    });
+    shows.push((state) => {
+      if (document.activeElement !== input || input.getAttribute("aria-invalid") !== "true") {
+        input.value = String(state[key]);
+        input.removeAttribute("aria-invalid");
+      }
+    });
+  }
+  shows.push((state) => (byId("divisions-row").hidden = state.method !== "grid"));
+
+  shows.push(bindDragRatio(setup, on), bindEta(on), bindWaypoints(on), bindPolygons(on));
+  return (state) => shows.forEach((show) => show(state));
+}
+
+function bindDragRatio(setup, on) {
+  const slider = byId("drag_ratio");
+  const value = byId("drag_ratio-value");
+  const reset = byId("drag_ratio-reset");
+  const [low, high] = setup.limits.drag_ratio.map(Math.log);
+  const ratio = () => Number(Math.exp(low + (Number(slider.value) / 1000) * (high - low)).toPrecision(4));
+  slider.addEventListener("input", () => on.preview({ drag_ratio: ratio() }));
+  slider.addEventListener("change", () => on.commit({ drag_ratio: ratio() }));
+  reset.addEventListener("click", () => {
+    on.commit({ drag_ratio: null });
+    slider.focus();
+  });
+  return (state) => {
+    const own = setup.presets.find((preset) => preset.name === state.vehicle)?.drag_ratio;
+    const shown = state.drag_ratio ?? own;
+    const text = figure(shown);
+    slider.value = String(Math.round((1000 * (Math.log(shown) - low)) / (high - low)));
+    slider.setAttribute("aria-valuetext", `${text}${state.drag_ratio === null ? ", the vehicle’s own" : ""}`);
+    value.textContent = text;
+    reset.disabled = state.drag_ratio === null;
+  };
+}
+
+function bindEta(on) {
+  const slider = byId("eta");
+  slider.addEventListener("input", () => on.preview({ eta: Number(slider.value) }));
+  slider.addEventListener("change", () => on.commit({ eta: Number(slider.value) }));
+  return (state) => {
+    slider.value = String(state.eta);
+    byId("eta-value").textContent = number(state.eta, 2);
+  };
+}
+
+/** The waypoints as a list of texts, for those who type and for those who do not see the map. */
+function bindWaypoints(on) {
+  const list = byId("waypoint-list");
+  let state = null;
+
+  function changed(input, index, axis) {
+    const value = angleFromText(input.value);
+    const wrong = value === null || Math.abs(value) > HALF_PI + 1e-12;
+    input.setAttribute("aria-invalid", String(wrong));
+    if (wrong) {
+      on.problem(`Waypoint ${index + 1}, α${axis + 1}: “${input.value}”; allowed are angles within ±π/2, such as 3pi/8, 67.5deg or 1.178`);
+      return;
+    }
+    const waypoints = state.waypoints.map((p) => [...p]);
+    waypoints[index][axis] = Math.max(-HALF_PI, Math.min(HALF_PI, value));
+    on.commit({ waypoints });
+  }
+
+  function row(index) {
+    const inputs = [0, 1].map((axis) => {
+      const input = html("input", { type: "text", inputmode: "text", autocomplete: "off", spellcheck: "false",
+        "aria-label": `Waypoint ${index + 1}, α${axis + 1}` });
+      input.addEventListener("change", () => changed(input, index, axis));
+      return input;
+    });
+    const remove = html("button", { type: "button", class: "quiet", onclick: () => {
+      on.remove(index);
+      (list.querySelectorAll("button")[Math.min(index, state.waypoints.length - 1)] ?? byId("map")).focus();
+    } }, html("span", { "aria-hidden": "true" }, "×"), spoken(`Remove waypoint ${index + 1}`));
+    return html("li", {}, html("span", { class: "index", "aria-hidden": "true" }, String(index + 1)), ...inputs, remove);
+  }
+
+  return (next) => {
+    state = next;
+    while (list.children.length > next.waypoints.length) list.lastChild.remove();
+    while (list.children.length < next.waypoints.length) list.append(row(list.children.length));
+    next.waypoints.forEach((point, index) => {
+      list.children[index].querySelectorAll("input").forEach((input, axis) => {
+        const isTyped = document.activeElement === input && input.getAttribute("aria-invalid") === "true";
+        if (isTyped) return;
+        const text = angle(point[axis]);
+        input.value = text === number(point[axis]) ? exactText(Number(point[axis].toPrecision(6))) : text;
+        input.removeAttribute("aria-invalid");
+      });
+    });
+    byId("waypoint-none").hidden = next.waypoints.length > 0;
+    byId("clear").disabled = next.waypoints.length === 0;
+  };
+}
+
+function bindPolygons(on) {
+  const list = byId("polygon-list");
+  return (state) => {
+    const rows = ["keep_out", "keep_in"].flatMap((kind) =>
+      state[kind].map((ring, index) => {
+        const name = `${kind === "keep_out" ? "Keep-out" : "Keep-in"} ${index + 1}`;
+        return html(
+          "li",
+          { class: kind },
+          html("button", { type: "button", class: "plain", onclick: () => on.selectPolygon(kind, index) }, `${name}, ${ring.length} corners`),
+          html("button", { type: "button", class: "quiet", onclick: () => on.removePolygon(kind, index) },
+            html("span", { "aria-hidden": "true" }, "×"), spoken(`Remove ${name}`)),
+        );
+      }),
+    );
+    const text = JSON.stringify([state.keep_out.map((r) => r.length), state.keep_in.map((r) => r.length)]);
+    if (list.dataset.shown === text) return;
+    list.dataset.shown = text;
+    list.replaceChildren(...rows);
+  };
+}

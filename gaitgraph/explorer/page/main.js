@@ -1,0 +1,575 @@
+// The explorer's page: one state, what the server answers to it, and the pictures of both.
+
+import { angle, figure, number } from "./angles.js";
+import { CHARTS, chartsIn } from "./charts.js";
+import { clockOf, prefersStillness } from "./clock.js";
+import { bindControls } from "./controls.js";
+import { showDiagram } from "./diagram.js";
+import { byId, html } from "./elements.js";
+import { mapIn } from "./map.js";
+import { Gone, download, latest, setupOf, tableReport, waitForServer } from "./server.js";
+import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
+import { vehicleIn } from "./vehicle.js";
+import { sentenceOf, showReport, verdictOf } from "./verdict.js";
+
+const QUIET = 140; // after the last change, before the diagram is asked for [ms]
+
+let setup = null;
+let store = null;
+let showControls = () => {};
+let plan = null;
+let planFor = "";
+let askedFor = "";
+let table = null;
+let tab = "plan";
+let away = null;
+let diagramTimer = 0;
+let diagramFor = "";
+let mapFor = "";
+let addressTimer = 0;
+const maps = new Map();
+
+// Lines to the reader ---------------------------------------------------------------------------------------------
+
+function problem(text) {
+  const line = byId("problem");
+  line.hidden = !text;
+  line.firstElementChild.textContent = text ?? "";
+}
+
+/** Say what stays until it is dismissed: it is not about the plan, and no plan takes it away. */
+function notice(text) {
+  const line = byId("notice");
+  line.hidden = !text;
+  line.firstElementChild.textContent = text ?? "";
+}
+
+function say(text) {
+  byId("moves-spoken").textContent = text;
+}
+
+function failed(error) {
+  if (!(error instanceof Gone)) {
+    problem(error.message);
+    return;
+  }
+  away ??= waitForServer(
+    () => {
+      away = null;
+      byId("connection").hidden = true;
+      askedFor = diagramFor = mapFor = "";
+      refresh({ live: false });
+    },
+    (pause) => {
+      byId("connection").hidden = false;
+      byId("connection").textContent =
+        `The server does not answer; is “gaitgraph explore” still running? Trying again in ${pause} s. Your work stays in the address.`;
+    },
+  );
+}
+
+// Questions -------------------------------------------------------------------------------------------------------
+
+/** Return what the server is to know: all but the view. */
+function question(state) {
+  const { view: _view, ...rest } = state;
+  return rest;
+}
+
+const planner = latest("api/plan", {
+  onAnswer(answer, body) {
+    plan = answer;
+    planFor = planKey(body);
+    byId("main").classList.remove("stale");
+    map.showPlan(plan);
+    // The loop is painted first; panels, charts and the rest may take the frames after it.
+    requestAnimationFrame(() => setTimeout(showFound, 0));
+  },
+  onError(error, body) {
+    if (error instanceof Gone) {
+      byId("main").classList.add("stale");
+      failed(error);
+      return;
+    }
+    plan = { status: "refused", reason: error.message };
+    planFor = planKey(body);
+    byId("main").classList.remove("stale");
+    map.showPlan(plan);
+    showFound();
+  },
+  onWaiting: (waits) => byId("main").classList.toggle("waiting", waits),
+});
+
+const diagrams = latest("api/diagram", {
+  onAnswer: (answer) => {
+    byId("diagram-root").classList.remove("waiting");
+    showDiagram(byId("diagram-root"), answer);
+  },
+  onError: (error) => {
+    diagramFor = "";
+    failed(error);
+  },
+  onWaiting: (waits) => byId("diagram-root").classList.toggle("waiting", waits),
+});
+
+const backgrounds = latest("api/map", {
+  onAnswer(answer, body) {
+    const background = { ...answer, sheet: body.sheet, shading: body.shading };
+    maps.set(JSON.stringify(body), background);
+    if (maps.size > 16) maps.delete(maps.keys().next().value);
+    if (JSON.stringify(body) === mapFor) showBackground(background);
+  },
+  onError: (error) => {
+    mapFor = "";
+    failed(error);
+  },
+});
+
+function askMap(state, live) {
+  const { sheet, shading } = state.view;
+  const own = plan?.color === "blue" || plan?.color === "red" ? plan.color : state.color === "blue" ? "blue" : "red";
+  const body = {
+    vehicle: state.vehicle, drag_ratio: state.drag_ratio, coefficients: state.coefficients,
+    sheet: sheet === "auto" ? own : sheet, shading,
+  };
+  const key = JSON.stringify(body);
+  if (key === mapFor) return;
+  mapFor = key;
+  if (maps.has(key)) showBackground(maps.get(key));
+  else backgrounds.ask(body, live);
+}
+
+function askDiagram() {
+  clearTimeout(diagramTimer);
+  const state = store.state;
+  if (tab === "table") {
+    diagrams.stop();
+    diagramFor = "";
+    showDiagram(byId("diagram-root"), { reason: "Drawn for plans. For a table: gaitgraph robustness FILE" });
+    return;
+  }
+  if (plan?.status !== "planned") {
+    diagrams.stop();
+    diagramFor = "";
+    showDiagram(byId("diagram-root"), { reason: plan && plan.status !== "empty" ? "There is no gait." : null });
+    return;
+  }
+  const key = JSON.stringify(question(state));
+  if (key === diagramFor || planFor !== planKey(state)) return;
+  diagramTimer = setTimeout(() => {
+    diagramFor = key;
+    diagrams.ask(question(state));
+  }, QUIET);
+}
+
+// Showing ---------------------------------------------------------------------------------------------------------
+
+const shownReport = () => (tab === "table" ? table : plan);
+
+function showBackground(background) {
+  map.showMap(background);
+  const note = byId("map-note");
+  note.hidden = !background.note;
+  note.textContent = background.note ?? "";
+  const legend = byId("legend");
+  const { shading, range } = background;
+  if (shading === "none" || !range) legend.replaceChildren();
+  else {
+    const [low, high] = shading === "R" ? spread(range) : [0, range[1]];
+    legend.replaceChildren(
+      html("span", {}, shading === "R" ? "R" : "σ"),
+      html("span", {}, figure(low, 3)),
+      html("span", { class: `ramp ${shading}`, "aria-hidden": "true" }),
+      html("span", {}, figure(high, 3)),
+    );
+  }
+  if (byId("regions").checked && background.regions.some((region) => region.name.startsWith("flyable") && region.polygons.length)) {
+    legend.append(html("span", { class: "flyable-key" }, "inside: flyable"));
+  }
+}
+
+function spread([low, high]) {
+  const reach = Math.max(Math.abs(low), Math.abs(high));
+  return [-reach, reach];
+}
+
+function showFound() {
+  const report = shownReport();
+  showReport(byId("report"), report, {
+    point: (where) => map.point(where),
+    take: (other) => commit({ color: other.color, ...(other.sign ? { sign: other.sign } : {}) }),
+  });
+  const sentence = sentenceOf(report);
+  if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
+  document.title = report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
+  const hasGait = tab === "table" || plan?.status === "planned";
+  charts.show(hasGait ? report.series : null, store.state.view.chart);
+  vehicle.show(hasGait ? (report.scene ?? null) : null, tab === "table");
+  byId("field-chart").hidden = !hasGait;
+  for (const id of ["play", "scrub"]) byId(id).disabled = !hasGait;
+  if (!hasGait) clock.play(false);
+  for (const item of document.querySelectorAll("#formats button[data-available]")) item.disabled = plan?.status !== "planned";
+  showPhase(clock.phase, null);
+  document.documentElement.dataset.planned = planFor === planKey(store.state) ? "yes" : "no";
+  askMap(store.state, false);
+  askDiagram();
+}
+
+function showPhase(phase, source) {
+  const at = charts.at(phase, source);
+  const report = shownReport();
+  map.showDot(at && [at.alpha[0], at.alpha[1]], report?.color ?? "");
+  vehicle.at(phase);
+  if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
+  const text = at ? `${number(at.time, 3)}${report.series.t ? " s" : ""}` : "";
+  byId("clock").textContent = text;
+  byId("scrub").setAttribute("aria-valuetext", text);
+}
+
+function showTabs() {
+  byId("tabs").hidden = byId("table-bar").hidden = !table;
+  byId("tab-plan").setAttribute("aria-pressed", String(tab === "plan"));
+  byId("tab-table").setAttribute("aria-pressed", String(tab === "table"));
+  if (table) {
+    byId("table-name").textContent = table.name;
+    byId("use-request").hidden = !table.request;
+  }
+  map.showTable(table, tab);
+}
+
+// A change of the state ------------------------------------------------------------------------------------------
+
+function refresh({ live }) {
+  const state = store.state;
+  const theme = document.documentElement.dataset.theme;
+  if (theme !== state.view.theme) {
+    document.documentElement.dataset.theme = state.view.theme;
+    map.repaint();
+    charts.rebuild();
+  }
+  map.showState(state);
+  const key = planKey(state);
+  if (planFor !== key) document.documentElement.dataset.planned = "no";
+  if (key !== askedFor) {
+    askedFor = key;
+    problem(null);
+    clearTimeout(diagramTimer);
+    diagrams.stop(); // the server is to plan first
+    diagramFor = "";
+    planner.ask(question(state), live);
+  } else if (!live) askDiagram();
+  showControls(state);
+  for (const key of Object.keys(CHARTS)) byId(`chart-${key}`).checked = state.view.chart === key;
+  byId("undo").disabled = !store.canUndo();
+  byId("redo").disabled = !store.canRedo();
+  clock.setSeconds(state.period / Number(byId("pace").value));
+  charts.choose(state.view.chart);
+  askMap(state, live);
+  clearTimeout(addressTimer);
+  // Browsers refuse too many changes of the address in a row, which a drag would make.
+  if (live) addressTimer = setTimeout(writeAddress, 300);
+  else writeAddress();
+}
+
+function writeAddress() {
+  const text = addressOf(store.state, setup);
+  if (`#${text}` === location.hash || (!text && !location.hash)) return;
+  history.replaceState(null, "", text ? `#${text}` : location.pathname);
+}
+
+function commit(patch) {
+  if (tab === "table" && "waypoints" in patch) showTab("plan");
+  store.commit(patch);
+}
+
+function showTab(name) {
+  tab = name;
+  showTabs();
+  showFound();
+}
+
+function limited(count, limit, what) {
+  if (count < limit) return false;
+  problem(`${count} ${what}; at most ${limit} are allowed`);
+  return true;
+}
+
+// Parts -----------------------------------------------------------------------------------------------------------
+
+function removeWaypoint(index) {
+  map.select(null);
+  commit({ waypoints: store.state.waypoints.filter((_, k) => k !== index) });
+  say(`Waypoint ${index + 1} removed`);
+}
+
+function removePolygon(kind, index) {
+  map.select(null);
+  commit({ [kind]: store.state[kind].filter((_, k) => k !== index) });
+  say("Polygon removed");
+}
+
+const map = mapIn(byId("map-root"), {
+  add(point, index) {
+    const { waypoints } = store.state;
+    if (limited(waypoints.length, setup.limits.waypoints, "waypoints")) return;
+    commit({ waypoints: waypoints.toSpliced(index, 0, point) });
+    say(`Waypoint ${index + 1} added: α1 ${angle(point[0])}, α2 ${angle(point[1])}`);
+  },
+  move(index, point) {
+    if (tab === "table") showTab("plan");
+    store.preview({ waypoints: store.state.waypoints.with(index, point) });
+  },
+  movePolygon(kind, index, ring) {
+    store.preview({ [kind]: store.state[kind].with(index, ring) });
+  },
+  drop: () => store?.settle(),
+  cancel: () => store.cancel(),
+  remove: removeWaypoint,
+  polygon(kind, ring) {
+    if (limited(store.state[kind].length, setup.limits.polygons, "polygons")) return;
+    commit({ [kind]: [...store.state[kind], ring] });
+    map.select({ kind, index: store.state[kind].length - 1 });
+    say("Polygon closed");
+  },
+  removePolygon,
+  selected() {},
+  say,
+  modeChanged(mode) {
+    for (const name of ["waypoints", "keep_out", "keep_in"]) {
+      byId(`mode-${name}`).setAttribute("aria-pressed", String(name === mode));
+    }
+  },
+});
+
+const vehicle = vehicleIn(byId("vehicle-root"));
+const clock = clockOf(showPhase, (playing) => (byId("play").textContent = playing ? "Pause" : prefersStillness() ? "Step" : "Play"));
+const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) => {
+  if (!clock.playing) clock.set(phase, "chart");
+});
+
+/** Step to the next corner of the gait instead of moving, for those who asked for less motion. */
+function stepClock() {
+  clock.set(clock.phase >= 0.999 ? 0 : Math.min(1, Math.floor(clock.phase * 8 + 1.001) / 8), "step");
+}
+
+function bindPlayer() {
+  if (prefersStillness()) byId("play").textContent = "Step";
+  byId("play").addEventListener("click", () => (prefersStillness() ? stepClock() : clock.play(!clock.playing)));
+  byId("scrub").addEventListener("input", (event) => {
+    clock.play(false);
+    clock.set(Number(event.target.value) / 1000, "scrub");
+  });
+  byId("pace").addEventListener("change", () => clock.setSeconds(store.state.period / Number(byId("pace").value)));
+}
+
+async function openTable(file) {
+  if (!file) return;
+  if (file.size > setup.limits.table_bytes) {
+    problem(`${file.name}: ${file.size} bytes; allowed are at most ${setup.limits.table_bytes}`);
+    return;
+  }
+  byId("main").classList.add("waiting");
+  try {
+    table = await tableReport(file);
+    problem(null);
+    clock.play(false);
+    map.select(null);
+    showTab("table");
+  } catch (error) {
+    failed(error);
+  } finally {
+    byId("main").classList.remove("waiting");
+  }
+}
+
+function closeTable() {
+  table = null;
+  showTab("plan");
+  byId("open").focus();
+}
+
+function bindTable() {
+  const input = byId("file");
+  byId("open").addEventListener("click", () => input.click());
+  input.addEventListener("change", () => {
+    openTable(input.files[0]);
+    input.value = ""; // so that the same file, mended, can be opened again
+  });
+  byId("tab-plan").addEventListener("click", () => showTab("plan"));
+  byId("tab-table").addEventListener("click", () => showTab("table"));
+  byId("close-table").addEventListener("click", closeTable);
+  byId("use-request").addEventListener("click", () => {
+    const { view: _view, ...asked } = { ...startOf(setup), ...table.request };
+    closeTable();
+    commit(asked);
+  });
+  const hint = byId("drop-hint");
+  addEventListener("dragover", (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    hint.hidden = false;
+  });
+  addEventListener("dragleave", (event) => {
+    if (!event.relatedTarget) hint.hidden = true;
+  });
+  addEventListener("drop", (event) => {
+    hint.hidden = true;
+    if (!event.dataTransfer?.files.length) return;
+    event.preventDefault();
+    openTable(event.dataTransfer.files[0]);
+  });
+}
+
+async function save(suffix) {
+  byId("download").open = false;
+  try {
+    const { blob, name } = await download(question(store.state), suffix);
+    const link = html("a", { href: URL.createObjectURL(blob), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    say(`${name} saved`);
+  } catch (error) {
+    failed(error);
+  }
+}
+
+function bindDownloads() {
+  byId("formats").append(
+    ...setup.formats.map((format) =>
+      html(
+        "li",
+        {},
+        html(
+          "button",
+          { type: "button", "data-suffix": format.suffix, "data-available": format.available, disabled: true,
+            "aria-describedby": format.why_not ? `why${format.suffix}` : null, onclick: () => save(format.suffix) },
+          format.name,
+          html("span", { class: "suffix" }, format.suffix),
+        ),
+        format.why_not ? html("p", { class: "small", id: `why${format.suffix}` }, format.why_not) : null,
+      ),
+    ),
+  );
+  const menu = byId("download");
+  addEventListener("pointerdown", (event) => {
+    if (!menu.contains(event.target)) menu.open = false;
+  });
+  menu.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !menu.open) return;
+    menu.open = false;
+    menu.firstElementChild.focus();
+  });
+}
+
+function bindHeader() {
+  byId("version").textContent = setup.version;
+  const load = byId("load");
+  load.append(...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)));
+  load.addEventListener("change", () => {
+    const gait = setup.paper_gaits[Number(load.value)];
+    load.value = "";
+    const { view: _view, ...start } = startOf(setup);
+    commit({ ...start, eta: store.state.eta, color: gait.color, waypoints: gait.waypoints, ...(gait.sign ? { sign: gait.sign } : {}) });
+  });
+  byId("undo").addEventListener("click", () => store.undo());
+  byId("redo").addEventListener("click", () => store.redo());
+  byId("clear").addEventListener("click", () => {
+    map.select(null);
+    commit({ waypoints: [] });
+  });
+  byId("copy").addEventListener("click", async () => {
+    writeAddress();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      byId("copy").textContent = "Copied";
+      say("Link copied");
+      setTimeout(() => (byId("copy").textContent = "Copy link"), 1500);
+    } catch {
+      problem("The browser does not let this page copy; the link is the address above");
+    }
+  });
+  byId("problem-close").addEventListener("click", () => problem(null));
+  byId("notice-close").addEventListener("click", () => notice(null));
+  for (const mode of ["waypoints", "keep_out", "keep_in"]) {
+    byId(`mode-${mode}`).addEventListener("click", () => {
+      map.setMode(mode);
+      map.element.focus({ preventScroll: true });
+    });
+  }
+  const names = Object.entries(CHARTS);
+  for (const [value, { title, unit }] of names) {
+    const input = html("input", { type: "radio", name: "chart", value, id: `chart-${value}`, onchange: () => store.look({ chart: value }) });
+    byId("field-chart").append(input, html("label", { for: input.id, class: "choice", title: unit }, title));
+  }
+}
+
+function bindKeys() {
+  addEventListener("keydown", (event) => {
+    const isText = event.target.matches?.("input[type=text], input[type=number]");
+    if ((event.ctrlKey || event.metaKey) && !event.altKey && !isText) {
+      const key = event.key.toLowerCase();
+      if (key === "z") (event.shiftKey ? store.redo : store.undo)();
+      else if (key === "y") store.redo();
+      else return;
+      event.preventDefault();
+      return;
+    }
+    if (event.target === map.element || isText || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (map.mode() === "waypoints") return;
+    if (event.key === "Escape") map.setMode("waypoints");
+    else if (event.key === "Enter" && map.hasDraft() && !event.target.matches?.("button, summary, select, input")) map.closeDraft();
+  });
+}
+
+function readAddress() {
+  const { state, problems } = stateFrom(location.hash, setup);
+  if (problems.length) {
+    notice(`The address holds what cannot be used; the default stands instead. ${problems.slice(0, 3).join(" · ")}`);
+  } else notice(null);
+  return state;
+}
+
+async function start() {
+  try {
+    setup = await setupOf();
+  } catch (error) {
+    problem(
+      error instanceof Gone
+        ? "The server does not answer. Start “gaitgraph explore” again and open the address that it prints."
+        : `${error.message}. Open the address that “gaitgraph explore” prints.`,
+    );
+    return;
+  }
+  bindHeader();
+  bindTable();
+  bindDownloads();
+  bindPlayer();
+  bindKeys();
+  store = historyOf(readAddress(), (_state, how) => refresh(how));
+  showControls = bindControls(setup, {
+    commit,
+    preview: (patch) => store.preview(patch),
+    look: (patch) => store.look(patch),
+    problem,
+    remove: removeWaypoint,
+    removePolygon,
+    selectPolygon(kind, index) {
+      map.select({ kind, index });
+      map.element.focus();
+    },
+  });
+  store.look({});
+  addEventListener("hashchange", () => {
+    const next = readAddress();
+    store.look(next.view);
+    const { view: _view, ...rest } = next;
+    commit(rest);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    map.repaint();
+    charts.rebuild();
+  });
+  document.documentElement.dataset.ready = "yes";
+}
+
+start();

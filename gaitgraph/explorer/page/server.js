@@ -1,0 +1,118 @@
+// Talking to the server that printed this page's address: the latest question wins, and a server that is gone is waited for.
+
+export class Refused extends Error {}
+export class Gone extends Error {}
+
+async function answerOf(path, options) {
+  let response;
+  try {
+    response = await fetch(path, { cache: "no-store", ...options });
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Gone("the server does not answer");
+  }
+  if (response.ok) return response;
+  let line = `the server answered ${response.status}`;
+  try {
+    line = (await response.json()).error ?? line;
+  } catch {
+    // No JSON: the status has to do.
+  }
+  throw new Refused(line);
+}
+
+const jsonOptions = (body, signal) => ({
+  method: "POST",
+  headers: { "Content-Type": "application/json" },
+  body: JSON.stringify(body),
+  signal,
+});
+
+export async function setupOf() {
+  return (await answerOf("api/setup")).json();
+}
+
+export async function tableReport(file) {
+  const path = `api/table?name=${encodeURIComponent(file.name)}`;
+  const options = { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file };
+  return (await answerOf(path, options)).json();
+}
+
+/** Return the bytes of a gait in one format, and the name that the server gives them. */
+export async function download(state, suffix) {
+  const response = await answerOf("api/download", jsonOptions({ state, suffix }));
+  const named = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
+  return { blob: await response.blob(), name: named ? named[1] : `gait${suffix}` };
+}
+
+/**
+ * Return a function that asks `path`, of which only the latest answer counts.
+ *
+ * A new question aborts the one before, unless it is asked live (while dragging) and the one before is younger than
+ * `patience` [ms]: then the newest waits for that answer, so that something is seen on the way.
+ */
+export function latest(path, { onAnswer, onError, onWaiting = () => {}, patience = 150 }) {
+  let flight = null;
+  let waiting = null;
+  let timer = 0;
+
+  async function send(body) {
+    const mine = { controller: new AbortController(), since: performance.now() };
+    flight = mine;
+    clearTimeout(timer);
+    timer = setTimeout(() => onWaiting(true), patience);
+    try {
+      const answer = await (await answerOf(path, jsonOptions(body, mine.controller.signal))).json();
+      if (flight === mine) onAnswer(answer, body);
+    } catch (error) {
+      if (error.name !== "AbortError" && flight === mine) onError(error, body);
+    } finally {
+      if (flight === mine) {
+        flight = null;
+        clearTimeout(timer);
+        onWaiting(false);
+        const next = waiting;
+        waiting = null;
+        if (next) send(next);
+      }
+    }
+  }
+
+  return {
+    ask(body, live = false) {
+      if (flight && live && performance.now() - flight.since < patience) {
+        waiting = body;
+        return;
+      }
+      flight?.controller.abort();
+      waiting = null;
+      send(body);
+    },
+    stop() {
+      flight?.controller.abort();
+      flight = null;
+      waiting = null;
+      clearTimeout(timer);
+      onWaiting(false);
+    },
+  };
+}
+
+/** Ask again and again, ever more seldom, until the server is back. */
+export function waitForServer(onBack, onTry) {
+  let pause = 1;
+  let timer = 0;
+  const attempt = async () => {
+    try {
+      await setupOf();
+      onBack();
+    } catch (error) {
+      pause = Math.min(15, pause * 2);
+      onTry(pause, error);
+      timer = setTimeout(attempt, pause * 1000);
+    }
+  };
+  onTry(pause, null);
+  timer = setTimeout(attempt, pause * 1000);
+  return () => clearTimeout(timer);
+}

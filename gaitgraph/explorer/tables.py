@@ -1,0 +1,193 @@
+"""A user's table on the map, and the planned gait as a file: bytes in, bytes out, by no path of the user's."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
+from gaitgraph.exchange import closed_rows, gait_of
+from gaitgraph.explorer.answers import checks_answer, planned, rounded
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, State, checked_choice, state_of, vehicle_of
+from gaitgraph.formats import FORMATS, known_format
+from gaitgraph.reading import read_pieces
+from gaitgraph.reports import DEFAULT_FLOOR
+from gaitgraph.tables import merged, table_of
+from gaitgraph.validation import validate
+from gaitgraph.vehicle import preset_names, vehicle_from_mapping
+from gaitgraph.writing import write_tables
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.tables import Table
+
+__all__ = ["file_answer", "formats_answer", "table_answer"]
+
+_MOST_ROWS = 2000
+_UNSHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of a request that the page has no control for
+
+
+def formats_answer() -> list[dict[str, Any]]:
+    """Return the formats that a gait can be downloaded in, and why one is not available."""
+    return [
+        {
+            "suffix": one.suffix,
+            "name": one.name,
+            "available": one.why_not() is None,
+            "why_not": one.why_not(),
+            "reads": one.reads and not one.folder,
+        }
+        for one in FORMATS.values()
+    ]
+
+
+def table_answer(name: str, content: bytes, progress: Callable[..., None] | None = None) -> dict[str, Any]:
+    """Return what a gait file holds and where it breaks a rule.
+
+    Parameters
+    ----------
+    name
+        What the user calls the file; its suffix is the format, and nothing else of it is used but in messages.
+    content
+        The bytes of the file.
+    progress
+        Called while it is read and judged.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If it is no gait table.
+    """
+    name = _plain_name(name)
+    form = known_format(name, "table", reads=True)
+    if form.folder:
+        raise InputError(f"table: {name!r}; allowed are the suffixes of single files, and a {form.name} is a folder")
+    with TemporaryDirectory(prefix="gaitgraph-") as folder:
+        path = Path(folder) / f"table{form.suffix}"
+        path.write_bytes(content)
+        try:
+            table = merged(read_pieces(path, progress=progress))
+            if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
+                checked_choice("vehicle", table.about["vehicle"], preset_names())
+            report = validate(path, progress=progress)
+            way, _, _ = closed_rows(table)
+        except (InputError, FileProblem) as error:
+            raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
+    rows = _spread(len(way.alpha))
+    series = {"alpha": rounded(way.alpha[rows].T)} | ({} if way.t is None else {"t": rounded(way.t[rows], 9)})
+    checks = checks_answer(report.checks)
+    return {
+        "name": name,
+        "rows": report.rows,
+        "valid": report.valid,
+        "flyable": report.flyable,
+        "two_color": report.two_color,
+        "reachable_from_hover": report.reachable_from_hover,
+        "checks": checks,
+        "warnings": list(report.warnings),
+        "path": rounded(way.alpha[rows, :2]),
+        "series": series,
+        "corners": _corners(table),
+        "broken": [
+            {name: check["where"][name] for name in ("alpha1", "alpha2")} | {"message": check["message"]}
+            for check in checks
+            if check["mark"] != "ok" and check["where"] is not None
+        ],
+        "request": _state_of_request(table),
+    }
+
+
+def _plain_name(name: str) -> str:
+    """Return the last part of a file's name, printable and short, for messages."""
+    last = re.split(r"[\\/]", name)[-1]
+    last = "".join(letter for letter in last if letter.isprintable())
+    if not last:
+        raise InputError(f"name: {shown(name)}; allowed is a file's name with its suffix")
+    return last if len(last) <= 100 else last[:60] + "…" + last[-30:]
+
+
+def _spread(count: int) -> npt.NDArray[np.int64]:
+    """Return the rows to draw: all, or as many as can be told apart, the first and the last among them."""
+    return np.unique(np.round(np.linspace(0, count - 1, min(count, _MOST_ROWS))).astype(np.int64))
+
+
+def _corners(table: Table) -> list[Any]:
+    try:
+        return rounded(gait_of(table).alpha[:_MOST_ROWS])
+    except GaitgraphError:  # rows of several colors, for example, are no one gait
+        return []
+
+
+def _state_of_request(table: Table) -> dict[str, Any] | None:
+    """Return the state that a file's request is, or None if it tells none, or one that the page has no place for."""
+    request = table.about.get("request")
+    if not isinstance(request, dict):
+        return None
+    state = {name: value for name, value in request.items() if name in DEFAULTS}
+    others = {name: value for name, value in request.items() if name not in DEFAULTS}
+    if others != {name: value for name, value in _UNSHOWN.items() if name in others}:
+        return None
+    if "t" in table and 2 <= len(table) <= LIMITS["samples"]:
+        state["samples"] = len(table) - 1
+    try:
+        state |= _preset_of(request.get("vehicle", DEFAULTS["vehicle"]))
+        state_of(state)
+    except GaitgraphError:
+        return None
+    return state
+
+
+def _preset_of(stated: object) -> dict[str, Any]:
+    """Return the preset and drag ratio that a vehicle is; InputError if it differs from all presets by more."""
+    if not isinstance(stated, dict):
+        return {"vehicle": checked_choice("vehicle", stated, preset_names()), "drag_ratio": None}
+    vehicle = vehicle_from_mapping(stated)
+    for name in preset_names():
+        for drag_ratio in (None, vehicle.drag_ratio):
+            if vehicle == vehicle_of(name, drag_ratio):
+                return {"vehicle": name, "drag_ratio": drag_ratio}
+    raise InputError(f"vehicle: {shown(vehicle.name)}; allowed are presets, with another drag ratio at most")
+
+
+def file_answer(state: State, suffix: object, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
+    """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not known, or there is no gait.
+    """
+    if not isinstance(suffix, str) or suffix not in FORMATS:
+        raise InputError(f"suffix: {shown(suffix)}; allowed are {', '.join(FORMATS)}")
+    if state.empty:
+        raise InputError("waypoints: none given; allowed is at least one")
+    result = planned(state, progress)
+    if result.loop is None:
+        raise InputError(f"there is no gait to write: {result.reason}")
+    table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
+    with TemporaryDirectory(prefix="gaitgraph-") as folder:
+        path = Path(folder) / f"gait{suffix}"
+        write_tables(table, [path])
+        if path.is_dir():
+            return f"{path.name}.zip", _zipped(path)
+        return path.name, path.read_bytes()
+
+
+def _zipped(folder: Path) -> bytes:
+    """Return a folder as a zip whose bytes depend on nothing but its files."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(entry, path.read_bytes())
+    return stream.getvalue()

@@ -1,0 +1,439 @@
+"""The explorer's page in a real headless Chromium: what a reader clicks, drags, types, opens and saves.
+
+Without selenium, Chromium or its driver these tests skip and say which is missing.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import gaitgraph as gg
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not installed")
+pytest.importorskip("starlette", reason="starlette, of the extra 'explore', is not installed")
+pytest.importorskip("uvicorn", reason="uvicorn, of the extra 'explore', is not installed")
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+DRIVER = shutil.which("chromedriver")
+if CHROMIUM is None or DRIVER is None:
+    pytest.skip("no chromium with chromedriver on the path", allow_module_level=True)
+
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
+)  # fmt: skip
+WIDE, NARROW = (1280, 900), (400, 800)
+PATIENCE = 30.0  # until a page that does not come counts as broken [s]
+STEP = math.pi / 16
+
+# The waypoints of Gait 3, as the page writes them in its address.
+GAIT_3 = "waypoints=3pi/8,-3pi/8;3pi/8,-pi/8;pi/8,-pi/8;pi/8,-3pi/8"
+
+BROKEN = """alpha1,alpha2,alpha3,alpha4
+1.178,-1.178,1.178,-1.178
+1.178,-0.393,1.178,-0.393
+0.393,-0.393,0.6,-0.393
+0.393,-1.178,0.393,-1.178
+"""
+
+# Every text that is seen, with the contrast [1, 21] of its color to what is behind it.
+CONTRASTS = """
+const light = (rgb) => rgb.map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
+const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+const found = [];
+for (const node of document.querySelectorAll("body *:not(option):not(script):not(svg *)")) {
+  const own = [...node.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim());
+  if (!own || !node.checkVisibility() || node.closest(":disabled, .spoken, .skip, canvas")) continue;
+  let behind = node;
+  while (behind && (parts(getComputedStyle(behind).backgroundColor)[3] ?? 1) === 0) behind = behind.parentElement;
+  const ratio = [getComputedStyle(node).color, getComputedStyle(behind ?? document.body).backgroundColor]
+    .map((color) => light(parts(color).slice(0, 3)) + 0.05).sort((a, b) => b - a);
+  found.push([`${node.tagName}.${node.className} ${node.textContent.trim().slice(0, 30)}`, ratio[0] / ratio[1]]);
+}
+return found;
+"""
+
+
+class Page:
+    """The page as a reader meets it: the map by its angles, the rest by ids."""
+
+    def __init__(self, driver: Any, address: str, downloads: Path) -> None:
+        self.driver, self.address, self.downloads = driver, address, downloads
+
+    def js(self, script: str, *values: object) -> Any:
+        return self.driver.execute_script(script, *values)
+
+    def cdp(self, command: str, **values: object) -> Any:
+        return self.driver.execute_cdp_cmd(command, values)
+
+    def until(self, what: Callable[[], Any]) -> Any:
+        """Return what is found as soon as it is true."""
+        end = time.monotonic() + PATIENCE
+        while not (found := what()):
+            assert time.monotonic() < end, f"waited in vain; the page says {self.text('main')!r}"
+            time.sleep(0.01)
+        return found
+
+    def size(self, width: int, height: int) -> None:
+        self.cdp("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def open(self, state: str = "") -> None:
+        """Load the page anew, with a state in its address."""
+        self.driver.get("about:blank")
+        self.driver.get(f"{self.address}#{state}")
+        self.until(lambda: self.js("return document.documentElement.dataset.ready"))
+        self.planned()
+
+    def planned(self) -> None:
+        """Wait until the plan of the present state is shown."""
+        self.until(lambda: self.js("return document.documentElement.dataset.planned === 'yes'"))
+
+    def id(self, name: str) -> Any:
+        return self.driver.find_element("id", name)
+
+    def text(self, name: str) -> str:
+        return str(self.js("return document.getElementById(arguments[0]).textContent", name)).strip()
+
+    def count(self, selector: str) -> int:
+        return int(self.js("return document.querySelectorAll(arguments[0]).length", selector))
+
+    @property
+    def state(self) -> str:
+        return str(self.js("return decodeURIComponent(location.hash.slice(1))"))
+
+    def headline(self) -> str:
+        return self.text("headline")
+
+    def corners(self) -> list[list[str]]:
+        found: list[list[str]] = self.js(
+            "return [...document.querySelectorAll('#corners tbody tr')].map((row) =>"
+            " [...row.querySelectorAll('.angle')].map((cell) => cell.textContent))"
+        )
+        return found
+
+    def place(self, alpha1: float, alpha2: float) -> tuple[int, int]:
+        """Return where on the screen a point of the map lies [px]."""
+        left, top, side = self.js(
+            "const frame = document.querySelector('#map .frame').getBoundingClientRect();"
+            " return [frame.left, frame.top, frame.width];"
+        )
+        return round(left + (alpha1 / math.pi + 0.5) * side), round(top + (0.5 - alpha2 / math.pi) * side)
+
+    def mouse(self, kind: str, alpha: tuple[float, float]) -> None:
+        x, y = self.place(*alpha)
+        count = int(kind != "mouseMoved")
+        self.cdp("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=count)
+
+    def click(self, *alpha: float) -> None:
+        point = (alpha[0], alpha[1])
+        self.mouse("mousePressed", point)
+        self.mouse("mouseReleased", point)
+
+    def keys(self, *keys: str) -> None:
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    def chord(self, *keys: str) -> None:
+        """Press keys together."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        chain = ActionChains(self.driver)
+        for key in keys:
+            chain.key_down(key)
+        for key in reversed(keys):
+            chain.key_up(key)
+        chain.perform()
+
+    def choose(self, name: str, value: str) -> None:
+        self.js(
+            "const field = document.getElementById(arguments[0]); field.value = arguments[1];"
+            " field.dispatchEvent(new Event('change', { bubbles: true }));",
+            name, value,
+        )  # fmt: skip
+
+    def complaints(self) -> list[str]:
+        """Return, and forget, what the browser's console holds."""
+        return [entry["message"] for entry in self.driver.get_log("browser")]
+
+
+def chromium(profile: Path) -> Any:
+    """Return a headless Chromium that downloads nothing to run, with an empty profile."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={WIDE[0]},{WIDE[1]}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(DRIVER))
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A server of its own, as a user starts it."""
+    command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdout is not None
+        yield server.stdout.readline().strip()
+        server.terminate()
+
+
+@pytest.fixture(scope="module")
+def window(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    downloads = tmp_path_factory.mktemp("downloads")
+    driver = chromium(tmp_path_factory.mktemp("profile"))
+    try:
+        page = Page(driver, address, downloads)
+        page.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
+        yield page
+    finally:
+        driver.quit()
+
+
+@pytest.fixture
+def page(window: Page) -> Iterator[Page]:
+    """The window, wide; afterwards nothing may stand in its console, and nothing may have come from elsewhere."""
+    window.size(*WIDE)
+    yield window
+    names = window.js("return performance.getEntriesByType('resource').map((entry) => entry.name)")
+    ours = (window.address, f"blob:{window.address[:16]}", "data:")
+    assert len(names) > 10
+    assert [name for name in names if not name.startswith(ours)] == []
+    assert window.complaints() == []
+
+
+def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
+    page.open()
+    assert page.headline() == "No waypoints yet"
+    for point in GAITS[2].angles:
+        page.click(*point)
+    page.until(lambda: page.headline() == "✓Flyable" and len(page.corners()) == 4)
+    assert page.state == GAIT_3
+    assert page.corners()[0] == ["3π/8", "−3π/8", "3π/8", "−3π/8"]
+    assert page.count(".waypoint") == page.count(".corner") == 4
+    assert page.count(".check.ok") == page.count(".check") == 8
+    assert "Flyable. red gait, 4 corners" in page.text("verdict-spoken")
+    page.until(lambda: page.count(".attitudes svg") == 2)  # the gait and the biased one beside it
+    assert "tilt margin90.0°" in page.text("diagram-root")
+    assert page.count("#vehicle-root .disc") == 4
+    assert page.count(".uplot canvas") == 2
+
+
+def test_gait_1_says_why_not(page: Page) -> None:
+    page.open()
+    page.choose("load", "0")
+    page.until(lambda: page.headline() == "△Valid, not flyable")
+    assert "least singular value" in page.text("report")
+    assert {"least_singular_value", "hover_thrust"} == set(
+        page.js("return [...document.querySelectorAll('.check.no')].map((node) => node.dataset.check)")
+    )
+    assert page.count(".path.blue") == 1
+    assert page.count(".broken") >= 1
+    assert "whole blue sheet" in page.text("report")
+    page.until(lambda: "rounding" in page.text("map-note"))  # the map shows the gait's own sheet
+
+
+def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
+    page.open(GAIT_3)
+    loop = "return document.querySelector('.path').getAttribute('d')"
+    before = page.js(loop)
+    page.mouse("mousePressed", (2 * STEP, -2 * STEP))
+    page.mouse("mouseMoved", (2 * STEP, -3 * STEP))
+    page.until(lambda: page.js(loop) != before)  # still held down
+    page.mouse("mouseMoved", (3 * STEP, -4 * STEP))
+    page.mouse("mouseReleased", (3 * STEP, -4 * STEP))
+    moved = "waypoints=3pi/8,-3pi/8;3pi/8,-pi/8;3pi/16,-pi/4;pi/8,-3pi/8"
+    page.until(lambda: page.state == moved)
+    page.planned()
+    assert ["3π/16", "−π/4"] in [corner[:2] for corner in page.corners()]
+    page.id("undo").click()
+    page.until(lambda: page.state == GAIT_3 and page.js(loop) == before)
+    page.keys("\ue009" + "y")
+    page.until(lambda: page.state == moved)
+    page.chord("\ue009", "z")
+    page.until(lambda: page.state == GAIT_3)
+    page.chord("\ue009", "\ue008", "z")
+    page.until(lambda: page.state == moved)
+    assert page.id("redo").get_property("disabled")
+    # A double click removes; it needs the waypoint to have been there before the first click.
+    page.click(3 * STEP, -4 * STEP)
+    page.click(3 * STEP, -4 * STEP)
+    page.until(lambda: page.count(".waypoint") == 3)
+    page.click(-3 * STEP, 3 * STEP)
+    page.click(-3 * STEP, 3 * STEP)
+    page.until(lambda: page.count(".waypoint") == 4)
+    page.planned()
+
+
+def test_the_address_holds_everything(page: Page) -> None:
+    state = (
+        f"{GAIT_3}&keep_out=pi/4,-3pi/16;5pi/16,-3pi/16;5pi/16,-5pi/16;0.8,-0.9&keep_in=0,0.1;pi/2,0.1;pi/2,-pi/2;0,-pi/2"
+        "&color=red&sign=negative&objective=robust&method=grid&law=constant-speed&coefficients=exact&divisions=32&drag_ratio=0.2"
+        "&period=2.5&samples=60&eta=0.7&any_order=yes&reverse=yes&sheet=blue&shading=least_singular_value&regions=no"
+        "&types=yes&snap=no&chart=rates&theme=dark"
+    )
+    page.open(state)
+    assert page.state == state
+    assert page.js("return getComputedStyle(document.documentElement).colorScheme") == "dark"
+    expected = {"period": "2.5", "samples": "60", "divisions": "32", "law": "constant-speed", "objective": "robust"}
+    assert {name: page.id(name).get_property("value") for name in expected} == expected
+    assert page.count(".polygon.keep_out") == page.count(".polygon.keep_in") == 1
+    before = page.text("report")
+    page.driver.refresh()
+    page.until(lambda: page.js("return document.documentElement.dataset.ready"))
+    page.planned()
+    assert (page.state, page.text("report")) == (state, before)
+
+
+def test_a_broken_address_is_told_and_the_rest_of_it_kept(page: Page) -> None:
+    page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A")
+    said = page.text("notice")
+    assert "color=green: allowed are auto, red, blue" in said
+    assert "“3pi/8,9” is no pair of angles within ±pi/2" in said
+    assert page.id("period").get_property("value") == "2"
+    assert page.headline() == "No waypoints yet"
+    page.id("notice-close").click()
+    page.click(2 * STEP, -2 * STEP)
+    page.until(lambda: page.state == "waypoints=pi/8,-pi/8&period=2")
+
+
+def test_a_download_is_a_gait_that_flies(page: Page) -> None:
+    page.open(GAIT_3)
+    page.driver.find_element("css selector", "#download > summary").click()
+    page.driver.find_element("css selector", "#formats [data-suffix='.csv']").click()
+    saved = page.downloads / "gait.csv"
+    page.until(saved.exists)
+    report = gg.validate(gg.read_table(saved))
+    assert report.valid
+    assert report.flyable
+    assert page.count("#formats button") == page.count("#formats button:not(:disabled)") + page.count("#formats .small")
+
+
+def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) -> None:
+    page.open()
+    table = tmp_path / "broken.csv"
+    table.write_text(BROKEN)
+    page.id("file").send_keys(str(table))
+    page.until(lambda: page.headline() == "✕Not valid")
+    assert page.text("table-name") == "broken.csv"
+    left, top = page.place(0.393, -0.393)
+    places = page.js(
+        "return [...document.querySelectorAll('.broken .place')].map((node) => node.getBoundingClientRect())"
+        ".map((box) => [box.x + box.width / 2, box.y + box.height / 2])"
+    )
+    assert min(math.hypot(x - left, y - top) for x, y in places) < 3
+    assert page.js("return document.getElementById('use-request').checkVisibility()") is False
+    page.id("close-table").click()
+    assert page.headline() == "No waypoints yet"
+    assert page.count(".broken") == 0
+
+
+def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
+    page.open()
+    path = tmp_path / "gait.json"
+    gg.plan_loop(GAITS[3].waypoints, color="red").gait.parametrize(period=1.0).write(path)
+    page.id("file").send_keys(str(path))
+    page.until(lambda: page.headline() == "✓Flyable")
+    page.id("use-request").click()
+    page.until(lambda: page.count(".waypoint") == 4)
+    page.planned()
+    assert page.headline() == "✓Flyable"
+    assert page.state.startswith("waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red")
+
+
+def test_the_keyboard_alone(page: Page) -> None:
+    page.open()
+    left, right, up, down, enter, delete, escape = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c"
+    page.js("document.activeElement.blur()")
+    page.keys("\ue004")
+    assert page.js("return document.activeElement.className") == "skip"
+    page.js("document.getElementById('map').focus()")
+    page.keys(*(right * 6), *(down * 6), enter, *(up * 4), enter, *(left * 4), enter, *(down * 4), enter)
+    page.until(lambda: page.state == GAIT_3 and page.headline() == "✓Flyable")
+    assert page.text("moves-spoken") == "Waypoint 4 added: α1 π/8, α2 −3π/8"
+    page.keys("[", right)
+    page.until(lambda: page.state == GAIT_3[: -len("pi/8,-3pi/8")] + "3pi/16,-3pi/8")
+    assert page.text("moves-spoken") == "Waypoint 4: α1 3π/16, α2 −3π/8"
+    page.keys(delete)
+    page.until(lambda: page.count(".waypoint") == 3)
+    page.planned()
+    page.id("mode-keep_out").send_keys(enter)  # gives the focus to the map
+    page.keys(" ", right, " ", up, " ", enter)
+    page.until(lambda: "&keep_out=" in page.state)
+    assert page.count(".polygon.chosen") == 1
+    page.keys(delete)
+    page.until(lambda: page.count(".polygon") == 0)
+    page.id("mode-keep_in").send_keys(enter)
+    page.keys(" ", escape)
+    assert page.id("mode-waypoints").get_attribute("aria-pressed") == "true"
+    assert page.js("return getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    page.planned()
+
+
+def test_waypoints_can_be_typed(page: Page) -> None:
+    page.open(GAIT_3)
+    field = page.driver.find_element("css selector", "[aria-label='Waypoint 2, α2']")
+    field.clear()
+    field.send_keys("-22.5deg", "\ue007")
+    page.planned()
+    assert page.state == GAIT_3
+    field.clear()
+    field.send_keys("2", "\ue007")
+    assert page.text("problem").startswith("Waypoint 2, α2: “2”; allowed are angles within ±π/2")
+    assert field.get_attribute("aria-invalid") == "true"
+    assert page.state == GAIT_3
+
+
+def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
+    page.open(f"{GAIT_3}&keep_out=0,0;pi/8,pi/8;pi/8,0;0,pi/8")  # a polygon that crosses itself
+    assert page.headline() == "✕Wrong input"
+    assert "keep_out" in page.text("report")
+    assert page.count(".path") == 0
+    page.driver.find_element("css selector", "#polygon-list .quiet").click()
+    page.until(lambda: page.headline() == "✓Flyable")
+    page.cdp("Network.enable")
+    page.cdp("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.click(4 * STEP, -6 * STEP)
+    page.until(lambda: "does not answer" in page.text("connection"))
+    assert page.count(".waypoint") == 5  # what was clicked is kept
+    page.cdp("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.until(lambda: not page.id("connection").is_displayed())
+    page.planned()
+    assert all("400" in line or "ERR_INTERNET_DISCONNECTED" in line for line in page.complaints())
+
+
+@pytest.mark.parametrize(("size", "theme"), [(WIDE, "light"), (NARROW, "dark")])
+def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[int, int], theme: str) -> None:
+    page.size(*size)
+    page.open(f"{GAIT_3}&keep_out=0,0;pi/16,pi/8;pi/8,0&theme={theme}&types=yes")
+    page.driver.find_element("css selector", "#download > summary").click()
+    width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
+    assert width[0] <= width[1] == size[0]
+    pale = [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5]
+    assert pale == []
+    tree = page.cdp("Accessibility.getFullAXTree")["nodes"]
+    controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "spinbutton", "link", "application"}
+    found = [
+        (node["role"]["value"], node.get("name", {}).get("value", "").strip())
+        for node in tree
+        if not node["ignored"] and node["role"]["value"] in controls | {"DisclosureTriangle", "image"}
+    ]
+    assert {role for role, _ in found} >= controls
+    assert [role for role, name in found if not name] == []
+    landmarks = {node["role"]["value"] for node in tree if not node["ignored"]}
+    assert {"main", "banner", "region", "status"} <= landmarks

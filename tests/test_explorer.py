@@ -1,0 +1,832 @@
+"""The explorer's server: every answer against the package, and everything that it must refuse."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import webbrowser
+import zipfile
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote, unquote
+from urllib.request import Request, urlopen
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.explorer import answers, jobs, server
+from gaitgraph.explorer.guards import HEADERS
+from gaitgraph.explorer.jobs import Job, Stopped, run_job
+from gaitgraph.explorer.server import Listening, application
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, state_of
+from gaitgraph.formats import FORMATS
+from gaitgraph.scenes import scene_of
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    Pairs = Iterable[tuple[str, str]]
+
+PORT, TOKEN = 8000, "a-token-of-some-length"
+GAIT3 = GAITS[2]
+ADDRESS = f"http://127.0.0.1:{PORT}"
+JSON, BYTES = "application/json", "application/octet-stream"
+
+
+@dataclass(frozen=True)
+class Answer:
+    status: int
+    headers: dict[str, str]
+    content: bytes
+
+    def json(self) -> Any:
+        return json.loads(self.content)
+
+
+async def answer_to(
+    app: Any, method: str, path: str, headers: Pairs, messages: list[dict[str, Any]] | None = None
+) -> Answer:
+    """Ask the application itself: the path as it stands, any headers, and a body that comes in any pieces."""
+    sent: list[Any] = []
+    waiting = list(messages or [])
+
+    async def receive() -> Any:
+        if not waiting:
+            await asyncio.Event().wait()
+        return waiting.pop(0)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    place, _, query = path.partition("?")
+    stated = list(headers)
+    if all(name != "host" for name, _ in stated):
+        stated.append(("host", f"127.0.0.1:{PORT}"))
+    scope = {
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": method,
+        "scheme": "http",
+        "path": unquote(place),
+        "raw_path": place.encode(),
+        "query_string": query.encode(),
+        "root_path": "",
+        "headers": [(name.encode(), value.encode()) for name, value in stated],
+        "client": ("127.0.0.1", 5000),
+        "server": ("127.0.0.1", PORT),
+    }
+    await app(scope, receive, send)
+    start = sent[0]
+    found = {name.decode(): value.decode() for name, value in start["headers"]}
+    return Answer(start["status"], found, b"".join(message.get("body", b"") for message in sent[1:]))
+
+
+class Client:
+    """Asks the server as the page does, or as nobody should."""
+
+    def __init__(self) -> None:
+        self.app = application(TOKEN, PORT)
+
+    def send(self, method: str, path: str, headers: Pairs = (), body: bytes = b"") -> Answer:
+        messages = [{"type": "http.request", "body": body, "more_body": False}]
+        stated = [*headers, *([("content-length", str(len(body)))] if body else [])]
+        return asyncio.run(answer_to(self.app, method, path, stated, messages))
+
+    def get(self, name: str, headers: Pairs = ()) -> Answer:
+        return self.send("GET", f"/{TOKEN}/{name}", headers)
+
+    def post(self, name: str, content: Any) -> Answer:
+        return self.raw(name, json.dumps(content).encode())
+
+    def raw(self, name: str, body: bytes, kind: str = JSON) -> Answer:
+        return self.send("POST", f"/{TOKEN}/api/{name}", [("content-type", kind)], body)
+
+    def __call__(self, name: str, content: Any) -> Any:
+        answer = self.post(name, content)
+        assert answer.status == 200, answer.content[:500]
+        return answer.json()
+
+    def refused(self, name: str, content: Any) -> str:
+        return told(self.post(name, content), 400)
+
+    def table(self, name: str, content: bytes) -> Answer:
+        return self.raw(f"table?name={quote(name)}", content, BYTES)
+
+    def file(self, state: dict[str, Any], suffix: str) -> Answer:
+        return self.post("download", {"state": state, "suffix": suffix})
+
+
+@pytest.fixture(scope="module")
+def ask() -> Client:
+    return Client()
+
+
+def told(answer: Answer, status: int) -> str:
+    """Return the one line of a refusal."""
+    assert answer.status == status, (answer.status, answer.content[:300])
+    content = answer.json()
+    assert list(content) == ["error"]
+    message = content["error"]
+    assert isinstance(message, str)
+    assert message
+    assert "\n" not in message
+    assert "Traceback" not in message
+    return message
+
+
+def of_gait(number: int) -> dict[str, Any]:
+    gait = GAITS[number - 1]
+    return {"waypoints": [list(point) for point in gait.angles], "color": gait.color, "sign": gait.sign}
+
+
+class TestPlan:
+    @pytest.mark.parametrize("number", [1, 2, 3, 4])
+    def test_the_paper_gaits_are_what_plan_loop_says(self, ask: Client, number: int) -> None:
+        state, gait = of_gait(number), GAITS[number - 1]
+        answer, plan = ask("plan", state), gg.plan_loop(gait.angles, color=gait.color, sign=gait.sign)
+        assert plan.loop is not None
+        assert answer["status"] == "planned"
+        assert (answer["flyable"], answer["reachable_from_hover"]) == (gait.flyable, gait.reachable)
+        assert answer["corners"] == plan.gait.alpha.tolist()
+        assert answer["vertices"] == plan.gait.vertices().tolist()
+        assert np.abs(np.array(answer["vertices"])[:, 2:] - gait.printed).max() < 1e-3
+        assert answer["types"] == list(plan.gait.types)
+        assert answer["length"] == plan.loop.length
+        assert answer["reason"] == plan.reason
+        assert (answer["reason"] is None) == gait.flyable
+        assert np.allclose(answer["path"], [*gait.angles, gait.angles[0]], atol=1e-6)
+        for check, shown in zip(plan.report.checks, answer["checks"], strict=True):
+            assert (shown["name"], shown["ok"], shown["message"]) == (check.name, check.ok, check.message)
+            assert shown["mark"] == {"ok": "ok", "NO": "no", "??": "undecided"}[check.mark]
+            assert "_" not in shown["title"]
+        worst = next(check for check in answer["checks"] if check["name"] == "least_singular_value")
+        assert [worst["where"][f"alpha{k}"] for k in (1, 2, 3, 4)] == plan.report["least_singular_value"].where["alpha"]  # type: ignore[index]
+
+    def test_the_series_is_the_table_and_the_scene_its_vehicle(self, ask: Client) -> None:
+        answer = ask("plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"})
+        timed = gg.plan_loop(GAIT3.angles, period=2.0, law="equal-time").timed(samples=40)
+        series = answer["series"]
+        assert np.allclose(series["t"], timed.t)
+        assert np.allclose(np.transpose(series["alpha"]), timed.alpha, atol=1e-6)
+        assert np.allclose(np.transpose(series["rates"]), timed.rates, atol=1e-6)
+        assert np.allclose(series["R"], timed.columns()["R"], atol=1e-6)
+        assert np.allclose(series["least_singular_value"], gg.least_singular_value(timed.alpha), atol=1e-6)
+        assert np.allclose(np.transpose(series["hover_thrusts"]), gg.hover_thrust_shares(timed.alpha), atol=1e-5)
+        scene = scene_of(timed.alpha)
+        assert answer["scene"]["t"] == series["t"]
+        assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene.discs[:, 2], atol=0.01)
+
+    def test_long_series_are_thinned_to_what_can_be_seen(self, ask: Client) -> None:
+        answer = ask("plan", of_gait(4) | {"samples": 5000})
+        assert len(answer["series"]["t"]) == 401
+        assert answer["scene"]["frames"] == len(answer["scene"]["t"]) == 101
+        assert answer["series"]["t"][-1] == answer["scene"]["t"][-1] == 1.0
+
+    def test_blue_has_no_hover_thrusts(self, ask: Client) -> None:
+        thrusts = ask("plan", of_gait(1))["series"]["hover_thrusts"]
+        assert {value for rotor in thrusts for value in rotor} == {None}
+
+    def test_the_order_is_that_of_the_waypoints(self, ask: Client) -> None:
+        crossed = [GAIT3.angles[k] for k in (0, 2, 1, 3)]
+        answer = ask("plan", {"waypoints": crossed, "any_order": True, "color": "red"})
+        assert answer["order"] in ([0, 2, 1, 3], [0, 3, 1, 2])
+        assert answer["length"] == pytest.approx(math.pi)
+
+    def test_an_empty_and_an_infeasible_state_have_every_name(self, ask: Client) -> None:
+        planned, empty = ask("plan", of_gait(3)), ask("plan", {})
+        none = ask("plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})
+        assert set(empty) == set(none) == set(planned)
+        assert (empty["status"], none["status"]) == ("empty", "infeasible")
+        assert "no closed loop" in none["reason"]
+        assert none["obstacles"][0]["nearest"]
+        assert empty["series"] is none["scene"] is None
+
+    def test_alternatives_and_keep_outs(self, ask: Client) -> None:
+        state = of_gait(3) | {"color": "auto", "sign": "auto"}
+        assert [other["color"] for other in ask("plan", state)["alternatives"]] == ["blue"]
+        wall = [[1.1, -0.9], [1.3, -0.9], [1.3, -0.7], [1.1, -0.7]]
+        around = ask("plan", state | {"keep_out": [wall]})
+        assert around["length"] > math.pi + 0.01
+        assert around["length"] == pytest.approx(
+            gg.plan_loop(GAIT3.angles, keep_out=[wall], accuracy=1e-4).loop.length  # type: ignore[union-attr]
+        )
+
+    def test_another_drag_ratio_is_another_vehicle(self, ask: Client) -> None:
+        state = {"waypoints": [list(point) for point in GAIT3.angles], "drag_ratio": 0.3}
+        answer = ask("plan", state)
+        vehicle = gg.vehicle_from_mapping({"preset": "paper", "drag_ratio": 0.3})
+        assert answer["checks"][5]["value"] == gg.plan_loop(GAIT3.angles, vehicle=vehicle).report.checks[5].value
+        own = ask("plan", state | {"drag_ratio": gg.PAPER.drag_ratio})
+        assert own["checks"] == ask("plan", state | {"drag_ratio": None})["checks"]
+
+    def test_the_same_question_has_the_same_answer(self, ask: Client) -> None:
+        first, second = (ask("plan", of_gait(2)) for _ in range(2))
+        assert first.pop("server_ms") >= 0 <= second.pop("server_ms")
+        assert first == second
+
+
+class TestDiagram:
+    def test_it_is_the_robustness_of_the_plan(self, ask: Client) -> None:
+        answer = ask("diagram", of_gait(3) | {"eta": 0.9})
+        found = gg.robustness_of(gg.plan_loop(GAIT3.angles).gait, bias=0.9)
+        assert answer["eta"] == 0.9
+        assert answer["own"]["curves"] == []
+        assert answer["own"]["tilt_margin_deg"] == 90.0
+        biased = found.sweep[0]
+        assert biased.tilt_margin is not None
+        assert answer["biased"]["tilt_margin_deg"] == pytest.approx(math.degrees(biased.tilt_margin), abs=1e-3)
+        assert answer["biased"]["acceptable_fraction"] == pytest.approx(biased.acceptable.fraction, abs=2e-4)
+        assert len(answer["biased"]["curves"]) == 16
+        assert np.abs(answer["biased"]["acceptable"]).max() <= math.pi / 2 + 1e-5
+
+    def test_without_a_loop_it_says_why(self, ask: Client) -> None:
+        empty = ask("diagram", {})
+        assert (empty["own"], empty["reason"]) == (None, "no waypoints yet")
+        assert "no closed loop" in ask("diagram", {"waypoints": [[0.5, 0.5]], "sign": "negative"})["reason"]
+        blue = ask("diagram", of_gait(1))
+        assert blue["own"]["tilt_margin_deg"] is None
+        assert "singular" in blue["own"]["tilt_margin_reason"]
+
+
+class TestMap:
+    def test_the_shading_is_R_with_rows_of_constant_alpha2(self, ask: Client) -> None:
+        answer = ask("map", {"shading": "R"})
+        n = answer["n"]
+        axis = np.linspace(-math.pi / 2, math.pi / 2, n)
+        values = np.array(answer["values"]).reshape(n, n)
+        for row, column in ((3, 100), (64, 64), (90, 17)):
+            a1, a2 = axis[column], axis[row]
+            expected = float(gg.level_determinant([a1, a2, a1, a2], gg.coefficients_of()))
+            assert values[row, column] == pytest.approx(expected, rel=1e-4)
+        assert answer["range"] == pytest.approx([values.min(), values.max()], rel=1e-4)
+        assert answer["note"] is None
+
+    @pytest.mark.parametrize("sheet", ["red", "blue"])
+    def test_the_least_singular_value(self, ask: Client, sheet: str) -> None:
+        answer = ask("map", {"shading": "least_singular_value", "sheet": sheet})
+        assert answer["range"][0] >= 0
+        assert (answer["range"][1] > 1) == (sheet == "red")
+
+    def test_regions_are_those_of_the_package(self, ask: Client) -> None:
+        import shapely
+
+        answer = ask("map", {"vehicle": "beetle_omni"})
+        assert answer["values"] is answer["range"] is None
+        regions = {region["name"]: region for region in answer["regions"]}
+        assert set(regions) == {"R>0", "R<0", "hover", "flyable"}
+        flyable = gg.admissible_region(gg.vehicle_named("beetle_omni"))
+        drawn = shapely.union_all([shapely.Polygon(ring) for ring in regions["flyable"]["polygons"]])
+        assert drawn.area == pytest.approx(flyable.area, rel=5e-3)
+
+    def test_types_are_those_of_the_graph(self, ask: Client) -> None:
+        answer = ask("map", {"sheet": "blue"})
+        assert "rounding" in answer["note"]
+        codes = np.array(answer["types"]["codes"], dtype=object).reshape(17, 17)
+        graph = gg.surface_graph("negative")
+        k = 0
+        for node, data in graph.nodes(data=True):
+            i, j = node[:2]
+            if data["color"] == "blue" and 0 < i < 16 and 0 < j < 16:
+                assert codes[j, i] == data["types"], node
+                k += 1
+        assert k > 50
+
+    def test_blue_without_a_sign_is_told(self, ask: Client) -> None:
+        answer = ask("map", {"sheet": "blue", "coefficients": "exact"})
+        assert answer["regions"] == []
+        assert set(answer["types"]["codes"]) == {None}
+        assert "R = 0" in answer["note"]
+
+    @pytest.mark.parametrize(
+        ("content", "named"),
+        [
+            ({"sheet": "green"}, "sheet"),
+            ({"shading": 3}, "shading"),
+            ({"shade": "R"}, "did you mean 'shading'"),
+            ({"drag_ratio": 2}, "drag_ratio"),
+            ({"vehicle": "beetle_omni", "coefficients": "published"}, "coefficients"),
+            ([], "request"),
+        ],
+    )
+    def test_wrong_questions(self, ask: Client, content: Any, named: str) -> None:
+        assert named in ask.refused("map", content)
+
+
+class TestTables:
+    def gait3(self, tmp_path: Path, suffix: str = ".csv") -> bytes:
+        path = tmp_path / f"gait{suffix}"
+        plan = gg.plan_loop(GAIT3.angles)
+        plan.timed(samples=50).write(path)
+        return path.read_bytes()
+
+    def test_a_good_table(self, ask: Client, tmp_path: Path) -> None:
+        answer = ask.table("gait3.csv", self.gait3(tmp_path)).json()
+        assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == ("gait3.csv", 51, True, True)
+        assert answer["broken"] == []
+        assert len(answer["path"]) == len(answer["series"]["t"]) == 51
+        assert answer["path"][0] == answer["path"][-1]
+        assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
+
+    def test_a_broken_table_says_where(self, ask: Client) -> None:
+        rows = "alpha1,alpha2,alpha3,alpha4\n1.1,-1.1,1.1,-1.1\n1.1,-0.4,0.9,-0.4\n0.4,-0.4,0.4,-0.4\n"
+        answer = ask.table("mine.csv", rows.encode()).json()
+        assert answer["valid"] is False
+        place = next(one for one in answer["broken"] if "Rφ" in one["message"] or "surface" in one["message"])
+        assert place["alpha1"] == pytest.approx(1.1, abs=0.3)
+
+    def test_a_long_table_is_thinned(self, ask: Client) -> None:
+        t = np.linspace(0, 2 * math.pi, 6001)
+        a1, a2 = 0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)
+        rows = [f"{x:.6f},{y:.6f},{x:.6f},{y:.6f}" for x, y in zip(a1, a2, strict=True)]
+        answer = ask.table("long.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()
+        assert answer["rows"] == 6001
+        assert len(answer["path"]) == 2000
+
+    def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, ask: Client) -> None:
+        state = of_gait(4) | {
+            "drag_ratio": 0.25,
+            "samples": 60,
+            "law": "equal-time",
+            "keep_out": [[[1, 1], [1.2, 1], [1, 1.2]]],
+        }
+        found = ask.table("x.json", ask.file(state, ".json").content).json()["request"]
+        assert found | {"coefficients": "exact"} == DEFAULTS | state_as_floats(state) | {"coefficients": "exact"}
+        answer, again = ask("plan", state), ask("plan", found)
+        assert again["corners"] == answer["corners"]
+
+    def test_a_request_that_the_page_cannot_show_is_left_out(self, ask: Client) -> None:
+        def found(**request: Any) -> Any:
+            request = {"waypoints": [[1.0, -1.0]]} | request
+            table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": {"request": request}}
+            return ask.table("x.json", json.dumps(table).encode()).json()["request"]
+
+        assert found(sheets="planes", law="equal-time") == {
+            "waypoints": [[1.0, -1.0]],
+            "law": "equal-time",
+            "vehicle": "paper",
+            "drag_ratio": None,
+        }
+        assert found(sheets="all") is None
+        assert found(floor=0.2) is None
+        assert found(vehicle={"drag_ratio": 0.2}) is None
+        assert found(waypoints=[[1.0, -1.0]] * 65) is None
+        assert found(color="green") is None
+
+    def test_no_file_is_read_by_the_name_in_a_table(self, ask: Client, tmp_path: Path) -> None:
+        secret = tmp_path / "secret.toml"
+        secret.write_text("drag_ratio = 0.123\n")
+        for about in ({"vehicle": str(secret)}, {"request": {"waypoints": [[1.0, -1.0]], "vehicle": str(secret)}}):
+            table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": about}
+            answer = ask.table("x.json", json.dumps(table).encode())
+            if "vehicle" in about:
+                assert "allowed are paper" in told(answer, 400)
+            else:
+                assert answer.json()["request"] is None
+
+    @pytest.mark.parametrize(
+        ("name", "content", "says"),
+        [
+            ("gait.txt", b"alpha1\n", "suffix"),
+            ("gait", b"alpha1\n", "suffix"),
+            ("", b"alpha1\n", "name"),
+            ("x.mcap", b"", "folder"),
+            ("x.csv", b"", "empty"),
+            ("x.csv", b"alpha1,alpha2\n1,2\n", "alpha3"),
+            ("x.csv", b"\xff\xfe\x00", "UTF-8"),
+            ("x.json", b"[" * 50_000, "nested"),
+            ("x.npz", b"PK\x03\x04nonsense", "x.npz"),
+            ("x.mat", b"MATLAB 5.0", "x.mat"),
+        ],
+    )
+    def test_what_is_no_table(self, ask: Client, name: str, content: bytes, says: str) -> None:
+        assert says in told(ask.table(name, content), 400)
+
+    def test_messages_name_the_users_file_and_no_other(self, ask: Client) -> None:
+        message = told(ask.table("../../etc/pass\nwd.csv", b"alpha1\n"), 400)
+        assert "'passwd.csv'" in message
+        assert not re.search(r"/tmp|gaitgraph-|etc", message)
+
+
+def state_as_floats(state: dict[str, Any]) -> dict[str, Any]:
+    return state | {"keep_out": [[[float(a), float(b)] for a, b in polygon] for polygon in state["keep_out"]]}
+
+
+class TestDownload:
+    def test_csv_is_what_the_library_writes(self, ask: Client, tmp_path: Path) -> None:
+        answer = ask.file(of_gait(3) | {"samples": 30}, ".csv")
+        assert answer.headers["content-disposition"] == "attachment; filename=gait.csv"
+        path = tmp_path / "gait.csv"
+        path.write_bytes(answer.content)
+        assert np.array_equal(gg.read_table(path).alpha, gg.plan_loop(GAIT3.angles).timed(samples=30).alpha)
+        assert gg.validate(path).flyable
+        assert ask.file(of_gait(3) | {"samples": 30}, ".csv").content == answer.content
+
+    def test_every_available_format(self, ask: Client) -> None:
+        listed = ask.get("api/setup").json()["formats"]
+        assert [one["suffix"] for one in listed] == list(FORMATS)
+        for one in listed:
+            answer = ask.file(of_gait(3) | {"samples": 8}, one["suffix"])
+            if not one["available"]:
+                assert one["why_not"] == told(answer, 400)
+                continue
+            assert answer.status == 200, (one, answer.content[:300])
+            if FORMATS[one["suffix"]].folder:
+                with zipfile.ZipFile(BytesIO(answer.content)) as archive:
+                    assert archive.testzip() is None
+                    assert any(name.endswith(one["suffix"]) for name in archive.namelist())
+
+    @pytest.mark.parametrize(
+        ("content", "says"),
+        [
+            ({"state": {}, "suffix": ".csv"}, "waypoints"),
+            ({"state": {"waypoints": [[0.5, 0.5]], "sign": "negative"}, "suffix": ".csv"}, "no closed loop"),
+            ({"state": {}, "suffix": "../x"}, "suffix"),
+            ({"state": {}, "suffix": 5}, "suffix"),
+            ({"file": "x"}, "no field"),
+        ],
+    )
+    def test_what_cannot_be_written(self, ask: Client, content: Any, says: str) -> None:
+        assert says in ask.refused("download", content)
+
+
+def test_setup_tells_what_the_page_offers(ask: Client) -> None:
+    setup = ask.get("api/setup").json()
+    assert setup["version"] == gg.__version__
+    assert setup["defaults"] == DEFAULTS
+    assert setup["limits"]["waypoints"] == 64
+    assert [preset["name"] for preset in setup["presets"]] == gg.preset_names()
+    for published, told_gait in zip(GAITS, setup["paper_gaits"], strict=True):
+        assert told_gait["color"] == published.color
+        assert told_gait["sign"] == published.sign
+        assert np.allclose(told_gait["waypoints"], published.angles)
+    assert state_of(setup["defaults"]).empty
+    assert state_of(setup["defaults"] | {"view": {"anything": ["goes"]}}).empty
+
+
+class TestPages:
+    def test_the_page_and_its_files(self, ask: Client) -> None:
+        page = ask.get("")
+        assert page.status == 200
+        assert page.headers["content-type"].startswith("text/html")
+        for name, value in HEADERS.items():
+            assert page.headers[name] == value
+        assert "unsafe" not in HEADERS["content-security-policy"]
+        named = re.findall(r'(?:src|href)="(page/[^"]+)"', page.content.decode())
+        assert named
+        for name in named:
+            answer = ask.get(name)
+            assert answer.status == 200, name
+            assert answer.headers["x-content-type-options"] == "nosniff"
+
+    def test_nothing_in_the_page_is_loaded_from_elsewhere(self) -> None:
+        for name, (path, kind) in server.page_files().items():
+            if kind.startswith("text/") and "vendor" not in name:
+                outside = [
+                    url for url in re.findall(r"https?://[^\s\"'`)]+", path.read_text()) if "www.w3.org" not in url
+                ]
+                assert not outside, (name, outside)
+
+    @pytest.mark.parametrize(
+        "path",
+        [
+            "/",
+            "/favicon.ico",
+            f"/{TOKEN}",
+            f"/{TOKEN}x/",
+            f"/{TOKEN[:-1]}/",
+            "//",
+            "/api/setup",
+            f"/{TOKEN}/page/../state.py",
+            f"/{TOKEN}/page/%2e%2e/state.py",
+            f"/{TOKEN}/page//etc/passwd",
+            f"/{TOKEN}/page/",
+            f"/{TOKEN}/page/vendor",
+            f"/{TOKEN}/page/nothing.js",
+            f"/{TOKEN}/api/nothing",
+            f"/{TOKEN}/api/plan/",
+        ],
+    )
+    def test_there_is_nothing_else(self, ask: Client, path: str) -> None:
+        answer = ask.send("GET", path)
+        assert told(answer, answer.status)
+        assert answer.status in (404, 405)
+        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+
+    def test_a_wrong_method_is_refused(self, ask: Client) -> None:
+        assert told(ask.get("api/plan"), 405)
+        assert told(ask.send("PUT", f"/{TOKEN}/api/setup"), 405)
+        assert ask.send("HEAD", f"/{TOKEN}/").status == 200
+
+
+class TestGuards:
+    @pytest.mark.parametrize(
+        ("headers", "status"),
+        [
+            ({}, 200),
+            ({"origin": ADDRESS}, 200),
+            ({"origin": f"http://localhost:{PORT}", "host": f"localhost:{PORT}"}, 200),
+            ({"sec-fetch-site": "same-origin"}, 200),
+            ({"sec-fetch-site": "none"}, 200),
+            ({"host": f"127.0.0.1:{PORT + 1}"}, 400),
+            ({"host": "127.0.0.1"}, 400),
+            ({"host": f"rebound.example:{PORT}"}, 400),
+            ({"host": f"127.0.0.1.example:{PORT}"}, 400),
+            ({"host": ""}, 400),
+            ({"origin": "http://elsewhere.example"}, 403),
+            ({"origin": f"http://127.0.0.1:{PORT + 1}"}, 403),
+            ({"origin": f"https://127.0.0.1:{PORT}"}, 403),
+            ({"origin": "null"}, 403),
+            ({"sec-fetch-site": "cross-site"}, 403),
+            ({"sec-fetch-site": "same-site"}, 403),
+            ({"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}, 403),
+            ({"content-type": "text/plain"}, 415),
+            ({"content-type": "application/x-www-form-urlencoded"}, 415),
+            ({"content-type": ""}, 415),
+            ({"content-length": "x"}, 413),
+            ({"content-length": str(LIMITS["request_bytes"] + 1)}, 413),
+        ],
+    )
+    def test_a_question_from_elsewhere_is_refused(self, ask: Client, headers: dict[str, str], status: int) -> None:
+        stated = {"content-type": JSON} | headers
+        messages = [{"type": "http.request", "body": b"{}", "more_body": False}]
+        answer = asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", stated.items(), messages))
+        assert answer.status == status
+        assert ("error" in answer.json()) == (status != 200)
+        assert "access-control-allow-origin" not in answer.headers
+        assert answer.headers["content-security-policy"]
+
+    def test_two_of_a_header_are_refused(self, ask: Client) -> None:
+        twice = [("origin", ADDRESS), ("origin", "http://elsewhere.example")]
+        assert told(ask.get("api/setup", twice), 403)
+
+    def test_a_link_from_elsewhere_opens_the_page_but_reads_nothing(self, ask: Client) -> None:
+        link = [("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")]
+        assert ask.get("", link).status == 200
+        assert told(ask.get("api/setup", link), 403)
+        assert told(ask.get("", link[:1]), 403)
+
+    def test_bodies_are_counted_while_they_are_read(self, ask: Client) -> None:
+        piece = b" " * (64 << 10)
+        messages = [{"type": "http.request", "body": piece, "more_body": True} for _ in range(100)]
+        path, headers = f"/{TOKEN}/api/plan", [("content-type", JSON)]
+        answer = asyncio.run(answer_to(ask.app, "POST", path, headers, messages))
+        assert str(LIMITS["request_bytes"]) in told(answer, 413)
+        assert sum(len(message["body"]) for message in messages[:5]) > LIMITS["request_bytes"]
+
+    def test_tables_may_be_larger(self, ask: Client) -> None:
+        rows = b"alpha1,alpha2,alpha3,alpha4,note\n" + (b"1.1,-1.1,1.1,-1.1," + b"x" * 4000 + b"\n") * 100
+        assert len(rows) > LIMITS["request_bytes"]
+        assert ask.table("x.csv", rows).json()["rows"] == 100
+        assert told(ask.table("x.csv", b" " * (LIMITS["table_bytes"] + 1)), 413)
+
+    def test_a_body_where_none_belongs(self, ask: Client) -> None:
+        assert told(ask.send("GET", f"/{TOKEN}/api/setup", body=b"x"), 413)
+
+
+class TestBadQuestions:
+    @pytest.mark.parametrize(
+        ("body", "says"),
+        [
+            (b"", "not JSON"),
+            (b"{", "not JSON"),
+            (b"\xff", "not JSON"),
+            (b"null", "allowed is an object"),
+            (b'{"waypoints": [[NaN, 0]]}', "NaN"),
+            (b'{"period": Infinity}', "Infinity"),
+            (b'{"period": 1e999}', "period"),
+            (b"[" * 100_000, "nested"),
+            (b'{"period": ' + b"9" * 5000 + b"}", "digits"),
+        ],
+    )
+    def test_malformed(self, ask: Client, body: bytes, says: str) -> None:
+        assert says in told(ask.raw("plan", body), 400)
+
+    @pytest.mark.parametrize(
+        ("field", "value"),
+        [
+            ("waypoints", "0,0"),
+            ("waypoints", [[0.1, 0.2]] * 65),
+            ("waypoints", [[0.1]]),
+            ("waypoints", [[2, 0]]),
+            ("waypoints", {"0": [0, 0]}),
+            ("color", "green"),
+            ("color", None),
+            ("sign", 1),
+            ("objective", "fastest"),
+            ("method", ["grid"]),
+            ("any_order", 1),
+            ("reverse", "no"),
+            ("keep_out", [[[0, 0], [1, 1], [1, 0], [0, 1]]]),
+            ("keep_out", [[[0, 0]] * 65]),
+            ("keep_out", [[[0, 0], [0.1, 0], [0, 0.1]]] * 33),
+            ("keep_in", [1]),
+            ("vehicle", "/etc/vehicle.toml"),
+            ("vehicle", {"drag_ratio": 0.1}),
+            ("vehicle", None),
+            ("drag_ratio", 0.001),
+            ("drag_ratio", True),
+            ("drag_ratio", "0.2"),
+            ("coefficients", "rounded"),
+            ("accuracy", 0),
+            ("period", 0),
+            ("period", None),
+            ("law", "smoth"),
+            ("samples", 10_001),
+            ("samples", 1.5),
+            ("eta", 0),
+            ("eta", 1.1),
+            ("nothing", 0),
+        ],
+    )
+    def test_a_wrong_field_is_named(self, ask: Client, field: str, value: Any) -> None:
+        message = ask.refused("plan", {field: value})
+        assert field.removesuffix("s") in message
+        assert "allowed" in message or "did you mean" in message
+
+    def test_divisions_are_bounded_where_they_count(self, ask: Client) -> None:
+        assert ask("plan", {"divisions": 4096})["status"] == "empty"
+        assert "128 at most" in ask.refused("plan", {"divisions": 129, "method": "grid"})
+
+    values = st.recursive(
+        st.none()
+        | st.booleans()
+        | st.integers()
+        | st.floats(allow_nan=False, allow_infinity=False)
+        | st.text(max_size=8),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=2),
+        max_leaves=6,
+    )
+
+    @settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(st.dictionaries(st.sampled_from([*DEFAULTS, "view"]) | st.text(max_size=5), values, max_size=4))
+    def test_whatever_is_sent_gets_an_answer_or_one_line(self, ask: Client, content: dict[str, Any]) -> None:
+        answer = ask.post("plan", content)
+        if answer.status != 200:
+            told(answer, 400)
+
+
+class TestJobs:
+    def test_work_is_stopped_when_it_takes_too_long(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        def endless(request: Any, progress: Any) -> Any:
+            while True:
+                progress("still at it")
+
+        monkeypatch.setattr(answers, "plan", endless)
+        monkeypatch.setattr(server, "LONGEST", 0.05)
+        answer = ask.post("plan", {"waypoints": [[0.31, -0.41]]})
+        assert "longer than 0.05 s" in told(answer, 503)
+
+    def test_work_is_stopped_when_the_client_is_gone(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        stopped: list[str] = []
+
+        def endless(request: Any, progress: Any) -> Any:
+            try:
+                while True:
+                    progress("still at it")
+                    time.sleep(0.001)
+            except Stopped as error:
+                stopped.append(str(error))
+                raise
+
+        monkeypatch.setattr(answers, "plan", endless)
+        body = b'{"waypoints": [[0.32, -0.42]]}'
+        messages = [{"type": "http.request", "body": body, "more_body": False}, {"type": "http.disconnect"}]
+        asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
+        assert stopped == ["nobody waits for this answer any more"]
+
+    def test_two_at_once(self) -> None:
+        lock, running, most = threading.Lock(), [0], [0]
+
+        def work(job: Job) -> None:
+            with lock:
+                running[0] += 1
+                most[0] = max(most[0], running[0])
+            time.sleep(0.02)
+            with lock:
+                running[0] -= 1
+
+        async def all_of_them() -> None:
+            await asyncio.gather(*(run_job(work) for _ in range(6)))
+
+        asyncio.run(all_of_them())
+        assert most == [2]
+
+    def test_who_waits_in_line_and_goes_away_is_not_served(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(jobs, "_slots", threading.BoundedSemaphore(1))
+        free, served = threading.Event(), []
+
+        async def both() -> None:
+            first = asyncio.ensure_future(run_job(lambda job: free.wait(5)))
+            second = asyncio.ensure_future(run_job(served.append))
+            await asyncio.sleep(0.01)
+            second.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await second
+            await asyncio.sleep(0.15)
+            free.set()
+            await first
+
+        asyncio.run(both())
+        assert served == []
+
+    def test_an_error_that_nobody_thought_of_is_one_line_and_the_server_lives_on(
+        self, ask: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        def broken(request: Any, progress: Any) -> Any:
+            raise ZeroDivisionError("a\nb")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(answers, "plan", broken)
+            message = told(ask.post("plan", {"waypoints": [[0.33, -0.43]]}), 500)
+        assert "ZeroDivisionError: a b" in message
+        assert capsys.readouterr().err == "gaitgraph: plan: ZeroDivisionError: a b\n"
+        assert ask("plan", {"waypoints": [[0.33, -0.43]]})["status"] == "planned"
+
+    def test_too_little_memory_is_told(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        def greedy(request: Any, progress: Any) -> Any:
+            raise MemoryError
+
+        monkeypatch.setattr(answers, "plan", greedy)
+        assert "memory" in told(ask.post("plan", {"waypoints": [[0.34, -0.44]]}), 503)
+
+
+class TestCommand:
+    def test_a_real_server_is_asked_and_interrupted(self) -> None:
+        command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
+        environment = os.environ | {"PYTHONUNBUFFERED": ""}
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        ) as process:
+            try:
+                assert process.stdout is not None
+                address = process.stdout.readline().strip()
+                assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{22}/", address)
+                with urlopen(address) as page:
+                    assert b"<html" in page.read()
+                body = json.dumps(of_gait(3)).encode()
+                asked = Request(f"{address}api/plan", body, {"Content-Type": "application/json"})
+                with urlopen(asked) as answer:
+                    assert json.load(answer)["flyable"] is True
+                process.send_signal(signal.SIGINT)
+                out, err = process.communicate(timeout=60)
+            finally:
+                process.kill()
+        assert process.returncode == 130
+        assert (out, err) == ("", "gaitgraph: interrupted\n")
+
+    def test_a_port_that_is_taken(self, run: Any) -> None:
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            done = run("explore", "--no-browser", "--port", taken.getsockname()[1])
+        assert (done.code, done.out) == (2, "")
+        assert "--port" in done.err
+        assert "allowed" in done.err
+        assert done.err.count("\n") == 1
+
+    def test_ports_beyond_all(self, run: Any) -> None:
+        assert run("explore", "--port", 70_000).code == 2
+        assert run("explore", "--port", "x").code == 2
+
+    @pytest.mark.parametrize("library", ["uvicorn", "starlette"])
+    def test_a_missing_extra_is_one_line(self, run: Any, monkeypatch: pytest.MonkeyPatch, library: str) -> None:
+        for name in [name for name in sys.modules if name.split(".")[0] == library] or [library]:
+            monkeypatch.setitem(sys.modules, name, None)
+        done = run("explore", "--no-browser")
+        assert (done.code, done.out) == (2, "")
+        assert f"{library}: not installed" in done.err
+        assert "pip install 'gaitgraph[explore]'" in done.err
+
+    @pytest.mark.parametrize("fails", [False, True])
+    def test_the_browser_is_opened_at_the_address(self, run: Any, monkeypatch: pytest.MonkeyPatch, fails: bool) -> None:
+        opened: list[str] = []
+        called = threading.Event()
+
+        def show(address: str) -> bool:
+            opened.append(address)
+            called.set()
+            if fails:
+                raise webbrowser.Error("no browser")
+            return True
+
+        monkeypatch.setattr(webbrowser, "open", show)
+        monkeypatch.setattr(Listening, "run", lambda self: called.wait(10))
+        done = run("explore")
+        assert done.code == 0
+        assert opened == [done.out.strip()]

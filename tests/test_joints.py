@@ -1,0 +1,418 @@
+"""From tilt angles to joints and back: order, sign, zero, units, limits; presets; our own files and foreign ones."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gaitgraph as gg
+from gaitgraph.invertibility import attitude_of, body_vertical, scaled_decoupling_matrix
+from gaitgraph.joints import (
+    Joint,
+    JointMap,
+    clipped_rows,
+    joint_map_from_mapping,
+    joint_map_named,
+    joint_map_names,
+    mapped_columns,
+    mapped_table,
+    table_from_joints,
+)
+from gaitgraph.reading import read_table
+from gaitgraph.tables import ACCELERATIONS, RATES, Table, table_of
+from gaitgraph.writing import write_tables
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+GAIT_3 = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+SERVOS = """
+time = "time_ms"
+time_unit = "ms"
+unit = "us"
+us_per_rad = 390
+
+[[joint]]
+name = "front_right"
+rotor = 4
+sign = -1
+
+[[joint]]
+name = "rear_left"
+rotor = 2
+
+[[joint]]
+name = "front_left"
+rotor = 1
+zero = "5deg"
+
+[[joint]]
+name = "rear_right"
+rotor = 3
+neutral_us = 1480
+"""
+
+
+@pytest.fixture(scope="module")
+def table() -> Table:
+    plan = gg.plan_loop(GAIT_3)
+    return table_of(plan.gait.parametrize(period=2.0, samples=40), {"request": plan.request.as_mapping()})
+
+
+@pytest.fixture
+def servos(tmp_path: Path) -> Path:
+    path = tmp_path / "bench.toml"
+    path.write_text(SERVOS)
+    return path
+
+
+def test_a_map_does_what_it_says(table: Table, servos: Path) -> None:
+    told = mapped_columns(table, joint_map_named(servos))
+    assert list(told) == ["time_ms", "front_right_us", "rear_left_us", "front_left_us", "rear_right_us"]
+    a1, a2, a3, a4 = table.alpha.T
+    assert np.allclose(told["time_ms"], 1000 * table["t"], rtol=1e-15)
+    assert np.allclose(told["front_right_us"], 1500 - 390 * a4)
+    assert np.allclose(told["rear_left_us"], 1500 + 390 * a2)
+    assert np.allclose(told["front_left_us"], 1500 + 390 * (a1 + math.radians(5)))
+    assert np.allclose(told["rear_right_us"], 1480 + 390 * a3)
+
+
+def test_rates_follow_in_the_units_of_the_angles(table: Table) -> None:
+    told = mapped_columns(table, joint_map_from_mapping({"preset": "x_frame", "unit": "deg", "sign": -1, "zero": 0.5}))
+    assert list(told)[5:] == [f"tilt{k}_deg_{end}" for end in ("rate", "acceleration") for k in (1, 2, 3, 4)]
+    assert np.allclose(told["tilt1_deg_rate"], -np.degrees(table["alpha4_rate"]))
+    assert np.allclose(told["tilt4_deg_acceleration"], -np.degrees(table["alpha3_acceleration"]))
+    assert np.allclose(told["tilt3_deg"], np.degrees(0.5 - table["alpha1"]))
+
+
+def test_the_papers_map_changes_no_bit(table: Table) -> None:
+    told = mapped_columns(table, joint_map_named("paper"))
+    assert list(told) == ["t", *(f"alpha{k}" for k in (1, 2, 3, 4)), *RATES, *ACCELERATIONS]
+    assert all(np.array_equal(values, table[name]) for name, values in told.items())
+
+
+@st.composite
+def joint_maps(draw: st.DrawFn) -> JointMap:
+    joints = []
+    for k, rotor in enumerate(draw(st.permutations([1, 2, 3, 4]))):
+        unit: Any = draw(st.sampled_from(["rad", "deg", "us"]))
+        pulses: dict[str, Any] = {
+            "us_per_rad": draw(st.floats(1, 1000)),
+            "neutral_us": 4000.0,
+            "limits_us": (0.0, 8000.0),
+        }
+        joints.append(
+            Joint(
+                name=f"joint {k}",
+                rotor=rotor,
+                unit=unit,
+                sign=draw(st.sampled_from([1, -1])),
+                zero=draw(st.floats(-1, 1)),
+                **(pulses if unit == "us" else {}),
+            )
+        )
+    return JointMap(name="any", joints=tuple(joints), time="time", time_unit=draw(st.sampled_from(["s", "ms", "us"])))
+
+
+@settings(max_examples=40, deadline=None)
+@given(joint_maps(), st.lists(st.lists(st.floats(-1.57, 1.57), min_size=4, max_size=4), min_size=1, max_size=5))
+def test_the_inverse_gives_back_what_was_mapped(joint_map: JointMap, rows: list[list[float]]) -> None:
+    alpha = np.array(rows)
+    columns: dict[str, Any] = {"t": np.arange(len(rows)) / 7.0}
+    columns |= {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
+    columns |= {name: 3.0 * alpha[:, k] for k, name in enumerate(RATES)}
+    table = Table(columns=columns)
+    back = table_from_joints(mapped_columns(table, joint_map), joint_map)
+    # Pulses are told around 4000 µs, of which floating point carries 1e-12 µs.
+    assert np.allclose(back.alpha, alpha, rtol=0, atol=1e-11)
+    assert np.allclose(back["t"], columns["t"], rtol=1e-15, atol=0)
+    if "alpha1_rate" in back:
+        assert np.allclose(back["alpha1_rate"], columns["alpha1_rate"], rtol=0, atol=1e-13)
+    assert joint_map_from_mapping(json.loads(json.dumps(joint_map.as_mapping()))) == joint_map
+    applied = joint_map.apply(table)
+    own = joint_map_from_mapping(applied.about["servos"])
+    assert np.allclose(table_from_joints(applied.columns, own).alpha, alpha, rtol=0, atol=1e-13)
+
+
+def test_upright_and_ends_of_the_range_come_back_inside_it() -> None:
+    """A digit beyond π/2 would be refused by every reader."""
+    ends = np.array([[math.pi / 2, -math.pi / 2, 0.0, 0.0]])
+    columns = {f"alpha{k + 1}": ends[:, k] for k in range(4)}
+    for slope in np.linspace(100.1, 300.7, 37):
+        one = joint_map_from_mapping({"unit": "us", "us_per_rad": float(slope), "zero": "1deg"})
+        back = table_from_joints(mapped_columns(Table(columns=columns), one), one)
+        assert np.abs(back.alpha).max() <= math.pi / 2
+
+
+# Where motors 1 to 4 are, x forward, y left, and how they turn seen from above.
+FRONT_LEFT, FRONT_RIGHT, REAR_LEFT, REAR_RIGHT = (1, 1), (1, -1), (-1, 1), (-1, -1)
+PX4 = [(FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRONT_LEFT, "cw"), (REAR_RIGHT, "cw")]
+BETAFLIGHT = [(REAR_RIGHT, "cw"), (FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRONT_LEFT, "cw")]
+
+
+@pytest.mark.parametrize(
+    ("preset", "motors"),
+    [
+        ("x_frame", PX4),
+        ("x_frame_counterclockwise", PX4),
+        ("betaflight", BETAFLIGHT),
+        ("betaflight_counterclockwise", BETAFLIGHT),
+    ],
+)
+def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, motors: list[Any]) -> None:
+    """Where a rotor is, and how it turns, is read off the torques that it makes."""
+    one = joint_map_named(preset)
+    vehicle = gg.PAPER.replace(first_arm_angle=one.first_arm_angle, first_rotor_spin=one.first_rotor_spin)
+    one.check_vehicle(vehicle)
+    upright = np.zeros(4)
+    pushing_up = np.sign(gg.control_force_matrix(upright, vehicle)[2])
+    torque = gg.control_moment_matrix(upright, vehicle) * pushing_up
+    for joint, (place, spin) in zip(one.joints, motors, strict=True):
+        x, y, z = torque[:, joint.rotor - 1]
+        assert (np.sign(-y), np.sign(x)) == place  # a push up at (px, py) turns about (py, −px)
+        assert spin == ("cw" if z > 0 else "ccw")  # the body is turned against the rotor
+        assert joint.sign == 1
+        assert joint.zero == 0
+
+
+@pytest.mark.parametrize("turn", ["45deg", "-45deg", "100deg"])
+def test_turning_the_arms_about_yaw_changes_no_robustness(turn: str, table: Table) -> None:
+    """So a gait planned for arms along the axes may be flown with arms at ±45°: only roll and pitch turn along."""
+    alpha = table.alpha[::5]
+    turned = gg.PAPER.replace(first_arm_angle=turn)
+    angle = turned.first_arm_angle
+    spin = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    level = np.linalg.svd(scaled_decoupling_matrix(alpha, gg.PAPER), compute_uv=False)
+    assert np.allclose(np.linalg.svd(scaled_decoupling_matrix(alpha, turned), compute_uv=False), level)
+    for roll, pitch in ((0.3, -0.2), (-0.7, 0.5)):
+        there = attitude_of(spin @ body_vertical(roll, pitch))
+        matrices = (
+            scaled_decoupling_matrix(alpha, gg.PAPER, roll, pitch),
+            scaled_decoupling_matrix(alpha, turned, *there),
+        )
+        before, after = (np.linalg.svd(matrix, compute_uv=False) for matrix in matrices)
+        assert np.allclose(before, after)
+    assert gg.tilt_margin(alpha, gg.coefficients_of(turned)) == pytest.approx(
+        gg.tilt_margin(alpha, gg.coefficients_of(kind="exact"))
+    )
+
+
+def test_a_map_for_another_vehicle_is_refused() -> None:
+    for preset in joint_map_names():
+        joint_map_named(preset).check_vehicle(
+            gg.PAPER.replace(first_rotor_spin="counterclockwise" if "counter" in preset else "clockwise")
+        )
+    mirrored = gg.PAPER.replace(first_rotor_spin="counterclockwise")
+    with pytest.raises(gg.InputError, match="did you mean 'x_frame_counterclockwise'"):
+        joint_map_named("x_frame").check_vehicle(mirrored)
+    joint_map_named("x_frame_counterclockwise").check_vehicle(mirrored)
+    with pytest.raises(gg.InputError, match="has its first arm at 135°; allowed is 45°, or 0°"):
+        joint_map_named("x_frame").check_vehicle(gg.PAPER.replace(first_arm_angle="135deg"))
+    # An order of one's own is for whatever vehicle one has.
+    own = joint_map_from_mapping({"preset": "x_frame", "joint": [{"rotor": k} for k in (1, 2, 3, 4)]})
+    own.check_vehicle(mirrored)
+
+
+def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
+    stated = {"preset": "x_frame", "unit": "us", "us_per_rad": 600}
+    with pytest.raises(gg.InputError) as refused:
+        mapped_columns(table, joint_map_from_mapping(stated), rows_before=100)
+    assert str(refused.value) == (
+        "servos 'x_frame': row 101: joint 'tilt1' is at 793.142 µs (rotor 4 at -67.5°); "
+        "allowed is 1000 to 2000 µs, or clip = true"
+    )
+    clipping = joint_map_from_mapping({**stated, "clip": True})
+    told = mapped_columns(table, clipping)
+    values = np.concatenate([told[f"tilt{k}_us"] for k in (1, 2, 3, 4)])
+    assert values.min() == 1000
+    assert values.max() == 2000
+    beyond = {name: int((np.abs(table[f"alpha{rotor}"]) > 500 / 600).sum()) for name, rotor in
+              zip(clipping.joint_names, (4, 2, 1, 3), strict=True)}  # fmt: skip
+    assert clipped_rows(table, clipping) == beyond
+    # In radians the same limits hold.
+    assert np.abs(clipping.apply(table).alpha).max() == pytest.approx(500 / 600)
+    in_degrees = joint_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})
+    with pytest.raises(gg.InputError, match=r"joint 'alpha1' is at 67.5 ° .* allowed is -70 to 60 °"):
+        mapped_columns(table, in_degrees)
+    inside = {f"tilt{k}_us": [1500.0, 1500.0] for k in (1, 3, 4)}
+    with pytest.raises(gg.InputError, match=r"row 2: joint 'tilt2' is at 2000\.5 µs"):
+        table_from_joints({**inside, "tilt2_us": [1500.0, 2000.5]}, joint_map_from_mapping(stated))
+
+
+FOUR = [{"rotor": k} for k in (1, 2, 3, 4)]
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"preset": "x_fram"}, "'x_fram' is neither a preset .*; did you mean 'x_frame'"),
+    ({"unti": "us"}, "'unti' is no field; did you mean 'unit'"),
+    ({"unit": "grad"}, "unit: 'grad'; allowed are rad, deg, us"),
+    ({"unit": "us"}, "us_per_rad is missing; allowed is a positive number"),
+    ({"unit": "us", "us_per_rad": 0}, "us_per_rad: 0; allowed is 0.001 to 1e9"),
+    ({"unit": "us", "us_per_rad": -400}, "us_per_rad: -400; .* sign = −1 turns the other way"),
+    ({"unit": "us", "us_per_rad": math.nan}, "us_per_rad: nan; allowed"),
+    ({"unit": "us", "us_per_rad": 400, "limits_us": [2000, 1000]}, "limits_us: .2000, 1000.; .*in this order"),
+    ({"unit": "us", "us_per_rad": 400, "limits_us": [-5, 1000]}, "allowed are pulses of 0 to 1e.06 µs"),
+    ({"unit": "us", "us_per_rad": 400, "neutral_us": 900}, "neutral_us: 900; allowed is 1000 to 2000 µs"),
+    ({"unit": "us", "us_per_rad": 400, "limits": [-1, 1]}, "limits: .-1, 1.; allowed is limits_us"),
+    ({"us_per_rad": 400}, "us_per_rad: 400; allowed is the unit 'us', not 'rad'"),
+    ({"limits": ["1rad", "-1rad"]}, "limits: .*in this order"),
+    ({"limits": 3}, "limits: 3; allowed are the least and the largest"),
+    ({"sign": 2}, "sign: 2; allowed are 1, −1"),
+    ({"sign": True}, "sign: True; allowed are 1, −1"),
+    ({"zero": "5dg"}, "zero: '5dg' is no angle"),
+    ({"clip": 1}, "clip: 1; allowed are true and false"),
+    ({"time_unit": "msec"}, "time_unit: 'msec'; allowed are s, ms, us; did you mean 'ms'"),
+    ({"time": ""}, "time: ''; allowed is the name of a column"),
+    ({"name": "\n"}, "name: .*; allowed is a printable text"),
+    ({"first_rotor_spin": "clockwize"}, "first_rotor_spin: 'clockwize'; .* did you mean 'clockwise'"),
+    ({"joint": FOUR[:3]}, "joint: there are 3; allowed are 4"),
+    ({"joint": 4}, "joint: 4; allowed are four tables"),
+    ({"joint": [*FOUR[:3], {"rotor": 1}]}, "'alpha1' and 'alpha4' are both on rotor 1; allowed is one joint on each"),
+    ({"joint": [*FOUR[:3], {"rotor": 5}]}, "rotor: 5; allowed are 1, 2, 3, 4"),
+    ({"joint": [*FOUR[:3], {"rotr": 4}]}, "joint 4: 'rotr' is no field; did you mean 'rotor'"),
+    ({"joint": [*FOUR[:3], {"name": "alpha1"}]}, "name: 'alpha1' is given twice"),
+    ({"joint": [*FOUR[:3], {"column": "t"}]}, "column: 't' is given twice"),
+    ({"joint": [*FOUR[:3], {"name": ""}]}, "name: ''; allowed is a printable text of 1 to 64"),
+]
+
+
+@pytest.mark.parametrize(("stated", "message"), REFUSED, ids=range(len(REFUSED)))
+def test_a_wrong_map_says_what_is_wrong(stated: dict[str, Any], message: str) -> None:
+    with pytest.raises(gg.InputError, match=message) as refused:
+        joint_map_from_mapping(stated)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz"])
+def test_a_file_of_ours_tells_its_map(suffix: str, table: Table, servos: Path, tmp_path: Path) -> None:
+    path = tmp_path / f"servos{suffix}"
+    write_tables(mapped_table(table, joint_map_named(servos)), [path])
+    back = read_table(path)
+    assert np.allclose(back.alpha, table.alpha, rtol=0, atol=1e-14)
+    assert np.allclose(back["t"], table["t"])
+    assert "servos" not in back.about
+    assert back.about["period"] == 2.0
+    assert gg.validate(path).flyable
+    assert not back.rounding
+
+
+def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp_path: Path) -> None:
+    told = mapped_columns(table, joint_map_named(servos))
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([told[name] for name in reversed(told)])
+    # Measured pulses have few digits, and an unknown column stands beside them.
+    lines = [",".join(f"{value:.3f}" for value in row) + ",on" for row in rows]
+    path.write_text("\n".join([",".join([*reversed(told), "armed"]), *lines]))
+    back = read_table(path, joints=joint_map_named(servos))
+    assert np.allclose(back.alpha, table.alpha, rtol=0, atol=0.5e-3 / 390 + 1e-12)
+    assert back.rounding == pytest.approx(0.5e-3 / 390)
+    assert gg.validate(back).flyable
+    content = [dict(zip(told, row, strict=True)) for row in np.column_stack(list(told.values())).tolist()]
+    (tmp_path / "log.json").write_text(json.dumps(content))
+    assert np.allclose(read_table(tmp_path / "log.json", joints=joint_map_named(servos)).alpha, table.alpha)
+
+
+@pytest.mark.parametrize(
+    ("found", "replaced", "message"),
+    [
+        (
+            "rear_left_us",
+            "rear_lft_us",
+            "column 'rear_left_us' of joint 'rear_left' is missing; did you mean 'rear_lft_us'",
+        ),
+        ("time_ms", "time", "column 'time_ms' of time is missing"),
+        ("1500.0", "abc", "row 2: rear_left_us is 'abc'; allowed is a finite number"),
+        ("1500.0", "nan", "row 2: rear_left_us is 'nan'; allowed is a finite number"),
+        ("1500.0", "2100", r"row 2: joint 'rear_left' is at 2100 µs \(rotor 2 at 88.15°\); allowed is 1000 to 2000 µs"),
+        ("10.0", "0.0", "row 2: t = 0.0 does not increase"),
+    ],
+)
+def test_a_wrong_table_from_elsewhere_says_what_is_wrong(
+    found: str, replaced: str, message: str, servos: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    content = "time_ms,front_right_us,rear_left_us,front_left_us,rear_right_us\n0,1501,1501,1501,1501\n"
+    content += "10.0,1501,1500.0,1501,1501\n"
+    assert found in content
+    path.write_text(content.replace(found, replaced))
+    with pytest.raises(gg.InputError, match=message) as refused:
+        read_table(path, joints=joint_map_named(servos))
+    assert str(refused.value).startswith("gait file ")
+
+
+def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> None:
+    one = mapped_table(table, joint_map_named("x_frame"))
+    one.about["servos"]["joint"][0]["rotor"] = 3
+    write_tables(one, [tmp_path / "a.json"])
+    with pytest.raises(gg.InputError, match=r"a.json.*both on rotor 3"):
+        read_table(tmp_path / "a.json")
+
+
+def test_a_map_file_may_have_a_table_of_its_own(servos: Path, tmp_path: Path) -> None:
+    inside = tmp_path / "bench" / "bench.toml"
+    inside.parent.mkdir()
+    inside.write_text("[servos]\n" + SERVOS.replace("[[joint]]", "[[servos.joint]]"))
+    assert joint_map_named(inside) == joint_map_named(servos)
+    assert joint_map_named(inside).name == "bench"
+    inside.write_text("servos = 3")
+    with pytest.raises(gg.InputError, match="servos: 3; allowed is a table"):
+        joint_map_named(inside)
+    inside.write_text("name = 'a'\n[servos]\n")
+    with pytest.raises(gg.InputError, match=r"name: stands beside the \[servos\] table"):
+        joint_map_named(inside)
+    with pytest.raises(gg.FileProblem, match="cannot read"):
+        joint_map_named(tmp_path / "none.toml")
+
+
+def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp_path: Path, run: Any) -> None:
+    gait, mapped, back, foreign = (tmp_path / name for name in ("gait.csv", "servos.csv", "back.csv", "foreign.csv"))
+    picture = tmp_path / "gait.svg"
+    write_tables(table, [gait])
+    done = run("export", gait, mapped, picture, "--servos", servos)
+    assert done.code == 0
+    assert "joints front_right, rear_left, front_left, rear_right" in done.out
+    assert mapped.read_text().startswith("time_ms,front_right_us,rear_left_us,front_left_us,rear_right_us")
+    assert run("export", mapped, back).code == 0
+    assert np.allclose(read_table(back).alpha, table.alpha, rtol=0, atol=1e-14)
+    assert read_table(back)["types"] == tuple(table["types"])
+    # Without what made it, it is a table from elsewhere.
+    foreign.write_text("\n".join(",".join(line.split(",")[:5]) for line in mapped.read_text().splitlines()))
+    assert run("validate", foreign).code == 2
+    done = run("export", foreign, back, "--columns", servos, "--servos", "x_frame", "--force", "--json")
+    assert done.json["clipped"] == {}
+    assert done.json["servos"]["name"] == "x_frame"
+    assert np.allclose(read_table(back).alpha, table.alpha, rtol=0, atol=1e-14)
+    # The picture shows the gait, and tells what made it; so does the table.
+    for path in (mapped, picture):
+        assert run("plan", path, "--json").json["length"] == pytest.approx(math.pi)
+
+
+def test_export_says_what_servos_cannot_do(table: Table, servos: Path, tmp_path: Path, run: Any) -> None:
+    gait, mapped = tmp_path / "gait.csv", tmp_path / "servos.csv"
+    write_tables(table, [gait])
+    servos.write_text(SERVOS.replace("390", "600"))
+    done = run("export", gait, mapped, "--servos", servos)
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+    assert "joint 'front_right' is at 2206.86 µs" in done.err
+    assert not mapped.exists()
+    servos.write_text("clip = true\n" + SERVOS.replace("390", "600"))
+    assert "clipped: joint 'front_right' at its limit in" in run("export", gait, mapped, "--servos", servos).out
+    done = run("export", gait, mapped, "--servos", "x_fram")
+    assert (done.code, "did you mean 'x_frame'" in done.err) == (2, True)
+
+
+def test_writing_tables_heeds_the_formats_of_robots(table: Table, tmp_path: Path) -> None:
+    """Where a format names joints on its own, angles are those of the joints, in their order [rad]."""
+    one = joint_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 400, "sign": -1})
+    applied = one.apply(table)
+    assert np.allclose(applied.alpha, -table.alpha[:, [3, 1, 0, 2]])
+    assert np.allclose(applied["alpha1_rate"], -table["alpha4_rate"])
+    assert applied.about["servos"]["joint"][0]["name"] == "tilt1"
+    assert replace(one, clip=True).in_radians().joints[0].limits == pytest.approx((-1.25, 1.25))
+    write_tables(applied, [tmp_path / "a.json"])
+    assert np.allclose(read_table(tmp_path / "a.json").alpha, table.alpha)

@@ -1,0 +1,603 @@
+"""ROS 2: bags and action goals, read by ROS's own readers; and bags from elsewhere, broken, or made to do harm."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import struct
+import zlib
+from dataclasses import replace
+from itertools import count
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import yaml  # type: ignore[import-untyped, unused-ignore]
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+import gaitgraph as gg
+from gaitgraph.errors import MissingExtra
+from gaitgraph.exchange import export
+from gaitgraph.formats import FORMATS, bags, storages
+from gaitgraph.formats.bags import STATE, STRING, TRAJECTORY
+from gaitgraph.formats.options import FormatOptions
+from gaitgraph.formats.trajectories import points_of, told_after
+from gaitgraph.gait import lift
+from gaitgraph.reading import provenance_in, read_table
+from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table, table_of
+from gaitgraph.writing import write_tables
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from gaitgraph.timing import TimedGait
+
+SECOND = 1_000_000_000
+BAGS = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
+STORE = get_typestore(Stores.LATEST)  # gaitgraph writes with that of an older distribution
+TYPES = STORE.types
+NAMES = ("tilt_front", "tilt_left", "tilt_rear", "tilt_right")
+
+TIMED = lift(GAITS[2].angles, "red").parametrize(0.7, samples=20)
+TABLE = table_of(TIMED)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Gait 3, three periods of it, in every kind of file."""
+    folder = tmp_path_factory.mktemp("written")
+    paths = {suffix: folder / f"gait3{suffix}" for suffix in (*BAGS, ".yaml")}
+    write_tables(TABLE, list(paths.values()), options=FormatOptions(periods=3, joint_names=NAMES))
+    return paths
+
+
+def messages_of(path: Path, topic: str) -> list[tuple[int, Any]]:
+    """Return the messages of a topic as rosbags reads them."""
+    with Reader(path) as bag:
+        there = [one for one in bag.connections if one.topic == topic]
+        return [
+            (time, STORE.deserialize_cdr(content, one.msgtype))
+            for one, time, content in bag.messages(connections=there)
+        ]
+
+
+def nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def time_of(nanosecond: int) -> Any:
+    return TYPES["builtin_interfaces/msg/Time"](sec=nanosecond // SECOND, nanosec=nanosecond % SECOND)
+
+
+def header_of(nanosecond: int) -> Any:
+    return TYPES["std_msgs/msg/Header"](stamp=time_of(nanosecond), frame_id="")
+
+
+def trajectory(names: list[str], rows: list[tuple[int, Any, Any]]) -> Any:
+    """Make a JointTrajectory of rows: nanoseconds, positions, velocities."""
+    duration, point = TYPES["builtin_interfaces/msg/Duration"], TYPES["trajectory_msgs/msg/JointTrajectoryPoint"]
+    none = np.zeros(0)
+    points = [
+        point(
+            positions=np.array(positions, dtype=float),
+            velocities=np.array(velocities, dtype=float),
+            accelerations=none,
+            effort=none,
+            time_from_start=duration(sec=time // SECOND, nanosec=time % SECOND),
+        )
+        for time, positions, velocities in rows
+    ]
+    return TYPES[TRAJECTORY](header=header_of(0), joint_names=names, points=points)
+
+
+def state(time: int, names: list[str], positions: Any, velocities: Any = ()) -> Any:
+    position, velocity = np.array(positions, dtype=float), np.array(velocities, dtype=float)
+    return TYPES[STATE](header=header_of(time), name=names, position=position, velocity=velocity, effort=np.zeros(0))
+
+
+def bag_of(path: Path, messages: list[tuple[str, int, Any]], suffix: str = ".mcap", **how: Any) -> Path:
+    """Write a bag of somebody else: topic, time, message."""
+    writer = Writer(path, version=9, storage_plugin=BAGS[suffix])
+    if how:
+        writer.set_compression(how["mode"], CompressionFormat.ZSTD)
+    with writer as bag:
+        connections: dict[tuple[str, str], Any] = {}
+        for topic, time, message in messages:
+            kind = message.__msgtype__
+            if (topic, kind) not in connections:
+                connections[topic, kind] = bag.add_connection(topic, kind, typestore=STORE)
+            bag.write(connections[topic, kind], time, STORE.serialize_cdr(message, kind))
+    return path
+
+
+def refused(path: Path) -> str:
+    """Return the one line with which a bag is refused."""
+    with pytest.raises((gg.InputError, gg.FileProblem)) as refusal:
+        read_table(path)
+    text = str(refusal.value)
+    assert "\n" not in text
+    assert str(path) in text
+    return text
+
+
+@pytest.mark.parametrize("suffix", BAGS)
+def test_a_bag_holds_the_trajectory_unwrapped(written: dict[str, Path], suffix: str) -> None:
+    ((logged, message),) = messages_of(written[suffix], "/joint_trajectory")
+    assert (logged, nanoseconds(message.header.stamp)) == (SECOND, 0)  # 0 tells a controller to start at once
+    assert tuple(message.joint_names) == NAMES
+    times = np.array([nanoseconds(point.time_from_start) for point in message.points])
+    assert len(times) == 3 * 20 + 1
+    assert (np.diff(times) > 0).all()
+    assert (times[0], times[-1]) == (0, 2_100_000_000)
+    exact = TIMED.at(times / SECOND)
+    for name, values in zip(("positions", "velocities", "accelerations"), exact, strict=True):
+        found = np.array([getattr(point, name) for point in message.points])
+        assert np.abs(found - values).max() < 1e-6  # a nanosecond later or earlier
+
+
+@pytest.mark.parametrize("suffix", BAGS)
+def test_a_bag_holds_joint_states_for_plotting(written: dict[str, Path], suffix: str) -> None:
+    messages = messages_of(written[suffix], "/joint_states")
+    assert len(messages) == 61
+    for k, (logged, message) in enumerate(messages):
+        assert logged == nanoseconds(message.header.stamp) == SECOND + k * 35_000_000
+        assert tuple(message.name) == NAMES
+        assert (message.position == TIMED.alpha[k % 20]).all()
+        assert (message.velocity == TIMED.rates[k % 20]).all()
+
+
+@pytest.mark.parametrize("suffix", BAGS)
+def test_a_bag_is_read_back_as_one_period(written: dict[str, Path], suffix: str) -> None:
+    path = written[suffix]
+    inner = next(path.glob(f"*{suffix}"))
+    assert sorted(one.name for one in path.iterdir()) == sorted([inner.name, "metadata.yaml"])
+    for source in (path, inner):
+        table = read_table(source)
+        assert table.about == TABLE.about
+        assert np.abs(table["t"] - TABLE["t"]).max() <= 0.5e-9
+        for name in (*ANGLES, *RATES, *ACCELERATIONS):
+            assert table[name].tobytes() == TABLE[name].tobytes()
+    assert gg.validate(path).flyable
+
+
+def test_a_bag_tells_which_version_it_is(written: dict[str, Path]) -> None:
+    """Humble reads versions up to 8."""
+    for suffix, plugin in BAGS.items():
+        content = yaml.safe_load((written[suffix] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        assert content["version"] == 8
+        assert content["storage_identifier"] == plugin.name.lower()
+        assert content["message_count"] == 63
+        kinds = {
+            one["topic_metadata"]["name"]: one["topic_metadata"]["type"] for one in content["topics_with_message_count"]
+        }
+        assert kinds == {"/gaitgraph": STRING, "/joint_trajectory": TRAJECTORY, "/joint_states": STATE}
+
+
+@pytest.mark.parametrize("suffix", [*BAGS, ".yaml"])
+def test_the_same_table_gives_the_same_bytes(written: dict[str, Path], tmp_path: Path, suffix: str) -> None:
+    again = tmp_path / f"gait3{suffix}"
+    write_tables(TABLE, [again], options=FormatOptions(periods=3, joint_names=NAMES))
+    files = [(again, written[suffix])]
+    if again.is_dir():
+        files = [(one, written[suffix] / one.name) for one in again.iterdir()]
+    for one, other in files:
+        assert one.read_bytes() == other.read_bytes()
+    assert [one.name for one in tmp_path.iterdir()] == [again.name]
+
+
+def test_every_file_plans_again(run: Callable[..., Any], tmp_path: Path) -> None:
+    waypoints = [f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))]
+    names = ["g.csv", "g.mcap", "g.db3", "g.yaml"]
+    run("plan", *waypoints, "--samples", 10, "--period", 2, *[f"--output={name}" for name in names])
+    for name in names[1:]:
+        assert run("plan", name, "--output", f"{name}.csv").code == 0
+        assert (tmp_path / f"{name}.csv").read_bytes() == (tmp_path / "g.csv").read_bytes()
+        assert provenance_in(tmp_path / name)["request"]["waypoints"]
+
+
+@pytest.mark.parametrize(("name", "suffix"), [("100% ?mode=ro#ä", ".db3"), ("-", ".db3"), ("a.b α", ".mcap")])
+def test_any_name_will_do(tmp_path: Path, suffix: str, name: str) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    path = folder / f"{name}{suffix}"
+    TIMED.write(path, options=FormatOptions(joint_names=NAMES, trajectory_topic="/a/b", states_topic="/c"))
+    assert len(read_table(path)) == 21
+    assert [one.name for one in folder.iterdir()] == [path.name]
+    with pytest.raises(gg.OutputExists):
+        TIMED.write(path)
+    TIMED.write(path, force=True)
+    assert [one.name for one in tmp_path.iterdir()] == [name]
+
+
+def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
+    """Keys and types are those of the messages, and the numbers are those of the bag."""
+    text = written[".yaml"].read_text()
+    goal = yaml.safe_load(text)
+    assert list(goal) == ["trajectory"]
+    content = goal["trajectory"]
+    fields = {kind: [name for name, _ in STORE.fielddefs[kind][1]] for kind in STORE.fielddefs}
+    assert set(content) <= set(fields[TRAJECTORY])
+    ((_, message),) = messages_of(written[".mcap"], "/joint_trajectory")
+    assert content["joint_names"] == list(NAMES)
+    assert len(content["points"]) == len(message.points)
+    for found, point in zip(content["points"], message.points, strict=True):
+        assert set(found) <= set(fields["trajectory_msgs/msg/JointTrajectoryPoint"])
+        assert found["time_from_start"] == {"sec": point.time_from_start.sec, "nanosec": point.time_from_start.nanosec}
+        for name in ("positions", "velocities", "accelerations"):
+            assert all(type(value) is float for value in found[name])
+            assert found[name] == getattr(point, name).tolist()
+
+
+def test_numbers_of_the_yaml_are_no_texts(tmp_path: Path) -> None:
+    columns = {name: np.array([1e-05, -2e-17, 1e16]) * (name == "alpha3") for name in ANGLES}
+    columns["alpha3"] = np.array([1e-05, -2e-17, 1e5])
+    write_tables(Table(columns={"t": np.arange(3.0), **columns}), [tmp_path / "g.yaml"])
+    points = yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]["points"]
+    assert [point["positions"][2] for point in points] == [1e-05, -2e-17, 1e5]
+    assert "velocities" not in points[0]
+
+
+def test_names_of_joints_are_kept_as_they_are(tmp_path: Path) -> None:
+    names = ('a"b\\c', "it's: #1", "ä", "[x]")
+    TIMED.write(tmp_path / "g.yaml", tmp_path / "g.mcap", options=FormatOptions(joint_names=names))
+    assert tuple(yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]["joint_names"]) == names
+    ((_, message),) = messages_of(tmp_path / "g.mcap", "/joint_trajectory")
+    assert tuple(message.joint_names) == names
+
+
+@settings(deadline=None, max_examples=60)
+@given(rows=st.integers(1, 30), periods=st.integers(1, 9), period=st.floats(1e-5, 1e4))
+def test_times_increase_whatever_the_period(rows: int, periods: int, period: float) -> None:
+    timed = replace_clock(TIMED, period, rows)
+    points = points_of(table_of(timed), periods)
+    assert len(points) == rows * periods + 1
+    assert (np.diff(points.times) > 0).all()
+    assert abs(int(points.times[-1]) - periods * period * 1e9) <= periods
+    exact = timed.at(points.times / 1e9)[0]
+    assert np.abs(points.positions - exact).max() <= 1e-8 * (1 + timed.peak_rates().max())
+
+
+def replace_clock(timed: TimedGait, period: float, samples: int) -> TimedGait:
+    return replace(timed, period=period, samples=samples)
+
+
+@pytest.mark.parametrize(
+    ("timed", "periods", "message"),
+    [
+        (TIMED, 5000, "periods: 5000 of 21 rows; allowed are 100000 points"),
+        (replace_clock(TIMED, 1e9, 10), 3, "periods: 3 of 1e+09 s; allowed are 2147483646 s in all"),
+        (replace_clock(TIMED, 1e-6, 1000), 1, "t: steps under 2 ns"),
+    ],
+)
+def test_what_ros_cannot_hold_is_refused(timed: TimedGait, periods: int, message: str, tmp_path: Path) -> None:
+    for suffix in (".mcap", ".yaml"):
+        with pytest.raises(gg.InputError, match=message.replace("+", r"\+")):
+            timed.write(tmp_path / f"g{suffix}", options=FormatOptions(periods=periods))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_table_needs_a_clock_and_an_end(tmp_path: Path) -> None:
+    way = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
+    write_tables(way, [tmp_path / "way.mcap"])
+    assert (read_table(tmp_path / "way.mcap").alpha == way.alpha).all()
+    with pytest.raises(gg.InputError, match="periods: 2 of a table that does not end where it starts"):
+        write_tables(way, [tmp_path / "ways.mcap"], options=FormatOptions(periods=2))
+    still = Table(columns={name: way[name] for name in ANGLES})
+    with pytest.raises(gg.InputError, match="column 't' is missing"):
+        write_tables(still, [tmp_path / "still.yaml"])
+
+
+def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
+    seen = count()
+
+    def pieces() -> Any:
+        for _ in range(100):
+            next(seen)
+            yield Table(columns={name: np.zeros(60_000) for name in ("t", *ANGLES)})
+
+    with pytest.raises(gg.InputError, match="rows: more than 100000; allowed are that many in a ROS 2 bag"):
+        FORMATS[".mcap"].writer()(pieces(), tmp_path / "g.mcap")
+    assert next(seen) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["g.csv", "--periods", "3"], "periods: 3; allowed is with an output .mcap, .db3, .yaml"),
+        (["g.mcap", "--number", "fixed"], "number: 'fixed'; allowed is with an output .h"),
+        (["g.mcap", "--periods", "0"], "periods: 0; allowed is a whole number from 1 to 100000"),
+        (["g.mcap", "--joint-names", "a,b,c"], "joint_names: ('a', 'b', 'c'); allowed are four names"),
+        (["g.mcap", "--joint-names", "a,b,c,b"], "joint_names: ['a', 'b', 'c', 'b']; allowed are four that differ"),
+        (["g.mcap", "--joint-names", "a,b,c,"], "joint_names: ''; allowed is a printable text of up to 100"),
+        (["g.mcap", "--states-topic", "a b"], "states_topic: 'a b'; allowed is a topic such as '/arm/joint_states'"),
+        (["g.mcap", "--trajectory-topic", "/joint_states"], "states_topic: '/joint_states' is trajectory_topic too"),
+        (["g.h", "--number", "flaot"], "number: 'flaot'; allowed are float, double, fixed; did you mean 'float'?"),
+        (["g.h", "--c-name", "3a"], "c_name: '3a'; allowed are up to 60 letters"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(
+    run: Callable[..., Any], tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    TIMED.write(tmp_path / "gait.csv")
+    done = run("export", "gait.csv", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"gaitgraph: {message}")
+    assert done.err.count("\n") == 1
+    assert [one.name for one in tmp_path.iterdir()] == ["gait.csv"]
+
+
+def test_the_command_line_writes_what_it_is_asked_for(run: Callable[..., Any], tmp_path: Path) -> None:
+    TIMED.write(tmp_path / "gait.csv")
+    topics = ["--trajectory-topic", "/arm/trajectory", "--states-topic", "/arm/states"]
+    assert run("export", "gait.csv", "g.db3", "--periods", 2, "--joint-names", "a, b,c,d", *topics).code == 0
+    ((_, message),) = messages_of(tmp_path / "g.db3", "/arm/trajectory")
+    assert list(message.joint_names) == ["a", "b", "c", "d"]
+    assert len(messages_of(tmp_path / "g.db3", "/arm/states")) == len(message.points) == 41
+    assert run("export", "g.db3", "back.csv").code == 0
+    assert (read_table(tmp_path / "back.csv").alpha == TIMED.alpha).all()
+
+
+def test_a_missing_library_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("gaitgraph.formats.find_spec", lambda name: None)
+    for act in (lambda: TIMED.write(tmp_path / "g.mcap"), lambda: read_table(tmp_path / "g.db3")):
+        with pytest.raises(MissingExtra, match=r"pip install 'gaitgraph\[ros\]'"):
+            act()
+    TIMED.write(tmp_path / "g.yaml")  # needs none
+
+
+def test_a_full_disk_leaves_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def full(*_: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(Writer, "write", full)
+    with pytest.raises(gg.FileProblem, match=r"cannot write '.*g.db3': the database says: database or disk is full"):
+        TIMED.write(tmp_path / "g.db3")
+    assert not list(tmp_path.iterdir())
+
+
+ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
+
+
+def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path) -> None:
+    names = ["w", "x", "y", "z"]
+    path = bag_of(tmp_path / "theirs.mcap", [("/anything", 5, trajectory(names, ROWS))])
+    table = read_table(path)
+    assert table.about == {}
+    assert (table.alpha == TIMED.alpha).all()
+    assert (table["t"] == np.arange(21) / 4).all()
+    assert RATES[0] in table
+    assert ACCELERATIONS[0] not in table
+    assert gg.validate(path).valid
+
+
+def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
+    names = ["arm", "alpha3", "alpha1", "alpha4", "alpha2"]
+    rows = [(time, [9.0, p[2], p[0], p[3], p[1]], []) for time, p, _ in ROWS]
+    assert (read_table(bag_of(tmp_path / "a.mcap", [("/j", 1, trajectory(names, rows))])).alpha == TIMED.alpha).all()
+    assert "joints: ['arm', 'x']; allowed are four, or alpha1 to alpha4 among them" in refused(
+        bag_of(tmp_path / "b.mcap", [("/j", 1, trajectory(["arm", "x"], rows))])
+    )
+
+
+@pytest.mark.parametrize(("suffix", "stamped"), [(".mcap", True), (".mcap", False), (".db3", True)])
+def test_joint_states_alone_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, stamped: bool
+) -> None:
+    monkeypatch.setattr(bags, "_ROWS", 8)  # 21 rows are three pieces
+    start = 1_700_000_000_123_456_789
+    messages = [
+        (
+            "/joint_states",
+            start + time + 7 * (k > 0) * stamped,
+            state((start + time) * stamped, ["a", "b", "c", "d"], p, v),
+        )
+        for k, (time, p, v) in enumerate(ROWS)
+    ]
+    table = read_table(
+        bag_of(tmp_path / f"states{suffix}", [("/chatter", 3, TYPES[STRING](data="x")), *messages], suffix)
+    )
+    assert (table.alpha == TIMED.alpha).all()
+    assert (table["t"] == np.arange(21) / 4).all()
+    assert np.array_equal(np.column_stack([table[name] for name in RATES]), TIMED.rates)
+
+
+def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: Path) -> None:
+    whole = tmp_path / "rosbag2_2024"
+    whole.mkdir()
+    for k, (time, p, _) in enumerate(ROWS[:12]):
+        part = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, ["a", "b", "c", "d"], p))])
+        shutil.move(next(part.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
+    table = read_table(whole)
+    assert (table.alpha == TIMED.alpha[:12]).all()
+    (whole / "notes.txt").touch()
+    assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
+    assert "allowed are the suffixes" in refused(tmp_path / "p3")  # the file in it is gone
+
+
+@pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
+def test_compressed_bags(tmp_path: Path, how: CompressionMode) -> None:
+    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, trajectory(["a", "b", "c", "d"], ROWS))], mode=how)
+    if how == CompressionMode.STORAGE:
+        assert (read_table(path).alpha == TIMED.alpha).all()
+    else:
+        assert ("zstd -d unpacks" if how == CompressionMode.FILE else "compressed one by one") in refused(path)
+
+
+FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
+
+
+@pytest.mark.parametrize(
+    ("messages", "told"),
+    [
+        ([("/odom", 1, TYPES[STRING](data="x"))], "topics: /odom (std_msgs/msg/String); allowed is a bag with one of"),
+        ([("/joint_trajectory", 1, TYPES[STRING](data="x"))], "topics: /joint_trajectory (std_msgs/msg/String)"),
+        ([("/j", 1, trajectory(FOUR, ROWS)), ("/j", 2, trajectory(FOUR, ROWS))], "topic '/j': several messages"),
+        ([("/j", 1, trajectory(FOUR, ROWS)), ("/k", 2, trajectory(FOUR, ROWS))], "topics: /j, /k are all of traj"),
+        ([("/j", 1, trajectory(FOUR, []))], "a trajectory without points; allowed is one or more"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, nan, 0], [])]))], "row 1: positions of alpha3 is nan; allowed"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, 0], [])]))], "row 1: 3 positions of 4 joints; allowed is one a joint"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0] * 4, []), (9, [0] * 4, [1] * 4)]))], "row 1: 0 velocities of 4 joints"),
+        ([("/j", 1, trajectory(FOUR, [(0, [2, 0, 0, 0], [])]))], "row 1: alpha1 is 2.0 rad; allowed is"),
+        ([("/j", 1, trajectory(FOUR, [ROWS[1], ROWS[0]]))], "row 2: t = -0.25 does not increase"),
+        ([("/s", 1, state(1, FOUR, STILL)), ("/s", 2, state(2, FOUR[::-1], STILL))], "joints: ['d', 'c', 'b', 'a']"),
+        ([("/s", 2, state(5, FOUR, STILL)), ("/s", 3, state(4, FOUR, STILL))], "row 2: t = -1e-09 does not increase"),
+        ([("/gaitgraph", 1, TYPES[STRING](data="{}"))], "what made the file is not told by gaitgraph"),
+    ],
+)  # fmt: skip
+def test_bags_of_something_else_are_told(tmp_path: Path, messages: list[tuple[str, int, Any]], told: str) -> None:
+    assert told in refused(bag_of(tmp_path / "theirs.mcap", messages))
+
+
+def test_no_bag_at_all(tmp_path: Path) -> None:
+    assert "No such file" in refused(tmp_path / "none.mcap")
+    assert "No such file" in refused(tmp_path / "none.db3")
+    (tmp_path / "empty.mcap").mkdir()
+    assert "a folder without a .mcap file" in refused(tmp_path / "empty.mcap")
+    for name, content in (("a.mcap", b""), ("b.mcap", b"t,alpha1"), ("c.db3", b""), ("d.db3", b"x" * 5000)):
+        (tmp_path / name).write_bytes(content)
+        assert "allowed is a ROS 2 bag" in refused(tmp_path / name)
+    (tmp_path / "e.mcap" / "e.mcap").mkdir(parents=True)
+    assert "Is a directory" in refused(tmp_path / "e.mcap")
+    for name in ("a.yaml", "b.h"):
+        (tmp_path / name).write_text("trajectory: {}\n")
+        with pytest.raises(gg.InputError, match=f"{name}': it does not tell what made it"):
+            provenance_in(tmp_path / name)
+    with pytest.raises(gg.FileProblem, match="No such file"):
+        told_after("# ", tmp_path / "none.yaml")
+
+
+def record(kind: int, content: bytes) -> bytes:
+    return struct.pack("<BQ", kind, len(content)) + content
+
+
+def chunk(content: bytes, *, size: int, packing: bytes = b"", checksum: int = 0) -> bytes:
+    head = struct.pack("<QQQII", 0, 0, size, checksum, len(packing)) + packing
+    return record(0x06, head + struct.pack("<Q", len(content)) + content)
+
+
+END = record(0x0F, bytes(4)) + record(0x02, bytes(20)) + b"\x89MCAP0\r\n"
+
+
+@pytest.mark.parametrize(
+    ("records", "told"),
+    [
+        (struct.pack("<BQ", 5, 1 << 62), "a record of 4611686018427387904 bytes at byte 17 of a file of"),
+        (record(5, bytes(30)), "it ends in the middle, at byte 47"),
+        (chunk(b"", size=1 << 40), "a chunk that unpacks to 1099511627776 bytes"),
+        (chunk(bytes(99), size=98), "a chunk of 99 bytes that states 98"),
+        (chunk(bytes(99), size=99, checksum=zlib.crc32(bytes(99)) ^ 1), "a chunk whose checksum is wrong"),
+        (chunk(b"junk", size=4, packing=b"zstd"), "a chunk packed with zstd cannot be unpacked"),
+        (chunk(b"no frame", size=4, packing=b"lz4"), "a chunk packed with lz4 cannot be unpacked"),
+        (chunk(b"junk", size=4, packing=b"xz"), "a chunk packed with 'xz'; allowed are lz4, zstd, or none"),
+        (chunk(chunk(b"", size=0), size=len(chunk(b"", size=0))), "a chunk within a chunk"),
+        (record(6, bytes(20)), "a record of 20 bytes that ends too early"),
+        (record(3, struct.pack("<HI", 1, 99)), "a record of 6 bytes that ends too early"),
+        (record(4, struct.pack("<HHI", 1, 1, 2) + b"\xff\xfe"), "that is no text; allowed is UTF-8"),
+    ],
+    ids=count(),
+)
+def test_lengths_in_an_mcap_file_are_not_believed(tmp_path: Path, records: bytes, told: str) -> None:
+    path = tmp_path / "bad.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + records + (b"" if "middle" in told else END))
+    assert told in refused(path)
+
+
+def test_what_is_compressed_is_unpacked_no_further_than_it_states(tmp_path: Path) -> None:
+    import lz4.frame
+    from backports import zstd
+
+    for packing, pack in (("zstd", zstd.compress), ("lz4", lz4.frame.compress)):
+        bomb = pack(bytes(1 << 24))
+        assert len(bomb) < 1 << 17
+        path = tmp_path / f"{packing}.mcap"
+        path.write_bytes(b"\x89MCAP0\r\n" + chunk(bomb, size=100, packing=packing.encode()) + END)
+        assert "a chunk of 101 bytes that states 100" in refused(path)
+
+
+def test_long_messages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(storages, "MOST_MESSAGE", 1000)
+    for suffix in BAGS:
+        path = bag_of(tmp_path / f"a{suffix}", [("/j", 1, trajectory(FOUR, ROWS))], suffix)
+        assert ("allowed are 1000" if suffix == ".mcap" else "too big") in refused(path)
+    monkeypatch.setattr(storages, "MOST_BYTES", 100)
+    for suffix in BAGS:
+        assert "more than 0 MiB; allowed is a bag up to that" in refused(tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("CREATE VIEW messages AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) "
+         "SELECT x AS id, 2 AS topic_id, x AS timestamp, zeroblob(1000) AS data FROM n", "it has no table 'messages'"),
+        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+         "data BLOB AS (zeroblob(1000000000)))", "its table 'messages' has no plain column 'data'"),
+        ("CREATE VIRTUAL TABLE messages USING fts5(id, topic_id, timestamp, data)", "it has no table 'messages'"),
+        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, data BLOB)", "no plain column 'timestamp'"),
+        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+         "INSERT INTO messages VALUES (1, 1, 5, 'text'), (2, 2, 'x', 7), (3, 3, 1.5, NULL)", "a message is"),
+    ],
+)  # fmt: skip
+def test_a_database_holds_plain_tables_only(written: dict[str, Path], tmp_path: Path, change: str, told: str) -> None:
+    path = tmp_path / "evil.db3"
+    shutil.copy(next(written[".db3"].glob("*.db3")), path)
+    connection = sqlite3.connect(path)
+    connection.executescript(f"DROP TABLE messages; {change}")
+    connection.commit()
+    connection.close()
+    assert told in refused(path)
+
+
+def test_a_bag_that_is_cut_off_is_refused_wherever(written: dict[str, Path], tmp_path: Path) -> None:
+    for suffix in BAGS:
+        content = next(written[suffix].glob(f"*{suffix}")).read_bytes()
+        path = tmp_path / f"cut{suffix}"
+        end = content.index(record(0x0F, bytes(4))) if suffix == ".mcap" else len(content)
+        for length in np.linspace(0, end - 1, 40).astype(int).tolist():
+            path.write_bytes(content[:length])
+            refused(path)
+
+
+SMALL: dict[str, bytes] = {}
+
+
+@settings(deadline=None, max_examples=100)
+@given(data=st.data(), suffix=st.sampled_from(sorted(BAGS)))
+def test_whatever_the_bytes_there_is_a_table_or_one_line(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject, suffix: str
+) -> None:
+    if suffix not in SMALL:
+        source = tmp_path_factory.mktemp("small") / f"s{suffix}"
+        replace_clock(TIMED, 1.0, 3).write(source)
+        SMALL[suffix] = next(source.glob(f"*{suffix}")).read_bytes()
+    content = bytearray(SMALL[suffix])
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        new = data.draw(st.binary(max_size=8))
+        kind = data.draw(st.sampled_from(["change", "insert", "remove"]))
+        content[place : place + (0 if kind == "insert" else max(len(new), 1))] = (
+            b"" if kind == "remove" else new or b"\xff"
+        )
+    path = tmp_path_factory.getbasetemp() / f"mutated{suffix}"
+    path.write_bytes(content)
+    try:
+        table = read_table(path)
+    except gg.GaitgraphError as error:
+        assert "\n" not in str(error)
+        assert str(path) in str(error)
+    else:
+        assert np.isfinite(table.alpha).all()
+
+
+def test_export_takes_bags_both_ways(written: dict[str, Path], tmp_path: Path) -> None:
+    export(written[".db3"], [tmp_path / "a.mcap"])
+    export(tmp_path / "a.mcap", [tmp_path / "b.csv"])
+    table = read_table(tmp_path / "b.csv")
+    assert (table.alpha == TIMED.alpha).all()
+    assert table["color"] == TIMED.colors()
+    assert table["types"] == TIMED.types()
