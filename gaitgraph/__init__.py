@@ -11,9 +11,10 @@ The names below are loaded when they are first used, so that importing the packa
 The modules, each of which imports only from those before it, tell the method in order: errors, angles, files, vehicle,
 invertibility, surface, fibers, unfolding, coloring, palettes, paintings, regions, segments, areas, visibility, gait,
 margins, attitudes, reports, stretches, rules, checks, timing, curves, pacing, fibergrid, graph, contract, loads,
-search, compact, requests, obstacles, summary, plans, sketches, showing, gridloops, anyangle, whereabouts, fiberloops, planning, ways,
-enumeration, circuits, simplecycles, catalog, tables, formats, writing, reading, validation, exchange, transitions,
-optimal, retargeting, robustness, drawing, plots, figures, explorer, cli.
+search, compact, requests, obstacles, summary, plans, sketches, showing, gridloops, anyangle, whereabouts, fiberloops,
+planning, ways, enumeration, circuits, simplecycles, catalog, tables, joints, scenes, formats, writing, reading,
+frames, validation, completing, exchange, transitions, optimal, retargeting, robustness, drawing, plots, figures,
+watching, explorer, cli.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.completing import completed_pieces
-from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.errors import GaitgraphError, InputError, did_you_mean
 from gaitgraph.fibers import families_along, family_of
 from gaitgraph.formats import FORMATS, known_format
 from gaitgraph.formats.options import check_options
 from gaitgraph.frames import Frame, as_table
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
+from gaitgraph.joints import clipped_rows
 from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import provenance_in, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.formats.options import FormatOptions
+    from gaitgraph.joints import JointMap
     from gaitgraph.requests import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
@@ -155,7 +158,8 @@ def request_of_file(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRe
         return read_request(path, overrides)
     if Path(path).suffix.lower() not in FORMATS:
         allowed = ", ".join([".toml", *FORMATS])
-        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}")
+        hint = did_you_mean(Path(path).suffix.lower(), [".toml", *FORMATS])
+        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}{hint}")
     about = provenance_in(path)
     with _of_file(path):
         content = request_in_about(about)
@@ -230,19 +234,28 @@ def export(source: str | Path, outputs: Iterable[str | Path], *, force: bool = F
     Parameters, errors and rules are those of :func:`export_file`, which holds no more than some rows at a time.
     """
     paths = list(outputs)
-    options = choices.pop("options", None)
+    options, servos = choices.pop("options", None), choices.pop("servos", None)
     _check_choices(options, paths, force)
     table = merged(_pieces_to_write(source, **choices)())
-    write_tables(table, paths, force=force, options=options)
+    write_tables(table, paths, force=force, options=options, servos=servos)
     return table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: how many rows, and which columns."""
+    """What was written.
+
+    Parameters
+    ----------
+    rows, columns
+        How many rows, and which columns the gait has.
+    clipped
+        In how many rows each joint of a servo table that clips was beyond its limits.
+    """
 
     rows: int
     columns: tuple[str, ...]
+    clipped: dict[str, int]
 
 
 def export_file(
@@ -251,6 +264,7 @@ def export_file(
     *,
     force: bool = False,
     options: FormatOptions | None = None,
+    servos: JointMap | None = None,
     progress: Callable[[float], None] | None = None,
     **choices: Any,
 ) -> Exported:
@@ -269,11 +283,14 @@ def export_file(
         Overwrite files that exist.
     options
         Choices that some formats have; one that none of the outputs has is refused.
+    servos
+        As for :func:`gaitgraph.writing.write_tables`.
     progress
         Called with the fraction of the work that is done.
     choices
-        `vehicle` and `coefficients` that it is for, instead of what the table says; `period`, `law`, `samples`, `rate`
-        as for :func:`gaitgraph.timing.parametrize`.
+        `joints`, what the columns of a servo table from elsewhere are; `vehicle` and `coefficients` that it is for,
+        instead of what the table says; `period`, `law`, `samples`, `rate` as for
+        :func:`gaitgraph.timing.parametrize`.
 
     Raises
     ------
@@ -286,20 +303,24 @@ def export_file(
     report = progress or (lambda _: None)
     pieces = _pieces_to_write(source, progress=lambda share: report(share / parts), **choices)
     seen: list[Exported] = []
+    clipped: dict[str, int] = {}
 
     def counted() -> Iterator[Table]:
         rows, begun = 0, len(seen)
         total = max(seen[0].rows, 1) if seen else None
         columns: tuple[str, ...] = ()
         for piece in pieces():
+            if servos is not None and not begun:
+                for name, count in clipped_rows(piece, servos).items():
+                    clipped[name] = clipped.get(name, 0) + count
             rows, columns = rows + len(piece), tuple(piece.columns)
             yield piece
             if total is not None:
                 report((begun + 1 + rows / total) / parts)
-        seen.append(Exported(rows=rows, columns=columns))
+        seen.append(Exported(rows=rows, columns=columns, clipped=clipped))
         report((begun + 2) / parts)
 
-    write_pieces(counted, paths, force=force, options=options)
+    write_pieces(counted, paths, force=force, options=options, servos=servos)
     return seen[0]
 
 
@@ -318,13 +339,14 @@ def _pieces_to_write(
     law: str | None = None,
     samples: int | None = None,
     rate: float | None = None,
+    joints: JointMap | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Callable[[], Iterator[Table]]:
     """Return what yields the rows to write, as often as it is called."""
-    read = _replayed(source, progress)
+    read = _replayed(source, partial(read_pieces, source, progress=progress, joints=joints))
     first = list(islice(read(), 2))
     retime = "t" not in first[0] or sum(map(len, first)) == 1
-    if not retime and period is law is samples is rate is None:
+    if not retime and all(choice is None for choice in (period, law, samples, rate)):
         with _of_file(source):
             return completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
     table = merged(read())
@@ -341,7 +363,7 @@ def _pieces_to_write(
     return lambda: pieces_of(timed)
 
 
-def _replayed(source: str | Path, progress: Callable[[float], None] | None) -> Callable[[], Iterator[Table]]:
+def _replayed(source: str | Path, read: Callable[[], Iterator[Table]]) -> Callable[[], Iterator[Table]]:
     """Return what yields the pieces of a file as often as it is called; those of a short one are kept, not read again.
 
     What is no regular file, a pipe say, is kept whole: it can be read once.
@@ -349,7 +371,7 @@ def _replayed(source: str | Path, progress: Callable[[float], None] | None) -> C
     kept: list[Table] = []
     whole = not Path(source).is_file()
     if whole:
-        kept.extend(read_pieces(source, progress=progress))
+        kept.extend(read())
 
     def pieces() -> Iterator[Table]:
         nonlocal whole
@@ -357,7 +379,7 @@ def _replayed(source: str | Path, progress: Callable[[float], None] | None) -> C
             yield from kept
             return
         fresh: list[Table] | None = []
-        for piece in read_pieces(source, progress=progress):
+        for piece in read():
             if fresh is not None:
                 fresh.append(piece)
                 fresh = fresh if len(fresh) == 1 or sum(map(len, fresh)) <= _ROWS_KEPT else None

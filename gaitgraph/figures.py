@@ -568,7 +568,8 @@ def _checked_formats(formats: Sequence[Any]) -> tuple[Format, ...]:
         formats = (formats,)
     for kind in formats:
         if kind not in FORMATS:
-            raise InputError(f"format: {shown(kind)}; allowed are {', '.join(FORMATS)}")
+            hint = did_you_mean(kind, list(FORMATS)) if isinstance(kind, str) else ""
+            raise InputError(f"format: {shown(kind)}; allowed are {', '.join(FORMATS)}{hint}")
     if not formats:
         raise InputError(f"format: none; allowed are {', '.join(FORMATS)}")
     return tuple(dict.fromkeys(formats))

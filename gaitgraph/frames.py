@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -20,10 +20,24 @@ from gaitgraph.tables import TEXTS, Table, about_told, provenance_of
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["Frame", "as_table", "is_frame", "pandas_from_table", "polars_from_table", "table_from_frame"]
+__all__ = ["Frame", "HasColumns", "as_table", "is_frame", "pandas_from_table", "polars_from_table", "table_from_frame"]
 
-Frame = Any
-"""A frame, whichever library it is of."""
+
+class HasColumns(Protocol):
+    """What frames of all libraries have in common."""
+
+    @property
+    def columns(self) -> Any:
+        """The names of the columns."""
+        ...
+
+    def __getitem__(self, name: str, /) -> Any:
+        """Return a column."""
+        ...
+
+
+Frame = HasColumns | Mapping[str, Any]
+"""A frame, whichever library it is of, or a mapping of names to columns."""
 
 _ATTRIBUTE = "gaitgraph"
 """What pandas frames call what made them, in `attrs`."""
@@ -145,12 +159,13 @@ def polars_from_table(table: Table) -> Any:
         If polars is not installed.
     """
     polars = _library("polars")
-    return polars.DataFrame(
-        [
-            polars.Series(name, list(values), dtype=polars.Categorical) if name in TEXTS else polars.Series(name, values)
-            for name, values in table.columns.items()
-        ]
-    )
+    series = [
+        polars.Series(name, values)
+        if name not in TEXTS
+        else polars.Series(name, list(values), dtype=polars.Categorical)
+        for name, values in table.columns.items()
+    ]
+    return polars.DataFrame(series)
 
 
 def _library(name: str) -> ModuleType:

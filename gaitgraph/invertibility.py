@@ -27,7 +27,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
@@ -143,7 +143,8 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     if kind != "exact":
-        raise InputError(f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'")
+        hint = did_you_mean(str(kind), ["published", "exact"])
+        raise InputError(f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'{hint}")
     k = vehicle.signed_drag_ratio
     return Coefficients(
         kind=kind,

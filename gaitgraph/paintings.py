@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility import Coefficients, coefficients_of
 from gaitgraph.palettes import (
     RELATION,
@@ -280,7 +280,8 @@ def colorings(
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) or (n, 4) with n at least 1")
     if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
-        raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive")
+        hint = did_you_mean(sign, ["auto", "negative", "positive"]) if isinstance(sign, str) else ""
+        raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive{hint}")
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     every = palette_of(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
     palettes = {one: palette for one, palette in every.items() if sign in ("auto", one)}

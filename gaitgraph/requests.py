@@ -292,7 +292,8 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".json"):
-        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes .toml, .json")
+        hint = did_you_mean(suffix, [".toml", ".json"])
+        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes .toml, .json{hint}")
     text = text_of(path, "request file", "TOML or JSON")
     try:
         content = _parsed(text, suffix)

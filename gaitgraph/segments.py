@@ -1,7 +1,7 @@
 """What holds along a straight segment of tilt angles, not only at its ends.
 
 A quantity with a bound between samples is minimised by branch and bound: an interval whose lower bound is good
-enough is settled, any other is halved. The result brackets the true least value; nothing is decided by samples
+enough is settled, any other is cut. The result brackets the true least value; nothing is decided by samples
 alone. Segments are pairs of arrays of shape (m, 4) [rad].
 """
 
@@ -44,10 +44,10 @@ Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 _BATCH = 1 << 15
-# Below so many open intervals a round costs the same however many they are: cut each into eight instead of two.
+# A round over fewer open intervals than these costs the same however many there are: each is cut finer than in two.
 _FEW = 64
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
-_HALF, _EIGHTHS = np.array([0.5]), np.arange(1, 8) / 8
+_HALF, _SIXTEENTHS = np.array([0.5]), np.arange(1, 16) / 16
 _MOST_HALVINGS = 20_000_000
 
 
@@ -111,8 +111,9 @@ def least_along(
 
     Notes
     -----
-    Intervals are halved in batches, the latest first, so that memory stays bounded however many are open. Not
-    guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always valid.
+    Intervals are halved in batches, the latest first, so that memory stays bounded however many are open; a few are
+    cut into sixteen, which saves rounds. Not guaranteed: that every bracket is as narrow as `tolerance`. Work is
+    bounded; `lower` is always valid.
     """
     starts, ends = (
         np.atleast_2d(np.asarray(starts, dtype=float)),
@@ -146,24 +147,22 @@ def least_along(
         np.minimum.at(lower, segment[~open_], least[~open_])
         if not open_.any():
             continue
-        segment, low, high = segment[open_], low[open_], high[open_]
-        few = segment.size <= _FEW and float((high - low).min()) > _SHORT
-        cuts = low[:, None] + (high - low)[:, None] * (_EIGHTHS if few else _HALF)
-        ends_of = (segment[:, None], low[:, None], high[:, None], p0[open_, None], p1[open_, None])
-        pm = starts[segment][:, None] + cuts[..., None] * (ends - starts)[segment][:, None]
+        segment, low, high = segment[open_, None], low[open_, None], high[open_, None]
+        finely = segment.size <= _FEW and float((high - low).min()) > _SHORT
+        cuts = low + (high - low) * (_SIXTEENTHS if finely else _HALF)
+        pm = starts[segment] + cuts[..., None] * (ends - starts)[segment]
         fm = value(pm.reshape(-1, 4)).reshape(cuts.shape)
-        flat, number = fm.ravel(), np.repeat(segment, cuts.shape[1])
-        order = np.argsort(flat, kind="stable")[::-1]
-        better = order[flat[order] < best[number[order]]]
-        best[number[better]], fraction[number[better]] = flat[better], cuts.ravel()[better]
-        overall = min(overall, float(flat.min()))
-        owner, first, last, q0, q1 = ends_of
+        number, cut, found = np.repeat(segment, cuts.shape[1]), cuts.ravel(), fm.ravel()
+        order = np.argsort(found, kind="stable")[::-1]
+        better = order[found[order] < best[number[order]]]
+        best[number[better]], fraction[number[better]] = found[better], cut[better]
+        overall = min(overall, float(found.min()))
         pieces = (
-            np.repeat(owner, cuts.shape[1] + 1, axis=1),
-            np.concatenate([first, cuts], axis=1),
-            np.concatenate([cuts, last], axis=1),
-            np.concatenate([q0, pm], axis=1),
-            np.concatenate([pm, q1], axis=1),
+            np.repeat(segment, cuts.shape[1] + 1, axis=1),
+            np.concatenate([low, cuts], axis=1),
+            np.concatenate([cuts, high], axis=1),
+            np.concatenate([p0[open_, None], pm], axis=1),
+            np.concatenate([pm, p1[open_, None]], axis=1),
             np.concatenate([f0[open_, None], fm], axis=1),
             np.concatenate([fm, f1[open_, None]], axis=1),
         )

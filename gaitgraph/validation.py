@@ -61,8 +61,8 @@ def validate(
     Parameters
     ----------
     gait
-        A gait, a timed one, a table, a frame of pandas or polars, or the path of a gait file of any format that is read;
-        a CSV or Parquet file may be larger than memory.
+        A gait, a timed one, a table, a frame of pandas or polars, or the path of a gait file of any format that is
+        read; a CSV or Parquet file may be larger than memory.
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding

@@ -141,9 +141,9 @@ class Vehicle:
             object.__setattr__(self, field, checked)
         object.__setattr__(self, "first_arm_angle", angle_from_text(self.first_arm_angle, "first_arm_angle"))
         if self.first_rotor_spin not in ("clockwise", "counterclockwise"):
-            raise InputError(
-                f"first_rotor_spin: {shown(self.first_rotor_spin)}; allowed are 'clockwise' and 'counterclockwise'"
-            )
+            spin = self.first_rotor_spin
+            hint = did_you_mean(spin, ["clockwise", "counterclockwise"]) if isinstance(spin, str) else ""
+            raise InputError(f"first_rotor_spin: {shown(spin)}; allowed are 'clockwise' and 'counterclockwise'{hint}")
         self._resolve("drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf")
         self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
         drag_ratio: float | None = self.drag_ratio

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
 from gaitgraph.files import target_of, write_whole
 from gaitgraph.formats import known_format
+from gaitgraph.joints import mapped_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from gaitgraph.formats import Format
     from gaitgraph.formats.options import FormatOptions
+    from gaitgraph.joints import JointMap
     from gaitgraph.tables import Table
 
 __all__ = ["check_outputs", "write_pieces", "write_tables"]
@@ -67,7 +69,12 @@ def _is_of_bag(path: Path, suffix: str) -> bool:
 
 
 def write_tables(
-    table: Table, paths: Sequence[str | Path], *, force: bool = False, options: FormatOptions | None = None
+    table: Table,
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+    options: FormatOptions | None = None,
+    servos: JointMap | None = None,
 ) -> None:
     """Write a table to files, each whole or not at all; the format follows from the suffix.
 
@@ -81,6 +88,9 @@ def write_tables(
         Overwrite files that exist.
     options
         Choices that some formats have; the others pass them over.
+    servos
+        What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
+        Pictures and MATLAB functions do not change.
 
     Raises
     ------
@@ -93,7 +103,7 @@ def write_tables(
     MissingExtra
         If a format needs a library that is not installed.
     """
-    write_pieces(lambda: [table], paths, force=force, options=options)
+    write_pieces(lambda: [table], paths, force=force, options=options, servos=servos)
 
 
 def write_pieces(
@@ -102,6 +112,7 @@ def write_pieces(
     *,
     force: bool = False,
     options: FormatOptions | None = None,
+    servos: JointMap | None = None,
 ) -> None:
     """Write a table that comes piece by piece, as :func:`write_tables` does.
 
@@ -109,12 +120,30 @@ def write_pieces(
     ----------
     pieces
         Called once a file; its pieces have the same columns, and the first tells what made them.
-    paths, force, options
+    paths, force, options, servos
         As for :func:`write_tables`.
     """
     check_outputs(paths, force=force)
-    write_whole([(Path(path), partial(_written, pieces, Path(path), options)) for path in paths], force=force)
+    contents = []
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        rows = pieces if servos is None else partial(_for_servos, pieces, servos, form)
+        contents.append((path, partial(_written, rows, form, options)))
+    write_whole(contents, force=force)
 
 
-def _written(pieces: Callable[[], Iterable[Table]], path: Path, options: FormatOptions | None, scratch: Path) -> None:
-    known_format(path, "output").writer(options)(pieces(), scratch)
+def _written(pieces: Callable[[], Iterable[Table]], form: Format, options: FormatOptions | None, scratch: Path) -> None:
+    form.writer(options)(pieces(), scratch)
+
+
+def _for_servos(pieces: Callable[[], Iterable[Table]], servos: JointMap, form: Format) -> Iterator[Table]:
+    """Yield pieces as a format tells of joints: in its own radians, or in the columns of the map."""
+    rows = 0
+    for piece in pieces():
+        if "joint_names" in form.options:
+            yield servos.apply(piece, rows_before=rows)
+        elif form.reads:
+            yield mapped_table(piece, servos, rows_before=rows)
+        else:
+            yield piece
+        rows += len(piece)

@@ -17,13 +17,13 @@ from gaitgraph import cli
 PACKAGE = Path(gg.__file__).parent
 
 ORDER = (
-    "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring",
-    "palettes", "paintings", "regions", "segments", "areas", "visibility", "gait", "margins",
-    "attitudes", "reports", "stretches", "rules", "checks", "timing", "curves", "pacing", "fibergrid", "graph",
-    "contract", "loads", "search", "compact", "requests", "obstacles", "summary", "plans", "sketches", "showing", "gridloops", "anyangle",
-    "whereabouts", "fiberloops", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables",
-    "formats", "writing", "reading", "validation", "exchange", "transitions", "optimal", "retargeting", "robustness", "drawing", "plots",
-    "figures", "explorer", "cli", "__main__",
+    "errors", "angles", "files", "vehicle", "invertibility", "surface", "fibers", "unfolding", "coloring", "palettes",
+    "paintings", "regions", "segments", "areas", "visibility", "gait", "margins", "attitudes", "reports", "stretches",
+    "rules", "checks", "timing", "curves", "pacing", "fibergrid", "graph", "contract", "loads", "search", "compact",
+    "requests", "obstacles", "summary", "plans", "sketches", "showing", "gridloops", "anyangle", "whereabouts",
+    "fiberloops", "planning", "ways", "enumeration", "circuits", "simplecycles", "catalog", "tables", "joints",
+    "scenes", "formats", "writing", "reading", "frames", "validation", "completing", "exchange", "transitions",
+    "optimal", "retargeting", "robustness", "drawing", "plots", "figures", "watching", "explorer", "cli", "__main__",
 )  # fmt: skip
 
 # Convenience methods that delegate to a later room by an import inside them.
@@ -41,6 +41,10 @@ DELEGATIONS = {
     ("areas", "_repr_html_", "showing"),
     ("plans", "_repr_html_", "showing"),
     ("timing", "write", "writing"),
+    ("tables", "to_pandas", "frames"),
+    ("tables", "to_polars", "frames"),
+    ("timing", "to_pandas", "tables"),
+    ("timing", "to_polars", "tables"),
 }
 
 
@@ -53,6 +57,10 @@ INNER = {
     "compact": ("rasters", "bits", "sweeps", "bottlenecks", "walks"),
     "optimal": ("splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimum"),
     "retargeting": ("retargeted", "nearest"),
+    "formats": (
+        "options", "columns", "texts", "arrays", "matlab", "scripts", "parquet", "trajectories", "storages", "bags",
+        "headers", "animations",
+    ),
     "plots": ("vehicles", "roots", "types", "regions", "gaits"),
     "explorer": ("state", "jobs", "maps", "answers", "tables", "guards", "server"),
 }

@@ -263,7 +263,7 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     assert ["3π/16", "−π/4"] in [corner[:2] for corner in page.corners()]
     page.id("undo").click()
     page.until(lambda: page.state == GAIT_3 and page.js(loop) == before)
-    page.keys("\ue009" + "y")
+    page.chord("\ue009", "y")
     page.until(lambda: page.state == moved)
     page.chord("\ue009", "z")
     page.until(lambda: page.state == GAIT_3)

@@ -326,20 +326,6 @@ def test_interruption_is_130(tmp_path: Path) -> None:
     assert err.strip() == "gaitgraph: interrupted"
 
 
-def test_progress_is_shown_on_a_terminal_only(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    from gaitgraph.cli.terminal import progress_notes
-
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    monkeypatch.setattr(time, "monotonic", iter([0.0, 0.5, 2.0]).__next__)
-    show = progress_notes()
-    assert show is not None
-    show("quick")
-    show("slow")
-    assert capsys.readouterr().err == "slow …\n"
-
-
 def test_unforeseen_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError

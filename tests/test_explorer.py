@@ -17,7 +17,6 @@ import webbrowser
 import zipfile
 from dataclasses import dataclass
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, unquote
 from urllib.request import Request, urlopen
@@ -33,12 +32,14 @@ from gaitgraph.explorer.guards import HEADERS
 from gaitgraph.explorer.jobs import Job, Stopped, run_job
 from gaitgraph.explorer.server import Listening, application
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, state_of
+from gaitgraph.explorer.tables import formats_answer
 from gaitgraph.formats import FORMATS
 from gaitgraph.scenes import scene_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
     Pairs = Iterable[tuple[str, str]]
 
@@ -244,7 +245,7 @@ class TestPlan:
 class TestDiagram:
     def test_it_is_the_robustness_of_the_plan(self, ask: Client) -> None:
         answer = ask("diagram", of_gait(3) | {"eta": 0.9})
-        found = gg.robustness_of(gg.plan_loop(GAIT3.angles).gait, bias=0.9)
+        found = gg.robustness_of(gg.plan_loop(GAIT3.angles).gait, bias=0.9, tolerance=1e-4, curves=2)
         assert answer["eta"] == 0.9
         assert answer["own"]["curves"] == []
         assert answer["own"]["tilt_margin_deg"] == 90.0
@@ -258,7 +259,10 @@ class TestDiagram:
     def test_without_a_loop_it_says_why(self, ask: Client) -> None:
         empty = ask("diagram", {})
         assert (empty["own"], empty["reason"]) == (None, "no waypoints yet")
-        assert "no closed loop" in ask("diagram", {"waypoints": [[0.5, 0.5]], "sign": "negative"})["reason"]
+        assert (
+            "no closed loop"
+            in ask("diagram", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})["reason"]
+        )
         blue = ask("diagram", of_gait(1))
         assert blue["own"]["tilt_margin_deg"] is None
         assert "singular" in blue["own"]["tilt_margin_reason"]
@@ -332,15 +336,17 @@ class TestTables:
     def gait3(self, tmp_path: Path, suffix: str = ".csv") -> bytes:
         path = tmp_path / f"gait{suffix}"
         plan = gg.plan_loop(GAIT3.angles)
-        plan.timed(samples=50).write(path)
+        plan.timed(samples=40).write(path)
         return path.read_bytes()
 
     def test_a_good_table(self, ask: Client, tmp_path: Path) -> None:
         answer = ask.table("gait3.csv", self.gait3(tmp_path)).json()
-        assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == ("gait3.csv", 51, True, True)
+        assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == ("gait3.csv", 41, True, True)
         assert answer["broken"] == []
-        assert len(answer["path"]) == len(answer["series"]["t"]) == 51
+        assert len(answer["path"]) == len(answer["series"]["t"]) == 41
         assert answer["path"][0] == answer["path"][-1]
+        assert max(answer["series"]["R"]) < 0 < min(answer["series"]["least_singular_value"])
+        assert answer["scene"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
 
     def test_a_broken_table_says_where(self, ask: Client) -> None:
@@ -358,6 +364,12 @@ class TestTables:
         assert answer["rows"] == 6001
         assert len(answer["path"]) == 2000
 
+    def test_rows_are_bounded(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setitem(LIMITS, "rows", 10)
+        rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
+        assert "rows: more than 10; allowed are 10" in told(ask.table("x.csv", rows), 400)
+        assert ask.table("x.csv", rows[:-18]).json()["rows"] == 10
+
     def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, ask: Client) -> None:
         state = of_gait(4) | {
             "drag_ratio": 0.25,
@@ -366,7 +378,7 @@ class TestTables:
             "keep_out": [[[1, 1], [1.2, 1], [1, 1.2]]],
         }
         found = ask.table("x.json", ask.file(state, ".json").content).json()["request"]
-        assert found | {"coefficients": "exact"} == DEFAULTS | state_as_floats(state) | {"coefficients": "exact"}
+        assert {**DEFAULTS, **found} == {**DEFAULTS, **state, "coefficients": "exact"}
         answer, again = ask("plan", state), ask("plan", found)
         assert again["corners"] == answer["corners"]
 
@@ -423,10 +435,6 @@ class TestTables:
         assert not re.search(r"/tmp|gaitgraph-|etc", message)
 
 
-def state_as_floats(state: dict[str, Any]) -> dict[str, Any]:
-    return state | {"keep_out": [[[float(a), float(b)] for a, b in polygon] for polygon in state["keep_out"]]}
-
-
 class TestDownload:
     def test_csv_is_what_the_library_writes(self, ask: Client, tmp_path: Path) -> None:
         answer = ask.file(of_gait(3) | {"samples": 30}, ".csv")
@@ -437,25 +445,38 @@ class TestDownload:
         assert gg.validate(path).flyable
         assert ask.file(of_gait(3) | {"samples": 30}, ".csv").content == answer.content
 
-    def test_every_available_format(self, ask: Client) -> None:
-        listed = ask.get("api/setup").json()["formats"]
-        assert [one["suffix"] for one in listed] == list(FORMATS)
-        for one in listed:
-            answer = ask.file(of_gait(3) | {"samples": 8}, one["suffix"])
-            if not one["available"]:
-                assert one["why_not"] == told(answer, 400)
-                continue
-            assert answer.status == 200, (one, answer.content[:300])
-            if FORMATS[one["suffix"]].folder:
-                with zipfile.ZipFile(BytesIO(answer.content)) as archive:
-                    assert archive.testzip() is None
-                    assert any(name.endswith(one["suffix"]) for name in archive.namelist())
+    def test_formats_are_listed_with_what_is_missing(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        listed = {one["suffix"]: one for one in formats_answer()}
+        assert list(listed) == list(FORMATS)
+        assert listed[".csv"] == {"suffix": ".csv", "name": "CSV", "available": True, "why_not": None, "reads": True}
+        assert not listed[".db3"]["reads"]
+        monkeypatch.setattr("gaitgraph.formats.find_spec", lambda module: None)
+        missing = {one["suffix"]: one for one in formats_answer()}[".parquet"]
+        assert not missing["available"]
+        assert missing["why_not"] == told(ask.file(of_gait(3), ".parquet"), 400)
+
+    @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".db3"])
+    def test_formats_come_as_files_and_folders_as_zips(self, ask: Client, suffix: str) -> None:
+        form = FORMATS[suffix]
+        if form.why_not():
+            pytest.skip(str(form.why_not()))
+        answer = ask.file(of_gait(3) | {"samples": 8}, suffix)
+        assert answer.status == 200, answer.content[:300]
+        name = answer.headers["content-disposition"].partition("filename=")[2]
+        assert name.endswith(f"gait{suffix}.zip" if form.folder else f"gait{suffix}")
+        if form.folder:
+            with zipfile.ZipFile(BytesIO(answer.content)) as archive:
+                assert archive.testzip() is None
+                assert sum(one.endswith(suffix) for one in archive.namelist()) == 1
 
     @pytest.mark.parametrize(
         ("content", "says"),
         [
             ({"state": {}, "suffix": ".csv"}, "waypoints"),
-            ({"state": {"waypoints": [[0.5, 0.5]], "sign": "negative"}, "suffix": ".csv"}, "no closed loop"),
+            (
+                {"state": {"waypoints": [[0.5, 0.5]], "sign": "negative", "color": "red"}, "suffix": ".csv"},
+                "no closed loop",
+            ),
             ({"state": {}, "suffix": "../x"}, "suffix"),
             ({"state": {}, "suffix": 5}, "suffix"),
             ({"file": "x"}, "no field"),
@@ -583,11 +604,10 @@ class TestGuards:
 
     def test_bodies_are_counted_while_they_are_read(self, ask: Client) -> None:
         piece = b" " * (64 << 10)
-        messages = [{"type": "http.request", "body": piece, "more_body": True} for _ in range(100)]
+        messages: list[dict[str, Any]] = [{"type": "http.request", "body": piece, "more_body": True}] * 100
         path, headers = f"/{TOKEN}/api/plan", [("content-type", JSON)]
         answer = asyncio.run(answer_to(ask.app, "POST", path, headers, messages))
         assert str(LIMITS["request_bytes"]) in told(answer, 413)
-        assert sum(len(message["body"]) for message in messages[:5]) > LIMITS["request_bytes"]
 
     def test_tables_may_be_larger(self, ask: Client) -> None:
         rows = b"alpha1,alpha2,alpha3,alpha4,note\n" + (b"1.1,-1.1,1.1,-1.1," + b"x" * 4000 + b"\n") * 100
@@ -673,7 +693,7 @@ class TestBadQuestions:
         max_leaves=6,
     )
 
-    @settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
     @given(st.dictionaries(st.sampled_from([*DEFAULTS, "view"]) | st.text(max_size=5), values, max_size=4))
     def test_whatever_is_sent_gets_an_answer_or_one_line(self, ask: Client, content: dict[str, Any]) -> None:
         answer = ask.post("plan", content)
@@ -706,7 +726,7 @@ class TestJobs:
 
         monkeypatch.setattr(answers, "plan", endless)
         body = b'{"waypoints": [[0.32, -0.42]]}'
-        messages = [{"type": "http.request", "body": body, "more_body": False}, {"type": "http.disconnect"}]
+        messages: list[dict[str, Any]] = [{"type": "http.request", "body": body}, {"type": "http.disconnect"}]
         asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
         assert stopped == ["nobody waits for this answer any more"]
 
@@ -729,7 +749,8 @@ class TestJobs:
 
     def test_who_waits_in_line_and_goes_away_is_not_served(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(jobs, "_slots", threading.BoundedSemaphore(1))
-        free, served = threading.Event(), []
+        free = threading.Event()
+        served: list[Job] = []
 
         async def both() -> None:
             first = asyncio.ensure_future(run_job(lambda job: free.wait(5)))

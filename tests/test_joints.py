@@ -345,6 +345,26 @@ def test_a_wrong_table_from_elsewhere_says_what_is_wrong(
     assert str(refused.value).startswith("gait file ")
 
 
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (["a", "b"], "column 'alpha2': .*; allowed are finite numbers"),
+        ([[0.1, 0.2]], r"column 'alpha2': an array of shape \(1, 2\); allowed is \(n,\)"),
+        ([0.1, math.inf], "row 2: alpha2 is inf; allowed is a finite number"),
+        ([0.1], "columns have 1 to 2 rows; allowed are equally many"),
+    ],
+)
+def test_wrong_columns_of_joints_say_what_is_wrong(values: Any, message: str) -> None:
+    columns = {f"alpha{k}": [0.1, 0.2] for k in (1, 3, 4)}
+    with pytest.raises(gg.InputError, match=message):
+        table_from_joints({**columns, "alpha2": values}, joint_map_named("paper"))
+
+
+def test_no_rows_of_joints_are_refused() -> None:
+    with pytest.raises(gg.InputError, match="no rows"):
+        table_from_joints({f"alpha{k}": [] for k in (1, 2, 3, 4)}, joint_map_named("paper"))
+
+
 def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> None:
     one = mapped_table(table, joint_map_named("x_frame"))
     one.about["servos"]["joint"][0]["rotor"] = 3

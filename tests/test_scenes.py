@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import sys
 import xml.etree.ElementTree as ET
 from typing import TYPE_CHECKING, Any
 
@@ -240,6 +241,13 @@ def test_pictures_of_other_tables(tmp_path: Path) -> None:
         assert image.n_frames == 10
     write_tables(Table(columns={name: values[:1] for name, values in columns.items()}), [tmp_path / "b.svg"])
     assert "T = 1 s" in (tmp_path / "b.svg").read_text()
+
+
+def test_a_gif_needs_the_extra_for_plots(table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(gg.GaitgraphError, match=r"matplotlib: not installed.*pip install 'gaitgraph\[plot\]'"):
+        write_tables(table, [tmp_path / "a.gif"])
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["svg", "gif"])

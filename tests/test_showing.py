@@ -356,6 +356,8 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Retargeted: retargeted, 4 rows": gg.retarget(BLUE),
         "<Retargeted: infeasible>": gg.retarget(BLUE, floor=1.5),
         "<OptimalGait: least singular value": gg.optimal_gait([(0.4, -0.4), (1.2, -0.4)], radius=0.1),
+        "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
+        "<Pacing: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
         "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),
         "<Loop: red, R < 0, 4 corners": shown("plan").loop,
     }

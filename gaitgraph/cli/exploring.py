@@ -21,10 +21,13 @@ def explore_command(port: int, no_browser: bool) -> int:
     from gaitgraph.explorer.server import Listening
 
     server = Listening(port)
-    click.echo(server.address)
-    if not no_browser:
-        _open(server.address)
-    server.run()
+    try:
+        click.echo(server.address)
+        if not no_browser:
+            _open(server.address)
+        server.run()
+    finally:
+        server.close()
     return 0
 
 

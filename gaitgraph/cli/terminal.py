@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from types import TracebackType
 
-__all__ = ["Working", "print_json", "print_note", "print_problem", "print_text", "progress_notes", "working"]
+__all__ = ["Working", "print_json", "print_note", "print_problem", "print_text", "working"]
 
 _GRACE = 1.0  # seconds without a word
 _TICK = 0.2
@@ -76,22 +76,6 @@ def _in_color(text: str) -> str:
     text = _VERDICT.sub(lambda line: _ANSWER.sub(lambda found: painted(found[0]), line[0]), text)
     text = _REFUSAL.sub(lambda found: click.style(found[0], fg="red"), text)
     return _WARNING.sub(lambda found: click.style(found[0], fg="yellow"), text)
-
-
-def progress_notes() -> Callable[[str], None] | None:
-    """Return what shows progress on a terminal once work takes longer than a second; nothing for a pipe."""
-    if not sys.stderr.isatty():
-        return None
-
-    from time import monotonic
-
-    start = monotonic()
-
-    def show(text: str) -> None:
-        if monotonic() - start > _GRACE:
-            click.echo(f"{text} …", err=True)
-
-    return show
 
 
 def working(doing: str) -> Working:

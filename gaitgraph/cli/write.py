@@ -9,6 +9,8 @@ import click
 
 from gaitgraph.cli.commands import command
 from gaitgraph.cli.options import (
+    a_file,
+    a_word,
     columns_option,
     force_option,
     joint_map_or_none,
@@ -18,7 +20,7 @@ from gaitgraph.cli.options import (
     setting_options,
     vehicle_or_none,
 )
-from gaitgraph.cli.terminal import print_json, progress_notes
+from gaitgraph.cli.terminal import print_json, working
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,8 +35,13 @@ def _format_options(command: Callable[..., int]) -> Callable[..., int]:
         click.option("--joint-names", metavar="A,B,C,D", help="Joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
         click.option("--trajectory-topic", metavar="TOPIC", help="In a bag.  [default: /joint_trajectory]"),
         click.option("--states-topic", metavar="TOPIC", help="In a bag.  [default: /joint_states]"),
-        click.option("--number", metavar="NAME", help="In a .h: float, double or fixed.  [default: float]"),
-        click.option("--c-name", metavar="NAME", help="What names in a .h begin with.  [default: the file's name]"),
+        click.option(
+            "--number",
+            metavar="NAME",
+            shell_complete=a_word("float", "double", "fixed"),
+            help="In a .h: float, double or fixed.  [default: float]",
+        ),
+        click.option("--c-name", metavar="WORD", help="What names in a .h begin with.  [default: the file's name]"),
     )
     for option in reversed(options):
         command = option(command)
@@ -53,8 +60,8 @@ def _taken_format_options(options: dict[str, Any]) -> Any:
 
 
 @command("Write a gait file in other formats, or with another clock.")
-@click.argument("gait_file", metavar="GAIT_FILE")
-@click.argument("outputs", metavar="OUTPUT...", nargs=-1, required=True)
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
+@click.argument("outputs", metavar="OUTPUT...", nargs=-1, required=True, shell_complete=a_file())
 @columns_option
 @servos_option
 @_format_options
@@ -76,36 +83,57 @@ def export_command(
     polyline through the rows gets a new clock. With --servos it tells where the joints of the vehicle stand: order,
     sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
-    from gaitgraph.exchange import export
-    from gaitgraph.joints import clipped_rows
+    from gaitgraph.exchange import export_file
 
     joints, joint_map = joint_map_or_none(columns), joint_map_or_none(servos)
     options |= {name: value for name, value in (("joints", joints), ("servos", joint_map)) if value is not None}
     options["options"] = _taken_format_options(options)
-    table = export(gait_file, outputs, vehicle=vehicle_or_none(vehicle), **options)
-    # A map that does not clip has refused what it would have to.
-    clipped = clipped_rows(table, joint_map) if joint_map else {}
+    with working(f"exporting {gait_file}") as work:
+        done = export_file(gait_file, outputs, vehicle=vehicle_or_none(vehicle), progress=work.part, **options)
     if as_json:
-        answer = {"rows": len(table), "columns": list(table.columns), "outputs": list(outputs)}
+        answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
         if joint_map:
-            answer |= {"servos": joint_map.as_mapping(), "clipped": clipped}
+            answer |= {"servos": joint_map.as_mapping(), "clipped": done.clipped}
         print_json(answer)
         return 0
     for name in outputs:
-        told = f"joints {', '.join(joint_map.joint_names)}" if joint_map else ", ".join(table.columns)
-        click.echo(f"wrote {name}: {len(table)} rows of {told}")
-    for name, count in clipped.items():
-        click.echo(f"clipped: joint {name!r} at its limit in {count} of {len(table)} rows")
+        told = f"joints {', '.join(joint_map.joint_names)}" if joint_map else ", ".join(done.columns)
+        click.echo(f"wrote {name}: {done.rows} rows of {told}")
+    for name, count in done.clipped.items():
+        click.echo(f"clipped: joint {name!r} at its limit in {count} of {done.rows} rows")
     return 0
 
 
 @command("Draw the figures of the paper, and two that it lacks.")
-@click.option("--only", multiple=True, metavar="N", help="1 to 22, 9-14, regions or gait; repeatable.  [default: all]")
-@click.option("--out", metavar="DIR", default="figures", help="Folder, made if need be.  [default: figures]")
 @click.option(
-    "--format", "formats", multiple=True, metavar="NAME", help="png, svg or pdf; repeatable.  [default: png, svg]"
+    "--only",
+    multiple=True,
+    metavar="N",
+    shell_complete=a_word(*map(str, range(1, 23)), "regions", "gait"),
+    help="1 to 22, 9-14, regions or gait; repeatable.  [default: all]",
 )
-@click.option("--gait", "gait_file", metavar="GAIT_FILE", help="What the figure gait shows.  [default: Gait 3]")
+@click.option(
+    "--out",
+    metavar="DIR",
+    default="figures",
+    shell_complete=a_file(),
+    help="Folder, made if need be.  [default: figures]",
+)
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    metavar="NAME",
+    shell_complete=a_word("png", "svg", "pdf"),
+    help="png, svg or pdf; repeatable.  [default: png, svg]",
+)
+@click.option(
+    "--gait",
+    "gait_file",
+    metavar="GAIT_FILE",
+    shell_complete=a_file(),
+    help="What the figure gait shows.  [default: Gait 3]",
+)
 @force_option
 @setting_options
 @json_option
@@ -134,14 +162,15 @@ def figures_command(
     if gait_file is not None:
         read_gait(gait_file, **setting)  # what is wrong with it is told with its name
         given["gait"] = read_table(gait_file)
-    written = write_figures(
-        out,
-        only=only or None,
-        **setting,
-        force=force,
-        progress=progress_notes(),
-        **given,
-    )
+    with working("drawing") as progress:
+        written = write_figures(
+            out,
+            only=only or None,
+            **setting,
+            force=force,
+            progress=progress,
+            **given,
+        )
     titles = {figure.stem: (name, figure.title, figure.caption) for name, figure in FIGURES.items()}
     if as_json:
         keys = ("figure", "title", "caption")

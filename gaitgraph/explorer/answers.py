@@ -20,12 +20,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gaitgraph.explorer.state import State
+    from gaitgraph.invertibility import Coefficients
     from gaitgraph.plans import Loop, Plan
     from gaitgraph.reports import Check
     from gaitgraph.robustness import Robustness
     from gaitgraph.timing import TimedGait
+    from gaitgraph.vehicle import Vehicle
 
-__all__ = ["checks_answer", "diagram_answer", "plan_answer", "planned", "rounded"]
+__all__ = [
+    "checks_answer",
+    "diagram_answer",
+    "plan_answer",
+    "planned",
+    "rounded",
+    "scene_answer",
+    "series_answer",
+    "spread_rows",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -161,24 +172,64 @@ def _alternative(loop: Loop) -> dict[str, Any]:
 
 def _series_and_scene(timed: TimedGait, *, hovers: bool) -> dict[str, Any]:
     """Return what changes over one period, at the samples of the table, or at as many as there are pixels."""
-    gait = timed.gait
     t = timed.t
     if len(t) > _MOST_ROWS:
         t = np.linspace(0.0, timed.period, _MOST_ROWS)
     alpha, rates, _ = timed.at(t)
-    shares = hover_thrust_shares(alpha, gait.vehicle) if hovers else np.full(alpha.shape, np.nan)
+    gait = timed.gait
+    series = series_answer(alpha, gait.vehicle, gait.coefficients, t=t, rates=rates, hovers=hovers)
+    return {"series": series, "scene": scene_answer(alpha, gait.vehicle, t=t)}
+
+
+def series_answer(
+    alpha: FloatArray,
+    vehicle: Vehicle,
+    coefficients: Coefficients,
+    *,
+    t: FloatArray | None,
+    rates: FloatArray | None,
+    hovers: bool,
+) -> dict[str, Any]:
+    """Return tilt angles, shape (n, 4) [rad], and what follows from them, as lists over the rows.
+
+    Parameters
+    ----------
+    alpha, vehicle, coefficients
+        The rows and what they are for; R has these coefficients, the rest is exact.
+    t, rates
+        Times [s] and tilt rates [rad/s]; left out where they are None.
+    hovers
+        Whether there are thrusts that carry the weight; else there are no numbers under ``hover_thrusts``.
+    """
+    shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
-    series = {
-        "t": rounded(t, 9),
+    return {
+        **({} if t is None else {"t": rounded(t, 9)}),
         "alpha": rounded(alpha.T),
-        "rates": rounded(rates.T),
-        "R": rounded(np.asarray(level_determinant(alpha, gait.coefficients))),
-        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, gait.vehicle))),
+        **({} if rates is None else {"rates": rounded(rates.T)}),
+        "R": rounded(np.asarray(level_determinant(alpha, coefficients))),
+        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, vehicle))),
         "hover_thrusts": thrusts,
     }
-    rows = np.unique(np.round(np.linspace(0, len(t) - 1, min(len(t), _MOST_FRAMES))).astype(int))
-    scene = scene_of(alpha[rows], gait.vehicle, size=_SCENE).as_mapping()
-    return {"series": series, "scene": {**scene, "t": rounded(t[rows], 9)}}
+
+
+def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
+    """Return the vehicle tilting through rows, shape (n, 4) [rad], in as many frames as can be told apart.
+
+    Each frame has its time under ``t``, or without times the number of its row, from 1.
+    """
+    rows = spread_rows(len(alpha), _MOST_FRAMES)
+    scene = scene_of(alpha[rows], vehicle, size=_SCENE).as_mapping()
+    return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
+
+
+def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
+    """Return the numbers of at most so many of `count` rows, spread evenly, the first and the last among them.
+
+    >>> spread_rows(7, 4).tolist()
+    [0, 2, 4, 6]
+    """
+    return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
 
 
 def diagram_answer(state: State, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
@@ -195,6 +246,8 @@ def diagram_answer(state: State, progress: Callable[[str], None] | None = None) 
     result = planned(state, progress)
     if result.loop is None:
         return out | {"reason": result.reason}
+    if progress is not None:
+        progress("drawing the roll–pitch diagram")
     found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES)
     return out | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
 

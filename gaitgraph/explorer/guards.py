@@ -39,7 +39,7 @@ _OWN_SITE = ("same-origin", "none")  # none: typed into the address bar
 
 
 class TooLarge(GaitgraphError):
-    """A body with more bytes than are taken."""
+    """A body with more bytes than are taken; raised where the application reads it."""
 
 
 def error_bytes(message: str) -> bytes:
@@ -75,12 +75,9 @@ class Guard:
         """Refuse a request, or hand it on."""
         if scope["type"] != "http":
             return
-        sent = False
 
         async def with_headers(message: MutableMapping[str, Any]) -> None:
-            nonlocal sent
             if message["type"] == "http.response.start":
-                sent = True
                 own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
                 message = {**message, "headers": [*message.get("headers", ()), *own]}
             await send(message)
@@ -101,11 +98,7 @@ class Guard:
                 raise TooLarge(_too_large(most))
             return message
 
-        try:
-            await self.app(scope, counted, with_headers)
-        except TooLarge as error:
-            if not sent:
-                await _answer(with_headers, 413, str(error))
+        await self.app(scope, counted, with_headers)
 
     def _path_below_token(self, path: str) -> str | None:
         first, slash, rest = path.removeprefix("/").partition("/")

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.guards import Guard, error_bytes
+from gaitgraph.explorer.guards import Guard, TooLarge, error_bytes
 from gaitgraph.explorer.jobs import LONGEST, Job, Stopped, run_job
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, checked_object, state_of
 
@@ -104,10 +104,13 @@ def application(token: str, port: int) -> Any:
 
 
 async def _refused(_: Request, error: Exception) -> Response:
+    status = getattr(error, "status_code", 404)
+    return _error(status, "no such page" if status == 404 else "a method that is not taken here")
+
+
+def _error(status: int, message: str) -> Response:
     from starlette.responses import Response
 
-    status = getattr(error, "status_code", 404)
-    message = "no such page" if status == 404 else "a method that is not taken here; allowed is GET or POST, as told"
     return Response(error_bytes(message), status, media_type="application/json")
 
 
@@ -122,7 +125,7 @@ def _file(files: dict[str, tuple[Path, str]], name: str) -> Response:
     from starlette.responses import Response
 
     if name not in files:
-        return Response(error_bytes(f"no such page: {shown(name)}"), 404, media_type="application/json")
+        return _error(404, f"no such page: {shown(name)}")
     path, media_type = files[name]
     return Response(path.read_bytes(), media_type=media_type)
 
@@ -135,22 +138,22 @@ def _asked(work: Callable[[Request, bytes, Job], Any], kind: str = "application/
 
         stated = request.headers.get("content-type", "").partition(";")[0].strip().lower()
         if stated != kind:
-            message = f"Content-Type: {shown(stated)}; allowed is {kind}"
-            return Response(error_bytes(message), 415, media_type="application/json")
-        body = await request.body()
+            return _error(415, f"Content-Type: {shown(stated)}; allowed is {kind}")
         try:
+            body = await request.body()
             answer = await _while_waited_for(request, lambda job: work(request, body, job))
+        except TooLarge as error:
+            return _error(413, str(error))
         except Stopped as error:
-            return Response(error_bytes(str(error)), 503, media_type="application/json")
+            return _error(503, str(error))
         except GaitgraphError as error:
-            return Response(error_bytes(str(error)), 400, media_type="application/json")
+            return _error(400, str(error))
         except MemoryError:
-            return Response(error_bytes("not enough memory for this"), 503, media_type="application/json")
+            return _error(503, "not enough memory for this; allowed are fewer waypoints, polygons, samples or rows")
         except Exception as error:
-            told = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            told = " ".join(f"{type(error).__name__}: {error}".split())
             print(f"gaitgraph: {request.url.path.rpartition('/')[2]}: {told}", file=sys.stderr)
-            message = f"the server could not answer this ({told}); it goes on"
-            return Response(error_bytes(message), 500, media_type="application/json")
+            return _error(500, f"the server could not answer this ({told}); it goes on")
         return answer if isinstance(answer, Response) else _json(answer)
 
     return handle
@@ -322,6 +325,10 @@ class Listening:
         """Serve until interrupted."""
         threading.Thread(target=_warm, daemon=True, name="gaitgraph warming").start()
         self._server.run(sockets=[self._socket])
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._socket.close()
 
 
 def _warm() -> None:

@@ -28,6 +28,7 @@ LIMITS: dict[str, Any] = {
     "divisions": 128,
     "samples": 10_000,
     "drag_ratio": [0.02, 1.0],
+    "rows": 200_000,
     "table_bytes": 8 << 20,
     "request_bytes": 256 << 10,
 }

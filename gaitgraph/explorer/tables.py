@@ -9,12 +9,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
 from gaitgraph.exchange import closed_rows, gait_of
-from gaitgraph.explorer.answers import checks_answer, planned, rounded
+from gaitgraph.explorer.answers import (
+    checks_answer,
+    planned,
+    rounded,
+    scene_answer,
+    series_answer,
+    spread_rows,
+)
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, State, checked_choice, state_of, vehicle_of
 from gaitgraph.formats import FORMATS, known_format
 from gaitgraph.reading import read_pieces
@@ -25,13 +29,14 @@ from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 from gaitgraph.writing import write_tables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.tables import Table
 
 __all__ = ["file_answer", "formats_answer", "table_answer"]
 
 _MOST_ROWS = 2000
+_STEMS = {".m": "show_gait"}  # a MATLAB function is not called what its answer is called
 _UNSHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of a request that the page has no control for
 
 
@@ -74,15 +79,16 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
-            table = merged(read_pieces(path, progress=progress))
+            table = merged(_bounded(read_pieces(path, progress=progress)))
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
-            way, _, _ = closed_rows(table)
+            way, vehicle, coefficients = closed_rows(table)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    rows = _spread(len(way.alpha))
-    series = {"alpha": rounded(way.alpha[rows].T)} | ({} if way.t is None else {"t": rounded(way.t[rows], 9)})
+    rows = spread_rows(len(way.alpha), _MOST_ROWS)
+    alpha, t = way.alpha[rows], None if way.t is None else way.t[rows]
+    hovers = report["hover_thrust"].value is not None
     checks = checks_answer(report.checks)
     return {
         "name": name,
@@ -93,8 +99,9 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "reachable_from_hover": report.reachable_from_hover,
         "checks": checks,
         "warnings": list(report.warnings),
-        "path": rounded(way.alpha[rows, :2]),
-        "series": series,
+        "path": rounded(alpha[:, :2]),
+        "series": series_answer(alpha, vehicle, coefficients, t=t, rates=None, hovers=hovers),
+        "scene": scene_answer(alpha, vehicle, t=t),
         "corners": _corners(table),
         "broken": [
             {name: check["where"][name] for name in ("alpha1", "alpha2")} | {"message": check["message"]}
@@ -105,6 +112,17 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
     }
 
 
+def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
+    """Yield pieces of a table up to as many rows as are taken; a small file can hold more of them than fit in memory."""
+    rows = 0
+    for piece in pieces:
+        rows += len(piece)
+        if rows > LIMITS["rows"]:
+            most = f"allowed are {LIMITS['rows']} here, and any number with 'gaitgraph validate'"
+            raise InputError(f"rows: more than {LIMITS['rows']}; {most}")
+        yield piece
+
+
 def _plain_name(name: str) -> str:
     """Return the last part of a file's name, printable and short, for messages."""
     last = re.split(r"[\\/]", name)[-1]
@@ -112,11 +130,6 @@ def _plain_name(name: str) -> str:
     if not last:
         raise InputError(f"name: {shown(name)}; allowed is a file's name with its suffix")
     return last if len(last) <= 100 else last[:60] + "…" + last[-30:]
-
-
-def _spread(count: int) -> npt.NDArray[np.int64]:
-    """Return the rows to draw: all, or as many as can be told apart, the first and the last among them."""
-    return np.unique(np.round(np.linspace(0, count - 1, min(count, _MOST_ROWS))).astype(np.int64))
 
 
 def _corners(table: Table) -> list[Any]:
@@ -174,7 +187,7 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
         raise InputError(f"there is no gait to write: {result.reason}")
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
-        path = Path(folder) / f"gait{suffix}"
+        path = Path(folder) / f"{_STEMS.get(suffix, 'gait')}{suffix}"
         write_tables(table, [path])
         if path.is_dir():
             return f"{path.name}.zip", _zipped(path)

@@ -74,7 +74,7 @@ class Format:
 
     def writer(self, options: FormatOptions | None = None) -> Writer:
         """Return what writes a new file or folder from the pieces of a table; MissingExtra if it cannot."""
-        found: Writer = self._function("write")
+        found = self._function("write")
         return partial(found, options=options) if self.options else found
 
     def reader(self) -> Reader:

@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, needs_extra
 from gaitgraph.files import blocks_of
 from gaitgraph.scenes import ROTOR_COLORS, Scene, scene_of
 from gaitgraph.tables import Table, provenance_text, setting_of
@@ -274,9 +274,13 @@ def write_gif(pieces: Iterable[Table], path: Path) -> None:
     Raises
     ------
     MissingExtra
-        If Pillow is not there, by the format's own guard.
+        If Pillow is not there, or matplotlib, which brings the letters.
     """
-    from PIL import Image
+    try:
+        import matplotlib as _  # noqa: F401
+        from PIL import Image
+    except ImportError as error:
+        raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
     film, period = _film_of(pieces, None)
     delays = frame_delays(period)

@@ -8,7 +8,7 @@ A bag has three topics:
 * ``/joint_states`` (sensor_msgs/msg/JointState): a message a point, for plotting.
 
 The time of records and stamps is 1 s at the first point, for tools take 0 for "not set". Bags are written in version 8,
-which every distribution from Humble on reads.
+for Humble cannot read version 9.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import sqlite3
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -53,7 +53,7 @@ STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
 
 _START = NANOSECONDS
-_VERSION = 8
+_VERSION: Final = 8
 _ROWS = 1 << 16
 _PLAIN = re.compile(r"[\w./ -]*", re.ASCII)
 _ZSTD = b"\x28\xb5\x2f\xfd"
@@ -76,9 +76,10 @@ def write_db3(pieces: Iterable[Table], path: Path, options: FormatOptions | None
 def _write(pieces: Iterable[Table], path: Path, options: FormatOptions, plugin: StoragePlugin) -> None:
     table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 bag")
     points = points_of(table, options.periods)
+    names = list(options.joints_of(table)[0])
     chosen = {
         "periods": options.periods,
-        "joint_names": list(options.names),
+        "joint_names": names,
         "trajectory_topic": options.trajectory_topic,
         "states_topic": options.states_topic,
     }
@@ -88,7 +89,7 @@ def _write(pieces: Iterable[Table], path: Path, options: FormatOptions, plugin: 
     with tempfile.TemporaryDirectory(prefix=".gaitgraph-", dir=beside) as scratch:
         folder = Path(scratch) / (re.sub(r"[^\w.-]", "_", path.stem, flags=re.ASCII) or "gait")
         try:
-            _write_bag(folder, plugin, points, told, options)
+            _write_bag(folder, plugin, points, names, told, options)
         except sqlite3.Error as error:
             raise OSError(f"the database says: {error}") from error
         if path.exists():
@@ -96,14 +97,16 @@ def _write(pieces: Iterable[Table], path: Path, options: FormatOptions, plugin: 
         shutil.move(folder, path)
 
 
-def _write_bag(folder: Path, plugin: StoragePlugin, points: Points, told: str, options: FormatOptions) -> None:
+def _write_bag(
+    folder: Path, plugin: StoragePlugin, points: Points, names: list[str], told: str, options: FormatOptions
+) -> None:
     from rosbags.rosbag2 import Writer
 
     store = _store()
     types = store.types
     time, header = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
     duration, point = types["builtin_interfaces/msg/Duration"], types["trajectory_msgs/msg/JointTrajectoryPoint"]
-    names, none = list(options.names), np.zeros(0)
+    none = np.zeros(0)
     rates = [none] * len(points) if points.velocities is None else list(points.velocities)
     accelerations = [none] * len(points) if points.accelerations is None else list(points.accelerations)
     trajectory = types[TRAJECTORY](

@@ -213,12 +213,13 @@ def _wrapped(text: str) -> list[str]:
 
 def _comment(file: str, table: Table, options: FormatOptions, parts: _Parts) -> list[str]:
     curve, name = parts.curve, parts.name
-    span = f"over its period of {curve.period:g} s, and so on" if curve.closed else f"on a way of {curve.period:g} s"
+    span = f"over its period of {curve.period:g} s" if curve.closed else f"a way of {curve.period:g} s"
+    names, rotors = options.joints_of(table)
     lines = [
-        f"/* {_harmless(file)}: the tilt angles of a gait {span} [rad].",
+        f"/* {_harmless(file)}: the angles of the joints that tilt four rotors through a gait, {span} [rad].",
         " *",
         f" * {name}_at(t, alpha) sets alpha[0] to alpha[3] to the angles at time t [s] of the joints",
-        f" * {_harmless(json.dumps(list(options.names)))}, which tilt rotors 1 to 4.",
+        f" * {_harmless(json.dumps(names))}, which tilt rotors {', '.join(map(str, rotors))}.",
         f" * {_ends(curve, parts.real)}",
     ]
     if parts.number == "fixed":
@@ -258,10 +259,10 @@ def _between(parts: _Parts) -> str:
 def _harmless(text: str) -> str:
     r"""Return JSON, or a name, such that it ends no comment, begins none, and has no trigraph; JSON reads the same.
 
-    >>> _harmless('{"name": "a*/b??/c"}')
-    '{"name": "a*\\/b\\u003f\\u003f\\/c"}'
+    >>> _harmless('{"name": "a*/b?"}')
+    '{"name": "a\\u002a/b\\u003f"}'
     """
-    plain = text.replace("/", "\\/").replace("?", "\\u003f")
+    plain = text.replace("*", "\\u002a").replace("?", "\\u003f")
     return plain.encode("ascii", "backslashreplace").decode()
 
 

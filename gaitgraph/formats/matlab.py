@@ -109,9 +109,7 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     try:
         savemat(path, {**columns, **groups, GAIT: fields}, oned_as="column", long_field_names=True)
     except MatWriteError as error:
-        raise InputError(
-            f"{len(table)} rows: too many for a .mat file ({error}); .parquet is allowed"
-        ) from error
+        raise InputError(f"{len(table)} rows: too many for a .mat file ({error}); .parquet is allowed") from error
     with path.open("r+b") as stream:  # scipy tells the time and the system there
         stream.write(f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(_TEXT_OF_HEADER).encode())
 
@@ -213,7 +211,8 @@ def _matrix(whole: _Element) -> _Matrix:
     flags = first.whole_numbers(_UINT32, 2)
     if not flags:
         raise _broken("an array without flags")
-    kind, shape, second = flags[0] & 0xFF, (), whole.inner(first.after)
+    kind, second = flags[0] & 0xFF, whole.inner(first.after)
+    shape: tuple[int, ...] = ()
     if kind != _OPAQUE:
         shape = tuple(second.whole_numbers(_INT32, _MOST_DIMENSIONS))
         if len(shape) < 2 or min(shape) < 0:

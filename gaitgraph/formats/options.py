@@ -7,12 +7,14 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.joints import joint_map_from_mapping
 from gaitgraph.tables import ANGLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from gaitgraph.formats import Format
+    from gaitgraph.tables import Table
 
 __all__ = ["NUMBERS", "FormatOptions", "check_options"]
 
@@ -34,7 +36,8 @@ class FormatOptions:
     periods
         How often the gait is repeated in a bag or a ROS 2 trajectory.
     joint_names
-        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4.
+        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4. Of a table of joints the
+        names of its joints, in their order; by default as the table says.
     trajectory_topic, states_topic
         The topics of a bag: JointTrajectory and JointState.
     number
@@ -49,8 +52,8 @@ class FormatOptions:
 
     Examples
     --------
-    >>> FormatOptions(periods=3, joint_names=["a", "b", "c", "d"]).names
-    ('a', 'b', 'c', 'd')
+    >>> FormatOptions(periods=3, joint_names=["a", "b", "c", "d"]).chosen()
+    ['periods', 'joint_names']
     """
 
     periods: int = 1
@@ -75,16 +78,23 @@ class FormatOptions:
         if self.number not in NUMBERS:
             hint = did_you_mean(self.number, list(NUMBERS)) if isinstance(self.number, str) else ""
             raise InputError(f"number: {shown(self.number)}; allowed are {', '.join(NUMBERS)}{hint}")
-        name = self.c_name
-        if name is not None and not (isinstance(name, str) and len(name) <= 60 and _IDENTIFIER.fullmatch(name)):
+        stem = self.c_name
+        if stem is not None and not (isinstance(stem, str) and len(stem) <= 60 and _IDENTIFIER.fullmatch(stem)):
             raise InputError(
-                f"c_name: {shown(name)}; allowed are up to 60 letters, digits and underscores, a letter first"
+                f"c_name: {shown(stem)}; allowed are up to 60 letters, digits and underscores, a letter first"
             )
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the four joints."""
-        return ANGLES if self.joint_names is None else self.joint_names
+    def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Return the names of a table's four joints, and which rotor each of them tilts.
+
+        The table tells, if it is of joints (:class:`gaitgraph.joints.JointMap`); the names asked for go before those.
+        """
+        names: tuple[str, ...] = ANGLES
+        rotors: tuple[int, ...] = (1, 2, 3, 4)
+        if "servos" in table.about:
+            joints = joint_map_from_mapping(table.about["servos"]).joints
+            names, rotors = tuple(joint.name for joint in joints), tuple(joint.rotor for joint in joints)
+        return names if self.joint_names is None else self.joint_names, rotors
 
     def chosen(self) -> list[str]:
         """Return the names of the options that are not as by default."""

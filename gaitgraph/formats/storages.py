@@ -13,6 +13,7 @@ import sys
 import zlib
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from typing import IO, TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, InputError, shown
@@ -217,16 +218,11 @@ def _unpacked(chunk: _Fields, unpacked: list[int]) -> bytes:
 
 def _decompressor(packing: str) -> Any:
     if packing == "lz4":
-        from lz4.frame import LZ4FrameDecompressor
-
-        return LZ4FrameDecompressor()
+        return import_module("lz4.frame").LZ4FrameDecompressor()
     if packing == "zstd":
-        if sys.version_info >= (3, 14):
-            from compression import zstd
-        else:
-            from backports import zstd
-
-        return zstd.ZstdDecompressor()
+        # Python's own from 3.14 on, before that the one that rosbags takes.
+        home = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
+        return import_module(home).ZstdDecompressor()
     raise InputError(f"a chunk packed with {shown(packing)}; allowed are lz4, zstd, or none")
 
 

@@ -145,7 +145,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions | Non
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
         _MARK + provenance_text(table),
         "trajectory:",
-        f"  joint_names: {json.dumps(list(options.names), ensure_ascii=False)}",
+        f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
         "  points:",
     ]
     named = [

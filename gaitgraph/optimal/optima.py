@@ -223,6 +223,8 @@ class OptimalGait:
         }
 
     def __repr__(self) -> str:
+        if self.curve is None:
+            return f"<OptimalGait: infeasible, {len(self.waypoints)} discs>"
         return f"<OptimalGait: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:

@@ -130,7 +130,8 @@ def optimal_gait(
         hint = did_you_mean(objective, list(OBJECTIVES)) if isinstance(objective, str) else ""
         raise InputError(f"objective: {shown(objective)}; allowed are {', '.join(OBJECTIVES)}{hint}")
     if sign not in ("auto", "positive", "negative"):
-        raise InputError(f"sign: {shown(sign)}; allowed are auto, positive, negative")
+        hint = did_you_mean(sign, ["auto", "positive", "negative"]) if isinstance(sign, str) else ""
+        raise InputError(f"sign: {shown(sign)}; allowed are auto, positive, negative{hint}")
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(f"concession: {shown(concession)}; allowed is a number in (0, 0.5]")
     if not isinstance(vehicle, Vehicle):

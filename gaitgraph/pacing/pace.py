@@ -106,6 +106,8 @@ class Pacing:
         return out
 
     def __repr__(self) -> str:
+        if self.timed is None:
+            return f"<Pacing: {self.status}>"
         return f"<Pacing: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:

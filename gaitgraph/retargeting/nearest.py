@@ -23,7 +23,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.areas import admissible_region, why_empty
 from gaitgraph.checks import checked_limits
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.frames import as_table
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Kind, coefficients_of, level_determinant
@@ -120,7 +120,8 @@ def retarget(
     if not 0 <= number_of(margin) < math.inf:
         raise InputError(f"margin: {shown(margin)}; allowed is a finite number ≥ 0 (rad)")
     if sign not in (None, "positive", "negative"):
-        raise InputError(f"sign: {shown(sign)}; allowed are 'positive', 'negative' and None")
+        hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
+        raise InputError(f"sign: {shown(sign)}; allowed are 'positive', 'negative' and None{hint}")
     table = _table_of(source, vehicle, coefficients)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait: {len(table)} rows; allowed are {MOST_ROWS} at most")

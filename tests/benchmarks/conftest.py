@@ -22,6 +22,7 @@ AIMS = {
     "searching per node of the grid, against networkx": "at most 1/15",
     "corner to corner at 1025 x 1025, compiled, against bare scipy csgraph": "at most 1.2",
     "least period of a square loop under rate and acceleration limits against toppra": "at most 1",
+    "a click in the explorer, server side, against plan_loop alone": "at most 2, and 20 ms",
 }
 
 

@@ -64,7 +64,7 @@ export function bindControls(setup, on) {
   }
   const views = [
     ["sheet", [["auto", "auto"], ["red", "red"], ["blue", "blue"]]],
-    ["shading", [["R", "R"], ["least_singular_value", "σ, the least singular value"], ["none", "none"]]],
+    ["shading", [["R", "R"], ["least_singular_value", "least σ"], ["none", "none"]]],
     ["theme", [["auto", "auto"], ["light", "light"], ["dark", "dark"]]],
   ];
   for (const [key, options] of views) {

@@ -58,7 +58,7 @@ function side(drawn, kind, title) {
       html("div", {}, html("dt", {}, "acceptable"), html("dd", {}, share(drawn))),
     ),
     drawn.tilt_margin_reason ? html("p", { class: "small" }, drawn.tilt_margin_reason) : null,
-    drawn.curves.length ? null : html("p", { class: "small" }, "No attitude in the square is singular."),
+    drawn.curves.length || drawn.acceptable_fraction !== 1 ? null : html("p", { class: "small" }, "No attitude in the square is singular."),
   );
 }
 

@@ -12,7 +12,7 @@ import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
 import { vehicleIn } from "./vehicle.js";
 import { sentenceOf, showReport, verdictOf } from "./verdict.js";
 
-const QUIET = 140; // after the last change, before the diagram is asked for [ms]
+const QUIET = 200; // after the last change, before the diagram is asked for [ms]
 
 let setup = null;
 let store = null;
@@ -102,12 +102,12 @@ const planner = latest("api/plan", {
 
 const diagrams = latest("api/diagram", {
   onAnswer: (answer) => {
-    byId("diagram-root").classList.remove("waiting");
-    showDiagram(byId("diagram-root"), answer);
+    drawDiagram(answer);
   },
   onError: (error) => {
     diagramFor = "";
-    failed(error);
+    if (error instanceof Gone) failed(error);
+    else drawDiagram({ reason: error.message });
   },
   onWaiting: (waits) => byId("diagram-root").classList.toggle("waiting", waits),
 });
@@ -139,23 +139,29 @@ function askMap(state, live) {
   else backgrounds.ask(body, live);
 }
 
+function drawDiagram(answer) {
+  byId("diagram-root").setAttribute("aria-busy", "false");
+  showDiagram(byId("diagram-root"), answer);
+}
+
 function askDiagram() {
   clearTimeout(diagramTimer);
   const state = store.state;
   if (tab === "table") {
     diagrams.stop();
     diagramFor = "";
-    showDiagram(byId("diagram-root"), { reason: "Drawn for plans. For a table: gaitgraph robustness FILE" });
+    drawDiagram({ reason: "Drawn for plans. For a table: gaitgraph robustness FILE" });
     return;
   }
   if (plan?.status !== "planned") {
     diagrams.stop();
     diagramFor = "";
-    showDiagram(byId("diagram-root"), { reason: plan && plan.status !== "empty" ? "There is no gait." : null });
+    drawDiagram({ reason: plan && plan.status !== "empty" ? "There is no gait." : null });
     return;
   }
   const key = JSON.stringify(question(state));
   if (key === diagramFor || planFor !== planKey(state)) return;
+  byId("diagram-root").setAttribute("aria-busy", "true");
   diagramTimer = setTimeout(() => {
     diagramFor = key;
     diagrams.ask(question(state));
@@ -256,6 +262,7 @@ function refresh({ live }) {
     clearTimeout(diagramTimer);
     diagrams.stop(); // the server is to plan first
     diagramFor = "";
+    byId("diagram-root").setAttribute("aria-busy", "true");
     planner.ask(question(state), live);
   } else if (!live) askDiagram();
   showControls(state);
@@ -265,13 +272,13 @@ function refresh({ live }) {
   clock.setSeconds(state.period / Number(byId("pace").value));
   charts.choose(state.view.chart);
   askMap(state, live);
+  // A change of the address costs 10 ms, and browsers refuse many in a row: it waits until the loop is painted.
   clearTimeout(addressTimer);
-  // Browsers refuse too many changes of the address in a row, which a drag would make.
-  if (live) addressTimer = setTimeout(writeAddress, 300);
-  else writeAddress();
+  addressTimer = setTimeout(writeAddress, live ? 300 : 80);
 }
 
 function writeAddress() {
+  clearTimeout(addressTimer);
   const text = addressOf(store.state, setup);
   if (`#${text}` === location.hash || (!text && !location.hash)) return;
   history.replaceState(null, "", text ? `#${text}` : location.pathname);
@@ -569,6 +576,7 @@ async function start() {
     map.repaint();
     charts.rebuild();
   });
+  addEventListener("pagehide", writeAddress);
   document.documentElement.dataset.ready = "yes";
 }
 

@@ -189,7 +189,7 @@ export function mapIn(root, on) {
     const lengths = path.slice(1).map((p, k) => pixels(path[k], p));
     const total = lengths.reduce((sum, l) => sum + l, 0);
     if (total < 30) return [];
-    const count = Math.min(32, Math.max(2, Math.round(total / 110)));
+    const count = Math.min(32, Math.max(4, Math.round(total / 110)));
     const heads = [];
     let along = 0;
     let next = (0.5 * total) / count;

@@ -1,0 +1,36 @@
+"""
+A gait for a microcontroller
+============================
+
+A C header with a table of the gait and a function that returns its angles at any time, as floats or in fixed point.
+"""
+
+from pathlib import Path
+
+import gaitgraph as gg
+from gaitgraph.formats.options import FormatOptions
+
+gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+
+# %%
+# Rows are joined by cubics, or, in fixed point, by straight lines. The header says how far off that is, so one can
+# choose how many rows are enough.
+
+for number, samples in (("float", 40), ("fixed", 100), ("fixed", 400)):
+    timed = gait.parametrize(period=1.0, samples=samples)
+    timed.write("gait3.h", force=True, options=FormatOptions(number=number))
+    lines = Path("gait3.h").read_text().splitlines()
+    size = samples * (8 if number == "fixed" else 32)
+    (told,) = (line for line in lines if "off the gait by" in line)
+    print(f"{number}, {samples} rows, {size} bytes: {told.removeprefix(' * ')}")
+
+# %%
+# What calls it looks like this::
+#
+#     #include "gait3.h"
+#
+#     float alpha[4];
+#     gait3_at(t, alpha);
+
+functions = [line for line in lines if line.startswith("static inline")]
+print(*functions, sep="\n")

@@ -1,0 +1,44 @@
+"""
+A table for the servos of an X frame
+====================================
+
+A gait tells tilt angles about arms numbered as in the paper. The vehicle has motors numbered as PX4 and ArduPilot do,
+one servo mounted the other way round, and wants pulse widths over milliseconds.
+"""
+
+import gaitgraph as gg
+from gaitgraph.joints import joint_map_from_mapping, mapped_table
+from gaitgraph.tables import table_of
+from gaitgraph.writing import write_tables
+
+plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+table = table_of(plan.gait.parametrize(period=2.0, samples=8))
+
+# %%
+# The map could stand in a TOML file for ``gaitgraph export --servos``. Motor 2 turns the other way.
+
+servos = joint_map_from_mapping(
+    {
+        "preset": "x_frame",
+        "unit": "us",
+        "us_per_rad": 400,
+        "time": "time_ms",
+        "time_unit": "ms",
+        "joint": [
+            {"name": "front_right"},
+            {"name": "rear_left", "sign": -1},
+            {"name": "front_left"},
+            {"name": "rear_right"},
+        ],
+    }
+)
+mapped = mapped_table(table, servos)
+for name, values in mapped.columns.items():
+    print(f"{name:>15}", *(f"{value:7.1f}" for value in values))
+
+# %%
+# The file tells its map, so that reading it gives tilt angles again, and it is judged as any gait file.
+
+write_tables(mapped, ["servos.csv"], force=True)
+error = abs(gg.read_table("servos.csv").alpha - table.alpha).max()
+print(f"read back to {'1e-12' if error < 1e-12 else error} rad; flyable {gg.validate('servos.csv').flyable}")

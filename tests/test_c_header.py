@@ -1,0 +1,335 @@
+"""C headers: compiled with every warning an error, as C and as C++, run, and compared with the gait itself."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass, replace
+from math import inf, nan, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.formats.options import FormatOptions
+from gaitgraph.gait import lift
+from gaitgraph.joints import joint_map_named
+from gaitgraph.reading import provenance_in
+from gaitgraph.tables import ANGLES, Table, table_of
+from gaitgraph.writing import write_tables
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+WARNINGS = "-Wall -Wextra -pedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion -Wundef".split()
+# Undefined behaviour, an overflow say, ends the program; no library is needed for that.
+TRAPS = "-O1 -fsanitize=undefined,float-cast-overflow,bounds -fsanitize-undefined-trap-on-error".split()
+COMPILERS = {"c": ("gcc", "clang", "cc"), "c++": ("g++", "clang++", "c++")}
+STANDARDS = {"c": "c99", "c++": "c++11"}
+
+GAIT = lift(GAITS[2].angles, "red")
+SMOOTH = GAIT.parametrize(0.8, samples=100)
+COARSE = GAIT.parametrize(0.8, samples=27)  # corners between rows
+CORNERED = GAIT.parametrize(3.0, samples=24, law="constant-speed")
+
+
+def without(table: Table, *words: str) -> Table:
+    return replace(table, columns={k: v for k, v in table.columns.items() if not any(word in k for word in words)})
+
+
+def uneven() -> Table:
+    """Make a table whose rows are far apart here and near there, with its rates."""
+    t = 0.8 * np.linspace(0.0, 1.0, 90) ** 1.7
+    values = SMOOTH.at(t)
+    names = (ANGLES, [f"{name}_rate" for name in ANGLES], [f"{name}_acceleration" for name in ANGLES])
+    columns = {name: row[:, k] for group, row in zip(names, values, strict=True) for k, name in enumerate(group)}
+    return Table(columns={"t": t, **columns}, about={})
+
+
+def way() -> Table:
+    """Make a table that does not end where it starts."""
+    table = table_of(SMOOTH)
+    return Table(columns={name: values[:41] for name, values in table.columns.items()}, about=table.about)
+
+
+TRICKY = Table(columns=table_of(COARSE).columns, about={"note": '*/ ??/ ??" /* // \\', "ü": "ü\n", "period": 0.8})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    file: str
+    table: Table
+    number: str = "float"
+    c_name: str | None = None
+
+    @property
+    def name(self) -> str:
+        return self.c_name or re.sub("[- ]", "_", self.file.removesuffix(".h"))
+
+    @property
+    def real(self) -> str:
+        return "double" if self.number == "double" else "float"
+
+    @property
+    def options(self) -> FormatOptions:
+        return FormatOptions(number=self.number, c_name=self.c_name, joint_names=("a", "/*b??/", "c*/", "d"))
+
+
+CASES = {
+    "float": Case(file="gait-3 a.h", table=table_of(SMOOTH)),
+    "double": Case(file="int.h", table=table_of(SMOOTH), number="double"),
+    "fixed": Case(file="fixed.h", table=table_of(SMOOTH), number="fixed"),
+    "coarse": Case(file="coarse.h", table=table_of(COARSE), number="double"),
+    "coarse fixed": Case(file="coarse_fixed.h", table=table_of(COARSE), number="fixed"),
+    "cornered": Case(file="cornered.h", table=table_of(CORNERED), number="double"),
+    "bare": Case(file="bare.h", table=without(table_of(SMOOTH), "rate")),
+    "uneven": Case(file="uneven.h", table=uneven(), number="double"),
+    "uneven float": Case(file="UNEVEN_f.h", table=uneven()),
+    "uneven bare": Case(file="uneven_b.h", table=without(uneven(), "_")),
+    "way": Case(file="way.h", table=way(), number="double"),
+    "way fixed": Case(file="way_q.h", table=way(), number="fixed"),
+    "point": Case(file="point.h", table=Table(columns={name: np.full(1, 0.5) for name in ("t", *ANGLES)})),
+    "tricky": Case(file="??.h", table=TRICKY, c_name="Tricky_7"),
+}
+DRIVER = """
+#include <stdio.h>
+{includes}
+int main(void)
+{{
+    int which, k;
+    double t;
+    while (scanf("%d %lf", &which, &t) == 2) {{
+        double found[4] = {{0.0, 0.0, 0.0, 0.0}};
+        switch (which) {{
+{branches}
+        default:
+            return 1;
+        }}
+        for (k = 0; k < 4; ++k) {{
+            printf("%.17g ", found[k]);
+        }}
+        printf("\\n");
+    }}
+    return 0;
+}}
+"""
+BRANCH = """        case {number}: {{
+            {kind} value[4];
+            {call}({argument}, value);
+            for (k = 0; k < 4; ++k) {{
+                found[k] = (double)value[k];
+            }}
+            break;
+        }}"""
+
+
+def branch(number: int, case: Case, *, phase: bool = False) -> str:
+    kind, call, argument = case.real, f"{case.name}_at", f"({case.real})t"
+    if phase:
+        kind, call, argument = "int16_t", f"{call}_phase", "(uint32_t)t"
+    return BRANCH.format(number=number, kind=kind, call=call, argument=argument)
+
+
+@pytest.fixture(scope="module", params=COMPILERS)
+def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., FloatArray]:
+    """Give what the compiled headers, all in one program, say at some times."""
+    compiler = next(filter(None, map(shutil.which, COMPILERS[request.param])), None)
+    if compiler is None:
+        pytest.skip(f"no compiler: {', '.join(COMPILERS[request.param])}")
+    folder = tmp_path_factory.mktemp("c")
+    for case in CASES.values():
+        write_tables(case.table, [folder / case.file], options=case.options)
+    names = list(CASES)
+    branches = [branch(k, case) for k, case in enumerate(CASES.values())]
+    branches += [branch(100 + k, case, phase=True) for k, case in enumerate(CASES.values()) if case.number == "fixed"]
+    # Twice each: the guards are tried too.
+    includes = "\n".join(f'#include "{case.file}"' for case in CASES.values() for _ in range(2))
+    source, program = folder / "main.c", folder / "main"
+    source.write_text(DRIVER.format(includes=includes, branches="\n".join(branches)))
+    language = ["-x", request.param, f"-std={STANDARDS[request.param]}"]
+    command = [
+        compiler,
+        *language,
+        *WARNINGS,
+        *(TRAPS if request.param == "c" else []),
+        str(source),
+        "-o",
+        str(program),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.returncode == 0
+
+    def run(name: str, times: npt.ArrayLike, *, phase: bool = False) -> FloatArray:
+        which = names.index(name) + 100 * phase
+        lines = "".join(f"{which} {time!r}\n" for time in np.asarray(times, dtype=float).tolist())
+        done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, check=True)
+        return np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+
+    run.folder = folder  # type: ignore[attr-defined]
+    return run
+
+
+def stated(angles: Callable[..., FloatArray], name: str, words: str) -> float:
+    """Return how far off a header says it is."""
+    text = (angles.folder / CASES[name].file).read_text()  # type: ignore[attr-defined]
+    found = re.search(words + r" ([0-9.e-]+) rad", text)
+    assert found is not None
+    return float(found[1])
+
+
+def some_times(period: float, rows: int) -> FloatArray:
+    even = np.linspace(0.0, period, rows + 1)
+    random = np.random.default_rng(7).uniform(-3 * period, 3 * period, 2000)
+    return np.concatenate([random, even, even - period, even + 2 * period, [1e-30, -1e-30, -5e-324]])
+
+
+ROUNDING = {"float": 4e-6, "double": 1e-12}  # of t/T within three periods, times the rate, and of the angle
+
+
+@pytest.mark.parametrize("name", ["float", "double", "coarse", "uneven", "uneven float", "tricky"])
+def test_cubics_are_as_near_to_the_gait_as_they_say(angles: Callable[..., FloatArray], name: str) -> None:
+    timed = COARSE if name in ("coarse", "tricky") else SMOOTH
+    times = some_times(timed.period, timed.samples)
+    off = np.abs(angles(name, times) - timed.at(times)[0]).max()
+    most = stated(angles, name, "off the gait by up to about")
+    assert off <= most + ROUNDING[CASES[name].real]
+    assert most <= {"coarse": 5e-3, "tricky": 5e-3}.get(name, 1e-3)
+
+
+@pytest.mark.parametrize("name", ["double", "coarse", "cornered", "uneven", "way"])
+def test_rows_are_met(angles: Callable[..., FloatArray], name: str) -> None:
+    table = CASES[name].table
+    assert np.abs(angles(name, table["t"]) - table.alpha).max() <= 1e-12
+
+
+def test_rates_are_met_and_do_not_jump(angles: Callable[..., FloatArray]) -> None:
+    step = 1e-5
+    before, at, after = (angles("double", SMOOTH.t + shift) for shift in (-step, 0.0, step))
+    assert np.abs((at - before) / step - SMOOTH.rates).max() < 0.01
+    assert np.abs((after - at) / step - SMOOTH.rates).max() < 0.01
+
+
+@pytest.mark.parametrize("name", ["cornered", "bare", "uneven bare", "point"])
+def test_without_accelerations_rows_are_joined_by_straight_lines(angles: Callable[..., FloatArray], name: str) -> None:
+    table = CASES[name].table
+    period = float(table["t"][-1]) if len(table) > 1 else 1.0
+    times = some_times(period, 24)
+    t = table["t"] if len(table) > 1 else np.array([0.0, 1.0])
+    rows = table.alpha if len(table) > 1 else np.repeat(table.alpha, 2, axis=0)
+    expected = np.column_stack([np.interp(np.mod(times, period), t, rows[:, k]) for k in range(4)])
+    assert np.abs(angles(name, times) - expected).max() <= ROUNDING[CASES[name].real] * 4
+
+
+@pytest.mark.parametrize("name", ["fixed", "coarse fixed"])
+def test_fixed_point_is_as_near_as_it_says(angles: Callable[..., FloatArray], name: str) -> None:
+    timed = COARSE if "coarse" in name else SMOOTH
+    scale = 2.0**-14
+    times = some_times(timed.period, timed.samples)
+    at_rows, between = stated(angles, name, "off by"), stated(angles, name, "off the gait by up to about")
+    assert at_rows <= scale / 2
+    assert np.abs(angles(name, timed.t) - timed.alpha).max() <= at_rows * 1.1 + ROUNDING["float"]
+    assert np.abs(angles(name, times) - timed.at(times)[0]).max() <= between * 1.05 + at_rows + ROUNDING["float"]
+
+
+@pytest.mark.parametrize("name", ["fixed", "coarse fixed", "way fixed"])
+def test_whole_numbers_give_the_same(angles: Callable[..., FloatArray], name: str) -> None:
+    phases = np.concatenate([np.random.default_rng(3).integers(0, 2**32, 2000), [0, 1, 2**31, 2**32 - 1]])
+    period = 0.8 * (0.4 if name == "way fixed" else 1.0)
+    units = angles(name, phases, phase=True)
+    assert (units == np.rint(units)).all()
+    assert np.abs(units * 2.0**-14 - angles(name, phases / 2**32 * period)).max() <= 1.1 * 2.0**-14
+
+
+@pytest.mark.parametrize("name", list(CASES))
+def test_any_time_is_taken(angles: Callable[..., FloatArray], name: str) -> None:
+    found = angles(name, [0.0, nan, inf, -inf, 1e30, -1e30, 3e9, -2.5e9, 9.3e18, 1e300, -1e-300])
+    low, high = CASES[name].table.alpha.min(), CASES[name].table.alpha.max()
+    assert np.isfinite(found).all()
+    assert found.min() >= low - 1e-3
+    assert found.max() <= high + 1e-3
+    assert (found[1] == found[0]).all()  # not a number
+
+
+@pytest.mark.parametrize("name", ["way", "way fixed"])
+def test_a_way_ends(angles: Callable[..., FloatArray], name: str) -> None:
+    alpha = CASES[name].table.alpha
+    first, last = angles(name, [-0.1, 0.4])
+    assert np.abs(first - alpha[0]).max() <= 4e-5
+    assert np.abs(last - alpha[-1]).max() <= 4e-5
+
+
+def test_what_made_it_is_told_whatever_it_is(tmp_path: Path) -> None:
+    for k, case in enumerate(CASES.values()):
+        path = tmp_path / f"g{k}.h"
+        write_tables(case.table, [path], options=case.options)
+        assert provenance_in(path) == case.table.about
+        text = path.read_text(encoding="ascii")
+        comment = text[: text.index("#ifndef")]
+        assert comment.count("*/") == comment.count("/*") == 1
+        assert "??" not in comment
+        write_tables(
+            case.table,
+            [tmp_path / "b" / f"g{k}.h"] if (tmp_path / "b").is_dir() else [path],
+            force=True,
+            options=case.options,
+        )
+        assert path.read_text() == text
+
+
+def test_a_header_plans_again(run: Callable[..., Any], tmp_path: Path) -> None:
+    waypoints = [f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))]
+    run("plan", *waypoints, "--samples", 10, "--output", "g.csv", "--output", "g.h")
+    assert run("plan", "g.h", "--output", "again.csv").code == 0
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "g.csv").read_bytes()
+    assert run("export", "g.csv", "q.h", "--number", "fixed", "--c-name", "tilt").code == 0
+    assert "static inline void tilt_at_phase(uint32_t phase, int16_t angle[4])" in (tmp_path / "q.h").read_text()
+
+
+def test_joints_are_named_with_their_rotors(tmp_path: Path) -> None:
+    write_tables(table_of(SMOOTH), [tmp_path / "g.h"], servos=joint_map_named("x_frame"))
+    assert '["tilt1", "tilt2", "tilt3", "tilt4"], which tilt rotors 4, 2, 1, 3.' in (tmp_path / "g.h").read_text()
+
+
+def table_with(**columns: Sequence[float] | FloatArray) -> Table:
+    rows = len(next(iter(columns.values())))
+    zeros = {name: np.zeros(rows) for name in ANGLES}
+    return Table(columns={**zeros, **{name: np.asarray(values, dtype=float) for name, values in columns.items()}})
+
+
+@pytest.mark.parametrize(
+    ("table", "number", "told"),
+    [
+        (table_with(t=np.arange(16_386.0)), "float", "rows: more than 16385; allowed are that many in a C header"),
+        (table_with(alpha1=[0, 1]), "float", "column 't' is missing; allowed is a table with a clock"),
+        (table_with(t=[0, 1, 3]), "fixed", "number: 'fixed' of rows that are not evenly spaced; allowed is float"),
+        (
+            table_with(t=[0, 1, 1 + 1e-9, 2]),
+            "float",
+            "number: 'float' of rows too near in time for it; allowed is double",
+        ),
+        (table_with(t=[0, 1], alpha3=[0, 4e4]), "fixed", "number: 'fixed' of an angle of 40000 rad; allowed is up to"),
+    ],
+)
+def test_what_a_header_cannot_hold_is_refused(tmp_path: Path, table: Table, number: str, told: str) -> None:
+    with pytest.raises(gg.InputError) as refusal:
+        write_tables(table, [tmp_path / "g.h"], options=FormatOptions(number=number))
+    assert told in str(refusal.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("largest", "bits"), [(0.0, 15), (0.99, 15), (1.0, 14), (pi / 2, 14), (pi, 13), (3e4, 0)])
+def test_fixed_point_has_as_many_digits_as_fit(tmp_path: Path, largest: float, bits: int) -> None:
+    table = table_with(t=[0, 1, 2], alpha4=[0, -largest, 0])
+    write_tables(table, [tmp_path / "g.h"], options=FormatOptions(number="fixed"))
+    text = (tmp_path / "g.h").read_text()
+    assert f"in units of 2^-{bits} rad" in text
+    assert f"{{0, 0, 0, {round(-largest * 2**bits)}}}" in text
