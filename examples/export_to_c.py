@@ -8,7 +8,6 @@ A C header with a table of the gait and a function that returns its angles at an
 from pathlib import Path
 
 import gaitgraph as gg
-from gaitgraph.formats.options import FormatOptions
 
 gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
 
@@ -18,11 +17,12 @@ gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.17
 
 for number, samples in (("float", 40), ("fixed", 100), ("fixed", 400)):
     timed = gait.parametrize(period=1.0, samples=samples)
-    timed.write("gait3.h", force=True, options=FormatOptions(number=number))
+    timed.write("gait3.h", force=True, options=gg.FormatOptions(number=number))
     lines = Path("gait3.h").read_text().splitlines()
     size = samples * (8 if number == "fixed" else 32)
     (told,) = (line for line in lines if "off the gait by" in line)
-    print(f"{number}, {samples} rows, {size} bytes: {told.removeprefix(' * ')}")
+    print(f"{number}, {samples} rows, {size} bytes:")
+    print(f"    off the gait by {told.split('off the gait by ')[1]}")
 
 # %%
 # What calls it looks like this::

@@ -42,10 +42,13 @@ if TYPE_CHECKING:
         Infeasible,
         InputError,
         MissingConstant,
+        MissingExtra,
         OutputExists,
     )
-    from gaitgraph.exchange import gait_of
+    from gaitgraph.exchange import export, gait_of, request_of_file
     from gaitgraph.fibers import fiber_points
+    from gaitgraph.formats.options import FormatOptions
+    from gaitgraph.frames import table_from_frame
     from gaitgraph.gait import Gait, lift, lift_to_fiber, vertices
     from gaitgraph.graph import surface_graph
     from gaitgraph.invertibility import (
@@ -61,6 +64,14 @@ if TYPE_CHECKING:
         pitch_sensitivity,
         roll_sensitivity,
         zero_moment_direction,
+    )
+    from gaitgraph.joints import (
+        Joint,
+        JointMap,
+        joint_map_from_mapping,
+        joint_map_named,
+        mapped_table,
+        table_from_joints,
     )
     from gaitgraph.margins import (
         attitude_sensitivities,
@@ -84,8 +95,10 @@ if TYPE_CHECKING:
     from gaitgraph.retargeting.nearest import retarget
     from gaitgraph.retargeting.retargeted import Retargeted
     from gaitgraph.robustness import Robustness, RobustnessReport, robustness_of
+    from gaitgraph.scenes import Scene, scene_of
     from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
     from gaitgraph.surface import root_arrays, roots, sheet_grid
+    from gaitgraph.tables import Table
     from gaitgraph.timing import TimedGait, parametrize
     from gaitgraph.transitions import Transition, transition
     from gaitgraph.unfolding import shortest_leg_across
@@ -93,6 +106,7 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
     from gaitgraph.visibility import ShortestPaths
     from gaitgraph.whereabouts import whereabouts_of
+    from gaitgraph.writing import write_tables
 
 _HOMES = {
     "angles": ("angle_from_text",),
@@ -112,10 +126,13 @@ _HOMES = {
         "Infeasible",
         "InputError",
         "MissingConstant",
+        "MissingExtra",
         "OutputExists",
     ),
-    "exchange": ("gait_of",),
+    "exchange": ("export", "gait_of", "request_of_file"),
     "fibers": ("fiber_points",),
+    "formats.options": ("FormatOptions",),
+    "frames": ("table_from_frame",),
     "gait": ("Gait", "lift", "lift_to_fiber", "vertices"),
     "graph": ("surface_graph",),
     "invertibility": (
@@ -132,6 +149,7 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
+    "joints": ("Joint", "JointMap", "joint_map_from_mapping", "joint_map_named", "mapped_table", "table_from_joints"),
     "margins": ("attitude_sensitivities", "least_singular_value_within", "nearest_singular_attitude", "tilt_margin"),
     "optimal.optima": ("OptimalGait", "Optimality"),
     "optimal.optimum": ("optimal_gait",),
@@ -149,8 +167,10 @@ _HOMES = {
     "retargeting.nearest": ("retarget",),
     "retargeting.retargeted": ("Retargeted",),
     "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
+    "scenes": ("Scene", "scene_of"),
     "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
     "surface": ("root_arrays", "roots", "sheet_grid"),
+    "tables": ("Table",),
     "timing": ("TimedGait", "parametrize"),
     "transitions": ("Transition", "transition"),
     "unfolding": ("shortest_leg_across",),
@@ -158,6 +178,7 @@ _HOMES = {
     "vehicle": ("PAPER", "Vehicle", "preset_names", "vehicle_from_mapping", "vehicle_named"),
     "visibility": ("ShortestPaths",),
     "whereabouts": ("whereabouts_of",),
+    "writing": ("write_tables",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -176,12 +197,16 @@ __all__ = [
     "Cycle",
     "Cycles",
     "FileProblem",
+    "FormatOptions",
     "Gait",
     "GaitgraphError",
     "Infeasible",
     "InputError",
+    "Joint",
+    "JointMap",
     "Limits",
     "MissingConstant",
+    "MissingExtra",
     "NoCycle",
     "OptimalGait",
     "Optimality",
@@ -196,10 +221,12 @@ __all__ = [
     "Robustness",
     "RobustnessReport",
     "Rounding",
+    "Scene",
     "ServoResponse",
     "ShortestPaths",
     "SimpleCycle",
     "SingularCurve",
+    "Table",
     "TimedGait",
     "Transition",
     "Vehicle",
@@ -219,15 +246,19 @@ __all__ = [
     "cycles",
     "decoupling_matrix",
     "determinant",
+    "export",
     "fiber_points",
     "gait_of",
     "hover_thrust_shares",
+    "joint_map_from_mapping",
+    "joint_map_named",
     "least_period",
     "least_singular_value",
     "least_singular_value_within",
     "level_determinant",
     "lift",
     "lift_to_fiber",
+    "mapped_table",
     "nearest_singular_attitude",
     "optimal_gait",
     "paced",
@@ -236,18 +267,22 @@ __all__ = [
     "plan_loop",
     "preset_names",
     "read_table",
+    "request_of_file",
     "retarget",
     "robustness_of",
     "roll_sensitivity",
     "root_arrays",
     "roots",
     "rounded",
+    "scene_of",
     "servo_response",
     "sheet_grid",
     "shortest_leg_across",
     "simple_cycle",
     "singular_curve",
     "surface_graph",
+    "table_from_frame",
+    "table_from_joints",
     "tilt_margin",
     "transition",
     "types_may_be_adjacent",
@@ -257,6 +292,7 @@ __all__ = [
     "vehicle_named",
     "vertices",
     "whereabouts_of",
+    "write_tables",
     "zero_moment_direction",
 ]
 

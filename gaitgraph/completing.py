@@ -105,7 +105,7 @@ class _Survey:
             self.keeps_level = False
         elif self.keeps_level:
             digits = 2 * level_determinant_resolution(alpha, numbers)
-            self.keeps_level = not (np.abs(piece["R"] - np.asarray(level_determinant(alpha, numbers))) > digits).any()
+            self.keeps_level = not (np.abs(piece["R"] - _level(alpha, numbers)) > digits).any()
         codes = self.codes(piece, alpha, self.before)
         self.before = int(codes[-1])
         if not codes.all():
@@ -142,7 +142,7 @@ class _Survey:
         columns = dict(piece.columns) | {name: alpha[:, k] for k, name in enumerate(ANGLES)}
         columns["t"] = columns["t"] - start
         if not self.keeps_level:
-            columns["R"] = np.asarray(level_determinant(alpha, numbers))
+            columns["R"] = _level(alpha, numbers)
         codes = self.codes(piece, alpha, before)
         if not self.is_painted:
             columns.pop("types", None)
@@ -153,6 +153,13 @@ class _Survey:
                 columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
         ordered = {name: columns[name] for name in ORDER if name in columns}
         return Table(columns=ordered, about=self.about), int(codes[-1])
+
+
+def _level(alpha: FloatArray, numbers: Coefficients) -> FloatArray:
+    """Return R of each row; of a single one as of many, which numpy rounds in another way."""
+    return np.asarray(level_determinant(np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha, numbers))[
+        : len(alpha)
+    ]
 
 
 def _contradicts(types: Iterable[str], codes: CodeArray) -> bool:

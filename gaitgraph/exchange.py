@@ -76,10 +76,10 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     vehicle, coefficients
         What the gait is for; by default what the table says, else the paper's vehicle.
     """
-    table = as_table(table)
-    vehicle, numbers, tolerance = setting_of(table, vehicle, coefficients)
-    alpha = _alpha_of(table, vehicle, numbers)
-    colors = table["color"] if "color" in table else _sheet_of(alpha, numbers)
+    rows: Table = as_table(table)
+    vehicle, numbers, tolerance = setting_of(rows, vehicle, coefficients)
+    alpha = _alpha_of(rows, vehicle, numbers)
+    colors = rows["color"] if "color" in rows else _sheet_of(alpha, numbers)
     if len(alpha) > 1 and np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP:
         alpha, colors = alpha[:-1], colors[:-1]
     gait = Gait(alpha=alpha, colors=colors, vehicle=vehicle, coefficients=numbers, crossing_tolerance=tolerance)
@@ -300,7 +300,14 @@ def export_file(
     paths = list(outputs)
     _check_choices(options, paths, force)
     parts = len(paths) + 1
-    report = progress or (lambda _: None)
+    reached = 0.0
+
+    def report(share: float) -> None:
+        nonlocal reached
+        if progress is not None and share > reached:  # what is read again is no step back
+            reached = share
+            progress(share)
+
     pieces = _pieces_to_write(source, progress=lambda share: report(share / parts), **choices)
     seen: list[Exported] = []
     clipped: dict[str, int] = {}

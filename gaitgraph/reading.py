@@ -441,6 +441,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
             k = int(np.argmax(odd))
             raise InputError(f"row {row + k + 1}: {name} is {float(values[k])!r}; allowed is a finite number")
         return np.array(values, dtype=np.float64)
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
     numbers = np.empty(len(values))
     for k, value in enumerate(values):
         try:

@@ -179,7 +179,7 @@ def pieces_of(
     timed, about
         The gait, and what else is told of its making.
     rows
-        Of a piece, at most.
+        Of a piece, at least 2; the last one may have one more.
     """
     gait = timed.gait
     made = {
@@ -192,8 +192,10 @@ def pieces_of(
         **(about or {}),
     }
     end = timed.samples + 1
-    for start in range(0, end, rows):
-        yield Table(columns=timed.columns(range(start, min(start + rows, end))), about=made)
+    # No piece is one row alone: numpy rounds the product of a single row in another way.
+    for start in range(0, end - 1, rows):
+        stop = end if end - (start + rows) <= 1 else start + rows
+        yield Table(columns=timed.columns(range(start, stop)), about=made)
 
 
 def _as_timed(timed: TimedGait) -> dict[str, Any]:

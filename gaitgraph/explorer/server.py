@@ -10,7 +10,7 @@ import threading
 import time
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gaitgraph import __version__
@@ -255,24 +255,21 @@ def setup_answer() -> dict[str, Any]:
 
 
 def _paper_gaits() -> list[dict[str, Any]]:
-    """Return the four gaits of the paper's Section 5: waypoints in multiples of π/16."""
-    from math import pi
+    """Return the four gaits of the paper's Section 5."""
+    from gaitgraph.figures import _GAITS as GAITS
+    from gaitgraph.figures import _paper_gait as paper_gait
+    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.vehicle import PAPER
 
-    second = [(6, -6), (6, -2), (2, -2), (2, -6)]
-    gaits: list[tuple[str, Literal["positive", "negative"], list[tuple[int, int]]]] = [
-        ("blue", "negative", [(5, 2), (5, 6), (1, 6), (1, 2)]),
-        ("blue", "negative", second),
-        ("red", "negative", second),
-        ("red", "positive", [(-2, 2), (-2, 6), (-6, 6), (-6, 2)]),
-    ]
+    found = {number: paper_gait(number, PAPER, coefficients_of()) for number in GAITS}
     return [
         {
             "name": f"Gait {number}",
-            "color": color,
-            "sign": sign,
-            "waypoints": [[a * pi / 16, b * pi / 16] for a, b in places],
+            "color": gait.color,
+            "sign": "positive" if gait.R[0] > 0 else "negative",
+            "waypoints": gait.alpha[:, :2].tolist(),
         }
-        for number, (color, sign, places) in enumerate(gaits, start=1)
+        for number, gait in found.items()
     ]
 
 
@@ -298,11 +295,15 @@ class Listening:
         except ImportError as error:
             raise needs_extra("uvicorn", "the explorer", "explore") from error
         self.token = secrets.token_urlsafe(16)
-        application(self.token, 1)  # what is missing is said before a port is taken
         self._socket = _bound(port)
         self.port = int(self._socket.getsockname()[1])
+        try:
+            app = application(self.token, self.port)
+        except InputError:
+            self.close()
+            raise
         config = uvicorn.Config(
-            application(self.token, self.port),
+            app,
             log_config=None,
             log_level="critical",
             access_log=False,
@@ -336,6 +337,7 @@ def _warm() -> None:
     from gaitgraph.explorer.answers import diagram_answer, plan_answer
     from gaitgraph.explorer.maps import map_answer
 
+    setup_answer()
     for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned, the second is told the nearest
         state = state_of({"waypoints": waypoints})
         plan_answer(state)
@@ -345,7 +347,8 @@ def _warm() -> None:
 
 
 def _bound(port: int) -> socket.socket:
-    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    # asyncio sends small packets at once only where the protocol is stated: else every answer waits 40 ms for its body.
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         made.bind((ADDRESS, port))

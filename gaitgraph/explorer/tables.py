@@ -113,7 +113,7 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield pieces of a table up to as many rows as are taken; a small file can hold more of them than fit in memory."""
+    """Yield pieces of a table, of no more rows than are taken: a small file can hold more than fit in memory."""
     rows = 0
     for piece in pieces:
         rows += len(piece)

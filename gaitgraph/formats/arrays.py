@@ -130,7 +130,7 @@ def _column(archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str, stack: E
         held[:] = [numbers_or_texts(np.frombuffer(content, dtype=dtype), name)]
         return held[0]
 
-    return Column(name=name, rows=shape[0], size=size, values=values, single=single)
+    return Column(name=name, rows=shape[0], size=size, values=values, texts=dtype.kind in "US", single=single)
 
 
 def _told(archive: zipfile.ZipFile, info: zipfile.ZipInfo, stack: ExitStack) -> dict[str, Any]:

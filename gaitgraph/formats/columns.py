@@ -44,6 +44,8 @@ class Column:
         How many values it has, and how many bytes these take.
     values
         Returns values by the number of those before and their own; called from the first to the last.
+    texts
+        Whether its values are texts.
     single
         Whether its one text counts for all rows.
     why
@@ -54,6 +56,7 @@ class Column:
     rows: int = 0
     size: int = 0
     values: Callable[[int, int], Array] | None = None
+    texts: bool = False
     single: bool = False
     why: str = ""
 
@@ -129,7 +132,8 @@ def pieces_of_columns(
     rows = next(iter(lengths), None)
     if rows is None:
         rows = next((one.rows for one in columns if not one.why and not one.single), 0)
-    used = [not one.why and (one.single or one.rows == rows) for one in columns]
+    wanted = [not one.why and (one.name in KNOWN or not one.texts) for one in columns]
+    used = [one.single or one.rows == rows if want else False for one, want in zip(columns, wanted, strict=True)]
     total = sum(one.size for one, usable in zip(columns, used, strict=True) if usable)
     if total > max(MOST_BYTES, size):
         raise InputError(

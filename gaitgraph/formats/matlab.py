@@ -323,7 +323,8 @@ def _columns(matrix: _Matrix, beside: Sequence[_Matrix]) -> Iterator[Column]:
     group = _GROUPS.get(matrix.name)
     if group and not {one.name for one in beside} & set(group):
         if not matrix.is_numeric or len(matrix.shape) != 2 or matrix.shape[1] != len(group):
-            yield Column(name=group[0], why=f"{matrix.name} is {_described(matrix)}; allowed is a matrix of 4 columns")
+            why = f"{matrix.name} is {_described(matrix)}; allowed is a matrix of 4 columns"
+            yield from (Column(name=name, why=why) for name in group)
             return
         for k, name in enumerate(group):
             yield _numbers(matrix, name, k)
@@ -389,7 +390,7 @@ def _texts(matrix: _Matrix) -> Column:
 
     if not width:
         return Column(name=matrix.name, why="it has no characters; allowed are texts")
-    return Column(name=matrix.name, rows=rows, size=4 * rows * width, values=values, single=rows == 1)
+    return Column(name=matrix.name, rows=rows, size=4 * rows * width, values=values, texts=True, single=rows == 1)
 
 
 def _codes_of(matrix: _Matrix, most: int) -> Array:

@@ -41,7 +41,7 @@ class FormatOptions:
     trajectory_topic, states_topic
         The topics of a bag: JointTrajectory and JointState.
     number
-        What the table of a C header is made of, one of :data:`NUMBERS`; ``fixed`` is 16-bit fixed point.
+        What the table of a C header is made of: "float", "double", or "fixed", which is 16-bit fixed point.
     c_name
         What the names in a C header begin with; by default the file's name.
 
@@ -87,7 +87,7 @@ class FormatOptions:
     def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Return the names of a table's four joints, and which rotor each of them tilts.
 
-        The table tells, if it is of joints (:class:`gaitgraph.joints.JointMap`); the names asked for go before those.
+        The table tells, if it is of joints; the names asked for go before those.
         """
         names: tuple[str, ...] = ANGLES
         rotors: tuple[int, ...] = (1, 2, 3, 4)

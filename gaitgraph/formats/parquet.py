@@ -69,7 +69,7 @@ def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
             whole = merged(held)
             yield whole.rows(0, ROWS_OF_A_PIECE)
             held = [whole.rows(ROWS_OF_A_PIECE, len(whole))]
-    if held and len(held[0]):
+    if sum(map(len, held)):
         yield merged(held)
 
 

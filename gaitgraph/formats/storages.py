@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import IO, TYPE_CHECKING, Any
 
-from gaitgraph.errors import FileProblem, InputError, shown
+from gaitgraph.errors import FileProblem, InputError, needs_extra, shown
 from gaitgraph.files import MOST_BYTES
 
 if TYPE_CHECKING:
@@ -217,13 +217,16 @@ def _unpacked(chunk: _Fields, unpacked: list[int]) -> bytes:
 
 
 def _decompressor(packing: str) -> Any:
-    if packing == "lz4":
-        return import_module("lz4.frame").LZ4FrameDecompressor()
-    if packing == "zstd":
-        # Python's own from 3.14 on, before that the one that rosbags takes.
-        home = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
-        return import_module(home).ZstdDecompressor()
-    raise InputError(f"a chunk packed with {shown(packing)}; allowed are lz4, zstd, or none")
+    # Python's own zstd from 3.14 on, before that the one that rosbags takes.
+    zstd = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
+    homes = {"lz4": ("lz4.frame", "LZ4FrameDecompressor"), "zstd": (zstd, "ZstdDecompressor")}
+    if packing not in homes:
+        raise InputError(f"a chunk packed with {shown(packing)}; allowed are lz4, zstd, or none")
+    module, name = homes[packing]
+    try:
+        return getattr(import_module(module), name)()
+    except ImportError as error:
+        raise needs_extra(module, f"a bag packed with {packing}", "ros") from error
 
 
 def _mcap_topics(records: Iterator[tuple[int, memoryview]]) -> Iterator[Topic]:

@@ -23,11 +23,16 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
     from gaitgraph.exchange import colorings_of_file, export, gait_of
+    from gaitgraph.formats import arrays, matlab, parquet
     from gaitgraph.reading import read_table
     from gaitgraph.requests import read_request
     from gaitgraph.validation import validate
     from gaitgraph.vehicle import vehicle_named
 
+KINDS = (".csv", ".json", "request", "vehicle", "angle", ".npz", ".mat", ".parquet")
+"""The readers, chosen by the letters A to H."""
+
+ROOMS = (arrays, matlab, parquet)  # imported when a file of theirs is read, which would be too late here
 FOLDER = Path(tempfile.mkdtemp(prefix="gaitgraph-fuzz-"))
 
 
@@ -54,16 +59,16 @@ def one_input(data: bytes) -> None:
     """Give the bytes to the reader that the first of them chooses."""
     if not data:
         return
-    kind, content = data[0] % 5, data[1:]
+    kind, content = (data[0] - ord("A")) % len(KINDS), data[1:]
     try:
-        if kind == 4:
+        if KINDS[kind] == "angle":
             angle_from_text(content.decode("utf-8", "replace"))
             return
-        path = FOLDER / ("input" + (".csv", ".json", ".toml", ".toml")[kind])
+        path = FOLDER / ("input" + (KINDS[kind] if KINDS[kind].startswith(".") else ".toml"))
         path.write_bytes(content)
-        if kind < 2:
+        if KINDS[kind].startswith("."):
             judged(path)
-        elif kind == 2:
+        elif KINDS[kind] == "request":
             request, _ = read_request(path, {})
             serialised(request.as_mapping())
         else:

@@ -21,7 +21,10 @@ export function number(x, digits = 4) {
 /** Return a number with so many significant digits, without trailing zeros and with a true minus sign. */
 export function figure(x, digits = 4) {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";
-  const text = x !== 0 && Math.abs(x) < 1e-3 ? x.toExponential(digits - 1).replace(/\.?0*e/, "e") : String(Number(x.toPrecision(digits)));
+  const text =
+    x !== 0 && Math.abs(x) < 1e-3
+      ? x.toExponential(digits - 1).replace(/\.?0*e/, "e")
+      : String(Number(x.toPrecision(digits)));
   return text.replaceAll("-", "−");
 }
 

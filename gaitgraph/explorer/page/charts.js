@@ -52,16 +52,44 @@ function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZer
         },
       },
       axes: [
-        { stroke: ink, font, size: isLast ? 22 : 20, gap: 4, grid: { stroke: rule, width: 1 }, ticks: { show: false },
-          label: isLast ? timeUnit : undefined, labelSize: 16, labelFont: font, labelGap: 0,
-          values: (self, splits) => splits.map((v) => (isLast ? figure(v) : "")) },
-        { stroke: ink, font, size: 52, gap: 6, grid: { stroke: rule, width: 1 }, ticks: { show: false },
+        {
+          stroke: ink,
+          font,
+          size: isLast ? 22 : 20,
+          gap: 4,
+          incrs:
+            timeUnit === "row"
+              ? [1, 2, 5].flatMap((m) => [0, 1, 2, 3, 4, 5, 6].map((e) => m * 10 ** e)).sort((a, b) => a - b)
+              : undefined,
+          grid: { stroke: rule, width: 1 },
+          ticks: { show: false },
+          label: isLast ? timeUnit : undefined,
+          labelSize: 16,
+          labelFont: font,
+          labelGap: 0,
+          values: (self, splits) => splits.map((v) => (isLast ? figure(v) : "")),
+        },
+        {
+          stroke: ink,
+          font,
+          size: 52,
+          gap: 6,
+          grid: { stroke: rule, width: 1 },
+          ticks: { show: false },
           splits: isAngle ? ticksOfPi : undefined,
-          values: (self, splits) => splits.map((v) => (isAngle ? angle(v) : figure(v))) },
+          values: (self, splits) => splits.map((v) => (isAngle ? angle(v) : figure(v))),
+        },
       ],
       series: [
         {},
-        ...names.map((label, k) => ({ label, stroke: themed(colors[k]), width: 1.75, pxAlign: 0, dash: dashes[k], points: { show: false } })),
+        ...names.map((label, k) => ({
+          label,
+          stroke: themed(colors[k]),
+          width: 1.75,
+          pxAlign: 0,
+          dash: dashes[k],
+          points: { show: false },
+        })),
       ],
       hooks: {
         setCursor: [
@@ -87,6 +115,7 @@ export function chartsIn(upper, lower, legend, onTime) {
   let built = "";
   const hidden = [false, false, false, false];
   let values = [];
+  let phaseShown = 0;
 
   const clockOf = () => series.t ?? series.alpha[0].map((_, k) => k + 1);
   const onCursor = (t) => {
@@ -103,12 +132,30 @@ export function chartsIn(upper, lower, legend, onTime) {
     if (!series) return;
     const rows = rowsOf(series, kind);
     const common = { onCursor, timeUnit: series.t ? "t (s)" : "row" };
-    plots.push(chartIn(upper, { ...common, names: NAMES, colors: COLORS, dashes: DASHES, isAngle: true, height: 190, isLast: !rows }));
+    plots.push(
+      chartIn(upper, {
+        ...common,
+        names: NAMES,
+        colors: COLORS,
+        dashes: DASHES,
+        isAngle: true,
+        height: 190,
+        isLast: !rows,
+      }),
+    );
     if (rows) {
       const many = rows.length > 1;
       plots.push(
-        chartIn(lower, { ...common, names: CHARTS[kind].names, colors: many ? COLORS : ["--ink"],
-          dashes: many ? DASHES : [undefined], isAngle: false, height: 150, isLast: true, fromZero: true }),
+        chartIn(lower, {
+          ...common,
+          names: CHARTS[kind].names,
+          colors: many ? COLORS : ["--ink"],
+          dashes: many ? DASHES : [undefined],
+          isAngle: false,
+          height: 150,
+          isLast: true,
+          fromZero: true,
+        }),
       );
     } else lower.append(html("p", { class: "nothing" }, "The file does not say."));
     fill();
@@ -127,12 +174,18 @@ export function chartsIn(upper, lower, legend, onTime) {
   function showLegend() {
     values = NAMES.map((name, k) => {
       const value = html("span", { class: "value" });
-      const box = html("input", { type: "checkbox", checked: !hidden[k], onchange: (event) => {
-        hidden[k] = !event.target.checked;
-        if (series) fill();
-      } });
+      const box = html("input", {
+        type: "checkbox",
+        checked: !hidden[k],
+        onchange: (event) => {
+          hidden[k] = !event.target.checked;
+          if (series) fill();
+        },
+      });
       box.checked = !hidden[k];
-      legend.append(html("label", { class: `key alpha${k + 1}` }, box, html("span", { class: "swatch" }), name, " ", value));
+      legend.append(
+        html("label", { class: `key alpha${k + 1}` }, box, html("span", { class: "swatch" }), name, " ", value),
+      );
       return value;
     });
   }
@@ -145,6 +198,30 @@ export function chartsIn(upper, lower, legend, onTime) {
     }
   });
   observer.observe(upper);
+
+  /** Put the cursor at a phase; return the row there. */
+  function at(phase) {
+    phaseShown = phase;
+    if (!series) return null;
+    const clock = clockOf();
+    const time = clock[0] + phase * (clock.at(-1) - clock[0]);
+    for (const plot of plots) {
+      const left = plot.valToPos(time, "x");
+      if (Number.isFinite(left)) plot.setCursor({ left, top: 0 }, false);
+    }
+    let row = Math.round(phase * (clock.length - 1));
+    while (row > 0 && clock[row] > time) row -= 1;
+    while (row < clock.length - 1 && clock[row + 1] <= time) row += 1;
+    const next = Math.min(row + 1, clock.length - 1);
+    const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
+    const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
+    values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
+    return { time, row, alpha };
+  }
+
+  // uPlot hides its cursor when the pointer leaves; here it is the time, which stays.
+  for (const root of [upper, lower])
+    root.addEventListener("pointerleave", () => requestAnimationFrame(() => at(phaseShown)));
 
   return {
     show(next, chart) {
@@ -163,23 +240,6 @@ export function chartsIn(upper, lower, legend, onTime) {
       if (kind !== chart) this.show(series, chart);
     },
     rebuild: build,
-    /** Put the cursor at a phase; return the row there. */
-    at(phase, source) {
-      if (!series) return null;
-      const clock = clockOf();
-      const time = clock[0] + phase * (clock.at(-1) - clock[0]);
-      for (const plot of plots) {
-        const left = plot.valToPos(time, "x");
-        if (Number.isFinite(left) && !(source === plot)) plot.setCursor({ left, top: 0 }, false);
-      }
-      let row = Math.round(phase * (clock.length - 1));
-      while (row > 0 && clock[row] > time) row -= 1;
-      while (row < clock.length - 1 && clock[row + 1] <= time) row += 1;
-      const next = Math.min(row + 1, clock.length - 1);
-      const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
-      const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
-      values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
-      return { time, row, alpha };
-    },
+    at,
   };
 }

@@ -4,15 +4,28 @@ import { HALF_PI, angle, angleFromText, exactText, figure, number } from "./angl
 import { byId, html, spoken } from "./elements.js";
 
 const LABELS = {
-  auto: "auto", red: "red", blue: "blue", positive: "R > 0", negative: "R < 0",
-  exact: "any angle", grid: "grid",
-  shortest: "shortest", robust: "most robust", thrust: "least thrust",
+  auto: "auto",
+  red: "red",
+  blue: "blue",
+  positive: "R > 0",
+  negative: "R < 0",
+  exact: "any angle",
+  grid: "grid",
+  shortest: "shortest",
+  robust: "most robust",
+  thrust: "least thrust",
 };
 
 /** Make radio buttons in a fieldset; return a function that shows a value. */
 function segmented(fieldset, name, options, onChoose) {
   const inputs = options.map(([value, label]) => {
-    const input = html("input", { type: "radio", name, value, id: `${name}-${value}`, onchange: () => onChoose(value) });
+    const input = html("input", {
+      type: "radio",
+      name,
+      value,
+      id: `${name}-${value}`,
+      onchange: () => onChoose(value),
+    });
     fieldset.append(input, html("label", { for: input.id, class: `choice ${value}` }, label));
     return input;
   });
@@ -37,7 +50,11 @@ export function bindControls(setup, on) {
   const choose = (key) => (value) => on.commit({ [key]: value });
   const look = (key) => (value) => on.look({ [key]: value });
 
-  for (const [key, values] of [["color", setup.colors], ["sign", setup.signs], ["method", setup.methods]]) {
+  for (const [key, values] of [
+    ["color", setup.colors],
+    ["sign", setup.signs],
+    ["method", setup.methods],
+  ]) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));
   }
@@ -46,11 +63,19 @@ export function bindControls(setup, on) {
     shows.push((state) => show(state[key]));
   };
   bind("objective", "objective", labelled(setup.objectives));
-  bind("law", "law", setup.laws.map((law) => [law, law]));
+  bind(
+    "law",
+    "law",
+    setup.laws.map((law) => [law, law]),
+  );
   const presets = setup.presets.map((preset) => [preset.name, `${preset.name} (κ = ${figure(preset.drag_ratio)})`]);
   const showVehicle = filled(byId("vehicle"), presets, (name) => on.commit({ vehicle: name, drag_ratio: null }));
   shows.push((state) => showVehicle(state.vehicle));
-  const rules = [["", "by rule"], ["published", "published"], ["exact", "exact"]];
+  const rules = [
+    ["", "by rule"],
+    ["published", "published"],
+    ["exact", "exact"],
+  ];
   const showKind = filled(byId("coefficients"), rules, (value) => on.commit({ coefficients: value || null }));
   shows.push((state) => showKind(state.coefficients ?? ""));
 
@@ -63,22 +88,52 @@ export function bindControls(setup, on) {
     shows.push((state) => (byId(key).checked = state.view[key]));
   }
   const views = [
-    ["sheet", [["auto", "auto"], ["red", "red"], ["blue", "blue"]]],
-    ["shading", [["R", "R"], ["least_singular_value", "least σ"], ["none", "none"]]],
-    ["theme", [["auto", "auto"], ["light", "light"], ["dark", "dark"]]],
+    [
+      "sheet",
+      [
+        ["auto", "auto"],
+        ["red", "red"],
+        ["blue", "blue"],
+      ],
+    ],
+    [
+      "shading",
+      [
+        ["R", "R"],
+        ["least_singular_value", "least σ"],
+        ["none", "none"],
+      ],
+    ],
+    [
+      "theme",
+      [
+        ["auto", "auto"],
+        ["light", "light"],
+        ["dark", "dark"],
+      ],
+    ],
   ];
   for (const [key, options] of views) {
     const show = filled(byId(key), options, look(key));
     shows.push((state) => show(state.view[key]));
   }
 
-  for (const [key, whole] of [["period", false], ["samples", true], ["divisions", true]]) {
+  for (const [key, whole] of [
+    ["period", false],
+    ["samples", true],
+    ["divisions", true],
+  ]) {
     const input = byId(key);
     input.addEventListener("change", () => {
       const value = Number(input.value);
-      const wrong = input.value.trim() === "" || !Number.isFinite(value) || value <= 0 || (whole && !Number.isInteger(value));
+      const wrong =
+        input.value.trim() === "" || !Number.isFinite(value) || value <= 0 || (whole && !Number.isInteger(value));
       input.setAttribute("aria-invalid", String(wrong));
-      if (wrong) on.problem(`${input.labels[0].textContent.trim()}: “${input.value}”; allowed is a ${whole ? "whole " : ""}number above 0`);
+      if (wrong)
+        on.problem(
+          `${input.labels[0].textContent.trim()}: “${input.value}”; allowed is a ` +
+            `${whole ? "whole " : ""}number above 0`,
+        );
       else on.commit({ [key]: value });
     });
     shows.push((state) => {
@@ -137,7 +192,10 @@ function bindWaypoints(on) {
     const wrong = value === null || Math.abs(value) > HALF_PI + 1e-12;
     input.setAttribute("aria-invalid", String(wrong));
     if (wrong) {
-      on.problem(`Waypoint ${index + 1}, α${axis + 1}: “${input.value}”; allowed are angles within ±π/2, such as 3pi/8, 67.5deg or 1.178`);
+      on.problem(
+        `Waypoint ${index + 1}, α${axis + 1}: “${input.value}”; allowed are angles within ±π/2, ` +
+          "such as 3pi/8, 67.5deg or 1.178",
+      );
       return;
     }
     const waypoints = state.waypoints.map((p) => [...p]);
@@ -147,16 +205,36 @@ function bindWaypoints(on) {
 
   function row(index) {
     const inputs = [0, 1].map((axis) => {
-      const input = html("input", { type: "text", inputmode: "text", autocomplete: "off", spellcheck: "false",
-        "aria-label": `Waypoint ${index + 1}, α${axis + 1}` });
+      const input = html("input", {
+        type: "text",
+        inputmode: "text",
+        autocomplete: "off",
+        spellcheck: "false",
+        "aria-label": `Waypoint ${index + 1}, α${axis + 1}`,
+      });
       input.addEventListener("change", () => changed(input, index, axis));
       return input;
     });
-    const remove = html("button", { type: "button", class: "quiet", onclick: () => {
-      on.remove(index);
-      (list.querySelectorAll("button")[Math.min(index, state.waypoints.length - 1)] ?? byId("map")).focus();
-    } }, html("span", { "aria-hidden": "true" }, "×"), spoken(`Remove waypoint ${index + 1}`));
-    return html("li", {}, html("span", { class: "index", "aria-hidden": "true" }, String(index + 1)), ...inputs, remove);
+    const remove = html(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        onclick: () => {
+          on.remove(index);
+          (list.querySelectorAll("button")[Math.min(index, state.waypoints.length - 1)] ?? byId("map")).focus();
+        },
+      },
+      html("span", { "aria-hidden": "true" }, "×"),
+      spoken(`Remove waypoint ${index + 1}`),
+    );
+    return html(
+      "li",
+      {},
+      html("span", { class: "index", "aria-hidden": "true" }, String(index + 1)),
+      ...inputs,
+      remove,
+    );
   }
 
   return (next) => {
@@ -186,9 +264,17 @@ function bindPolygons(on) {
         return html(
           "li",
           { class: kind },
-          html("button", { type: "button", class: "plain", onclick: () => on.selectPolygon(kind, index) }, `${name}, ${ring.length} corners`),
-          html("button", { type: "button", class: "quiet", onclick: () => on.removePolygon(kind, index) },
-            html("span", { "aria-hidden": "true" }, "×"), spoken(`Remove ${name}`)),
+          html(
+            "button",
+            { type: "button", class: "plain", onclick: () => on.selectPolygon(kind, index) },
+            `${name}, ${ring.length} corners`,
+          ),
+          html(
+            "button",
+            { type: "button", class: "quiet", onclick: () => on.removePolygon(kind, index) },
+            html("span", { "aria-hidden": "true" }, "×"),
+            spoken(`Remove ${name}`),
+          ),
         );
       }),
     );

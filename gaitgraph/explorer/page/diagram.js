@@ -12,7 +12,12 @@ const y = (a) => EDGE.top + ((HALF_PI - a) / Math.PI) * SIDE;
 
 function square(drawn, kind, title) {
   const outline = drawn.acceptable?.length
-    ? [svg("path", { class: "acceptable", d: `M${drawn.acceptable.map(([r, p]) => `${x(r).toFixed(1)} ${y(p).toFixed(1)}`).join("L")}Z` })]
+    ? [
+        svg("path", {
+          class: "acceptable",
+          d: `M${drawn.acceptable.map(([r, p]) => `${x(r).toFixed(1)} ${y(p).toFixed(1)}`).join("L")}Z`,
+        }),
+      ]
     : [];
   const bits = [...outline, svg("rect", { class: "frame", x: EDGE.left, y: EDGE.top, width: SIDE, height: SIDE })];
   for (const a of [-HALF_PI, 0, HALF_PI]) {
@@ -30,7 +35,11 @@ function square(drawn, kind, title) {
     .join("");
   if (d) bits.push(svg("path", { class: `singular ${kind}`, d }));
   bits.push(svg("path", { class: "upright", d: `M${x(0) - 4} ${y(0)}h8M${x(0)} ${y(0) - 4}v8` }));
-  return svg("svg", { viewBox: `0 0 ${SIZE} ${SIZE + 6}`, role: "img", "aria-label": `${title}. ${words(drawn)}` }, ...bits);
+  return svg(
+    "svg",
+    { viewBox: `0 0 ${SIZE} ${SIZE + 6}`, role: "img", "aria-label": `${title}. ${words(drawn)}` },
+    ...bits,
+  );
 }
 
 function margin(drawn) {
@@ -58,7 +67,9 @@ function side(drawn, kind, title) {
       html("div", {}, html("dt", {}, "acceptable"), html("dd", {}, share(drawn))),
     ),
     drawn.tilt_margin_reason ? html("p", { class: "small" }, drawn.tilt_margin_reason) : null,
-    drawn.curves.length || drawn.acceptable_fraction !== 1 ? null : html("p", { class: "small" }, "No attitude in the square is singular."),
+    drawn.curves.length || drawn.acceptable_fraction !== 1
+      ? null
+      : html("p", { class: "small" }, "No attitude in the square is singular."),
   );
 }
 

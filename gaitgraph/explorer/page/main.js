@@ -6,8 +6,10 @@ import { clockOf, prefersStillness } from "./clock.js";
 import { bindControls } from "./controls.js";
 import { showDiagram } from "./diagram.js";
 import { byId, html } from "./elements.js";
+import { allowDownloads, bindDownloads, bindFile } from "./files.js";
+import { bindLines, gone, notice, problem, say } from "./lines.js";
 import { mapIn } from "./map.js";
-import { Gone, download, latest, setupOf, tableReport, waitForServer } from "./server.js";
+import { Gone, latest, setupOf, waitForServer } from "./server.js";
 import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
 import { vehicleIn } from "./vehicle.js";
 import { sentenceOf, showReport, verdictOf } from "./verdict.js";
@@ -29,43 +31,17 @@ let mapFor = "";
 let addressTimer = 0;
 const maps = new Map();
 
-// Lines to the reader ---------------------------------------------------------------------------------------------
-
-function problem(text) {
-  const line = byId("problem");
-  line.hidden = !text;
-  line.firstElementChild.textContent = text ?? "";
-}
-
-/** Say what stays until it is dismissed: it is not about the plan, and no plan takes it away. */
-function notice(text) {
-  const line = byId("notice");
-  line.hidden = !text;
-  line.firstElementChild.textContent = text ?? "";
-}
-
-function say(text) {
-  byId("moves-spoken").textContent = text;
-}
-
 function failed(error) {
   if (!(error instanceof Gone)) {
     problem(error.message);
     return;
   }
-  away ??= waitForServer(
-    () => {
-      away = null;
-      byId("connection").hidden = true;
-      askedFor = diagramFor = mapFor = "";
-      refresh({ live: false });
-    },
-    (pause) => {
-      byId("connection").hidden = false;
-      byId("connection").textContent =
-        `The server does not answer; is “gaitgraph explore” still running? Trying again in ${pause} s. Your work stays in the address.`;
-    },
-  );
+  away ??= waitForServer(() => {
+    away = null;
+    gone(null);
+    askedFor = diagramFor = mapFor = "";
+    refresh({ live: false });
+  }, gone);
 }
 
 // Questions -------------------------------------------------------------------------------------------------------
@@ -129,8 +105,11 @@ function askMap(state, live) {
   const { sheet, shading } = state.view;
   const own = plan?.color === "blue" || plan?.color === "red" ? plan.color : state.color === "blue" ? "blue" : "red";
   const body = {
-    vehicle: state.vehicle, drag_ratio: state.drag_ratio, coefficients: state.coefficients,
-    sheet: sheet === "auto" ? own : sheet, shading,
+    vehicle: state.vehicle,
+    drag_ratio: state.drag_ratio,
+    coefficients: state.coefficients,
+    sheet: sheet === "auto" ? own : sheet,
+    shading,
   };
   const key = JSON.stringify(body);
   if (key === mapFor) return;
@@ -189,7 +168,10 @@ function showBackground(background) {
       html("span", {}, figure(high, 3)),
     );
   }
-  if (byId("regions").checked && background.regions.some((region) => region.name.startsWith("flyable") && region.polygons.length)) {
+  if (
+    byId("regions").checked &&
+    background.regions.some((region) => region.name.startsWith("flyable") && region.polygons.length)
+  ) {
     legend.append(html("span", { class: "flyable-key" }, "inside: flyable"));
   }
 }
@@ -207,14 +189,15 @@ function showFound() {
   });
   const sentence = sentenceOf(report);
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
-  document.title = report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
+  document.title =
+    report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
   const hasGait = tab === "table" || plan?.status === "planned";
   charts.show(hasGait ? report.series : null, store.state.view.chart);
   vehicle.show(hasGait ? (report.scene ?? null) : null, tab === "table");
   byId("field-chart").hidden = !hasGait;
   for (const id of ["play", "scrub"]) byId(id).disabled = !hasGait;
   if (!hasGait) clock.play(false);
-  for (const item of document.querySelectorAll("#formats button[data-available]")) item.disabled = plan?.status !== "planned";
+  allowDownloads(plan?.status === "planned");
   showPhase(clock.phase, null);
   document.documentElement.dataset.planned = planFor === planKey(store.state) ? "yes" : "no";
   askMap(store.state, false);
@@ -222,12 +205,12 @@ function showFound() {
 }
 
 function showPhase(phase, source) {
-  const at = charts.at(phase, source);
+  const at = charts.at(phase);
   const report = shownReport();
   map.showDot(at && [at.alpha[0], at.alpha[1]], report?.color ?? "");
   vehicle.at(phase);
   if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
-  const text = at ? `${number(at.time, 3)}${report.series.t ? " s" : ""}` : "";
+  const text = at ? (report.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
   byId("clock").textContent = text;
   byId("scrub").setAttribute("aria-valuetext", text);
 }
@@ -349,12 +332,15 @@ const map = mapIn(byId("map-root"), {
 });
 
 const vehicle = vehicleIn(byId("vehicle-root"));
-const clock = clockOf(showPhase, (playing) => (byId("play").textContent = playing ? "Pause" : prefersStillness() ? "Step" : "Play"));
+const clock = clockOf(
+  showPhase,
+  (playing) => (byId("play").textContent = playing ? "Pause" : prefersStillness() ? "Step" : "Play"),
+);
 const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) => {
   if (!clock.playing) clock.set(phase, "chart");
 });
 
-/** Step to the next corner of the gait instead of moving, for those who asked for less motion. */
+/** Step on by an eighth of the period instead of moving, for those who asked for less motion. */
 function stepClock() {
   clock.set(clock.phase >= 0.999 ? 0 : Math.min(1, Math.floor(clock.phase * 8 + 1.001) / 8), "step");
 }
@@ -369,26 +355,6 @@ function bindPlayer() {
   byId("pace").addEventListener("change", () => clock.setSeconds(store.state.period / Number(byId("pace").value)));
 }
 
-async function openTable(file) {
-  if (!file) return;
-  if (file.size > setup.limits.table_bytes) {
-    problem(`${file.name}: ${file.size} bytes; allowed are at most ${setup.limits.table_bytes}`);
-    return;
-  }
-  byId("main").classList.add("waiting");
-  try {
-    table = await tableReport(file);
-    problem(null);
-    clock.play(false);
-    map.select(null);
-    showTab("table");
-  } catch (error) {
-    failed(error);
-  } finally {
-    byId("main").classList.remove("waiting");
-  }
-}
-
 function closeTable() {
   table = null;
   showTab("plan");
@@ -396,11 +362,15 @@ function closeTable() {
 }
 
 function bindTable() {
-  const input = byId("file");
-  byId("open").addEventListener("click", () => input.click());
-  input.addEventListener("change", () => {
-    openTable(input.files[0]);
-    input.value = ""; // so that the same file, mended, can be opened again
+  bindFile(setup.limits.table_bytes, {
+    onReport(report) {
+      table = report;
+      problem(null);
+      clock.play(false);
+      map.select(null);
+      showTab("table");
+    },
+    onError: failed,
   });
   byId("tab-plan").addEventListener("click", () => showTab("plan"));
   byId("tab-table").addEventListener("click", () => showTab("table"));
@@ -410,73 +380,25 @@ function bindTable() {
     closeTable();
     commit(asked);
   });
-  const hint = byId("drop-hint");
-  addEventListener("dragover", (event) => {
-    if (!event.dataTransfer?.types.includes("Files")) return;
-    event.preventDefault();
-    hint.hidden = false;
-  });
-  addEventListener("dragleave", (event) => {
-    if (!event.relatedTarget) hint.hidden = true;
-  });
-  addEventListener("drop", (event) => {
-    hint.hidden = true;
-    if (!event.dataTransfer?.files.length) return;
-    event.preventDefault();
-    openTable(event.dataTransfer.files[0]);
-  });
-}
-
-async function save(suffix) {
-  byId("download").open = false;
-  try {
-    const { blob, name } = await download(question(store.state), suffix);
-    const link = html("a", { href: URL.createObjectURL(blob), download: name });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    say(`${name} saved`);
-  } catch (error) {
-    failed(error);
-  }
-}
-
-function bindDownloads() {
-  byId("formats").append(
-    ...setup.formats.map((format) =>
-      html(
-        "li",
-        {},
-        html(
-          "button",
-          { type: "button", "data-suffix": format.suffix, "data-available": format.available, disabled: true,
-            "aria-describedby": format.why_not ? `why${format.suffix}` : null, onclick: () => save(format.suffix) },
-          format.name,
-          html("span", { class: "suffix" }, format.suffix),
-        ),
-        format.why_not ? html("p", { class: "small", id: `why${format.suffix}` }, format.why_not) : null,
-      ),
-    ),
-  );
-  const menu = byId("download");
-  addEventListener("pointerdown", (event) => {
-    if (!menu.contains(event.target)) menu.open = false;
-  });
-  menu.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || !menu.open) return;
-    menu.open = false;
-    menu.firstElementChild.focus();
-  });
 }
 
 function bindHeader() {
   byId("version").textContent = setup.version;
   const load = byId("load");
-  load.append(...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)));
+  load.append(
+    ...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)),
+  );
   load.addEventListener("change", () => {
     const gait = setup.paper_gaits[Number(load.value)];
     load.value = "";
     const { view: _view, ...start } = startOf(setup);
-    commit({ ...start, eta: store.state.eta, color: gait.color, waypoints: gait.waypoints, ...(gait.sign ? { sign: gait.sign } : {}) });
+    commit({
+      ...start,
+      eta: store.state.eta,
+      color: gait.color,
+      waypoints: gait.waypoints,
+      ...(gait.sign ? { sign: gait.sign } : {}),
+    });
   });
   byId("undo").addEventListener("click", () => store.undo());
   byId("redo").addEventListener("click", () => store.redo());
@@ -495,8 +417,7 @@ function bindHeader() {
       problem("The browser does not let this page copy; the link is the address above");
     }
   });
-  byId("problem-close").addEventListener("click", () => problem(null));
-  byId("notice-close").addEventListener("click", () => notice(null));
+  bindLines();
   for (const mode of ["waypoints", "keep_out", "keep_in"]) {
     byId(`mode-${mode}`).addEventListener("click", () => {
       map.setMode(mode);
@@ -505,7 +426,13 @@ function bindHeader() {
   }
   const names = Object.entries(CHARTS);
   for (const [value, { title, unit }] of names) {
-    const input = html("input", { type: "radio", name: "chart", value, id: `chart-${value}`, onchange: () => store.look({ chart: value }) });
+    const input = html("input", {
+      type: "radio",
+      name: "chart",
+      value,
+      id: `chart-${value}`,
+      onchange: () => store.look({ chart: value }),
+    });
     byId("field-chart").append(input, html("label", { for: input.id, class: "choice", title: unit }, title));
   }
 }
@@ -524,7 +451,8 @@ function bindKeys() {
     if (event.target === map.element || isText || event.ctrlKey || event.metaKey || event.altKey) return;
     if (map.mode() === "waypoints") return;
     if (event.key === "Escape") map.setMode("waypoints");
-    else if (event.key === "Enter" && map.hasDraft() && !event.target.matches?.("button, summary, select, input")) map.closeDraft();
+    else if (event.key === "Enter" && map.hasDraft() && !event.target.matches?.("button, summary, select, input"))
+      map.closeDraft();
   });
 }
 
@@ -549,7 +477,7 @@ async function start() {
   }
   bindHeader();
   bindTable();
-  bindDownloads();
+  bindDownloads(setup.formats, () => question(store.state), failed);
   bindPlayer();
   bindKeys();
   store = historyOf(readAddress(), (_state, how) => refresh(how));

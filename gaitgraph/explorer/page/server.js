@@ -1,4 +1,4 @@
-// Talking to the server that printed this page's address: the latest question wins, and a server that is gone is waited for.
+// Talking to the server: the latest question wins, and a server that is gone is waited for.
 
 export class Refused extends Error {}
 export class Gone extends Error {}

@@ -21,12 +21,16 @@ export function vehicleIn(root) {
       const [x0, y0, x1, y1] = rotor.arm;
       picture.append(svg("path", { class: "arm", d: `M${x0} ${y0}L${x1} ${y1}` }));
       names.push(
-        svg("text", {
-          class: `rotor-name alpha${k + 1}`,
-          x: rotor.label[0],
-          y: rotor.label[1] + 7,
-          "text-anchor": "middle",
-        }, `α${k + 1}`),
+        svg(
+          "text",
+          {
+            class: `rotor-name alpha${k + 1}`,
+            x: rotor.label[0],
+            y: rotor.label[1] + 7,
+            "text-anchor": "middle",
+          },
+          `α${k + 1}`,
+        ),
       );
       return svg("circle", { class: `disc alpha${k + 1}`, r: 1 });
     });
@@ -41,11 +45,17 @@ export function vehicleIn(root) {
 
   return {
     show(next, isTable) {
-      const same = scene && next && JSON.stringify([scene.size, scene.rotors.map((r) => r.arm)]) ===
-        JSON.stringify([next.size, next.rotors.map((r) => r.arm)]);
+      const same =
+        scene &&
+        next &&
+        JSON.stringify([scene.size, scene.rotors.map((r) => r.arm)]) ===
+          JSON.stringify([next.size, next.rotors.map((r) => r.arm)]);
       scene = next;
       frame = -1;
-      if (!scene) root.replaceChildren(html("p", { class: "nothing" }, isTable ? "Not drawn for this table." : "Drawn here, once there is a gait."));
+      if (!scene)
+        root.replaceChildren(
+          html("p", { class: "nothing" }, isTable ? "Not drawn for this table." : "Drawn here, once there is a gait."),
+        );
       else if (!same) build(scene);
     },
     at(phase) {

@@ -31,15 +31,26 @@ const yesNo = { true: "yes", false: "no" };
 
 function facts(report) {
   const rows = [];
-  if (report.color) rows.push(["sheet", report.sign ? `${report.color}, ${SIGNS[report.sign] ?? report.sign}` : report.color]);
-  if (report.rows !== undefined) rows.push(["rows", String(report.rows)]);
+  if (report.color)
+    rows.push(["sheet", report.sign ? `${report.color}, ${SIGNS[report.sign] ?? report.sign}` : report.color]);
+  const twoColor = () => {
+    if (report.two_color !== null && report.two_color !== undefined) rows.push(["two-color", yesNo[report.two_color]]);
+  };
+  if (report.rows !== undefined) {
+    rows.push(["rows", String(report.rows)]);
+    twoColor();
+  }
   if (Number.isFinite(report.length)) rows.push(["length", `${number(report.length)} rad`]);
   if (report.reachable_from_hover !== null && report.reachable_from_hover !== undefined) {
     rows.push(["reachable from hover", yesNo[report.reachable_from_hover]]);
   }
-  if (report.two_color !== null && report.two_color !== undefined) rows.push(["two-color", yesNo[report.two_color]]);
+  if (report.rows === undefined) twoColor();
   if (Number.isFinite(report.lower_bound)) rows.push(["lower bound", `${number(report.lower_bound)} rad`]);
-  return html("dl", { class: "facts" }, ...rows.map(([name, value]) => html("div", {}, html("dt", {}, name), html("dd", {}, value))));
+  return html(
+    "dl",
+    { class: "facts" },
+    ...rows.map(([name, value]) => html("div", {}, html("dt", {}, name), html("dd", {}, value))),
+  );
 }
 
 function checkRow(check, onPoint) {
@@ -49,8 +60,16 @@ function checkRow(check, onPoint) {
   const title = hasPlace
     ? html(
         "button",
-        { type: "button", class: "plain", title: "Show the place on the map", onmouseenter: point(check.where),
-          onmouseleave: point(null), onfocus: point(check.where), onblur: point(null), onclick: point(check.where) },
+        {
+          type: "button",
+          class: "plain",
+          title: "Show the place on the map",
+          onmouseenter: point(check.where),
+          onmouseleave: point(null),
+          onfocus: point(check.where),
+          onblur: point(null),
+          onclick: point(check.where),
+        },
         check.title,
       )
     : html("span", {}, check.title);
@@ -58,14 +77,25 @@ function checkRow(check, onPoint) {
     "li",
     { class: `check ${check.mark}`, "data-check": check.name },
     html("span", { class: "mark", "aria-hidden": "true" }, glyph),
-    html("p", {}, html("span", { class: "check-title" }, title), spoken(` ${words}: `), " ", html("span", { class: "small" }, check.message)),
+    html(
+      "p",
+      {},
+      html("span", { class: "check-title" }, title),
+      spoken(` ${words}: `),
+      " ",
+      html("span", { class: "small" }, check.message),
+    ),
   );
 }
 
 function cornersTable(report) {
   if (!report.corners?.length) return null;
   const most = 64;
-  const head = html("tr", {}, ...["", "α1", "α2", "α3", "α4", "types"].map((name) => html("th", { scope: "col" }, name || spoken("corner"))));
+  const head = html(
+    "tr",
+    {},
+    ...["", "α1", "α2", "α3", "α4", "types"].map((name) => html("th", { scope: "col" }, name || spoken("corner"))),
+  );
   const body = report.corners.slice(0, most).map((corner, k) =>
     html(
       "tr",
@@ -74,8 +104,12 @@ function cornersTable(report) {
       ...corner.map((a) => {
         const text = angle(a);
         const plain = number(a, 3);
-        return html("td", {}, html("span", { class: "angle" }, text === number(a) ? plain : text),
-          text === number(a) ? null : html("span", { class: "small" }, plain));
+        return html(
+          "td",
+          {},
+          html("span", { class: "angle" }, text === number(a) ? plain : text),
+          text === number(a) ? null : html("span", { class: "small" }, plain),
+        );
       }),
       html("td", { class: `types ${report.colors?.[k] ?? ""}` }, (report.types?.[k] ?? "").replaceAll("-", "−")),
     ),
@@ -84,8 +118,11 @@ function cornersTable(report) {
     "details",
     { open: report.corners.length <= 12, "data-key": "corners" },
     html("summary", {}, `Corners (${report.corners.length})`),
-    html("div", { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Corners, in radians" },
-      html("table", { class: "corners", id: "corners" }, html("thead", {}, head), html("tbody", {}, ...body))),
+    html(
+      "div",
+      { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Corners, in radians" },
+      html("table", { class: "corners", id: "corners" }, html("thead", {}, head), html("tbody", {}, ...body)),
+    ),
     report.corners.length > most ? html("p", { class: "small" }, `The first ${most} of them.`) : null,
   );
 }
@@ -109,7 +146,12 @@ function others(report, onTake) {
           html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
           html("span", {}, `${words}, ${number(other.length)} rad: ${verdict}`),
           can
-            ? html("button", { type: "button", class: "quiet", onclick: () => onTake(other) }, "Take", spoken(` the ${words} loop`))
+            ? html(
+                "button",
+                { type: "button", class: "quiet", onclick: () => onTake(other) },
+                "Take",
+                spoken(` the ${words} loop`),
+              )
             : null,
         );
       }),
@@ -119,7 +161,12 @@ function others(report, onTake) {
 
 function lines(title, texts, kind) {
   if (!texts?.length) return null;
-  return html("div", { class: `notes ${kind}` }, html("h3", {}, title), html("ul", {}, ...texts.map((text) => html("li", {}, text))));
+  return html(
+    "div",
+    { class: `notes ${kind}` },
+    html("h3", {}, title),
+    html("ul", {}, ...texts.map((text) => html("li", {}, text))),
+  );
 }
 
 /** Show a plan or a table's report in `root`. `on` has point(where) and take(alternative). */
@@ -128,8 +175,12 @@ export function showReport(root, report, on) {
   const { kind, headline, reasons } = verdictOf(report);
   const glyph = { yes: "✓", partly: "△", no: "✕" }[kind];
   const parts = [
-    html("p", { class: `headline ${kind}`, id: "headline" },
-      glyph ? html("span", { class: "mark", "aria-hidden": "true" }, glyph) : null, headline),
+    html(
+      "p",
+      { class: `headline ${kind}`, id: "headline" },
+      glyph ? html("span", { class: "mark", "aria-hidden": "true" }, glyph) : null,
+      headline,
+    ),
   ];
   if (kind === "none") {
     parts.push(
@@ -140,17 +191,26 @@ export function showReport(root, report, on) {
     if (report.checks?.length) parts.push(facts(report));
     const checks = (report.checks ?? []).toSorted((a, b) => Number(a.mark === "ok") - Number(b.mark === "ok"));
     if (checks.length) {
-      parts.push(html("h3", {}, "Checks"), html("ul", { class: "checks" }, ...checks.map((check) => checkRow(check, on.point))));
+      parts.push(
+        html("h3", {}, "Checks"),
+        html("ul", { class: "checks" }, ...checks.map((check) => checkRow(check, on.point))),
+      );
     }
     // What a check says already is not said twice.
     const warnings = report.warnings?.filter((text) => !checks.some((check) => check.message === text));
     parts.push(lines(warnings?.length > 1 ? "Warnings" : "Warning", warnings, "warnings"));
     parts.push(cornersTable(report), others(report, on.take));
-    const ways = (report.obstacles ?? []).map((obstacle) => obstacle.message).filter((text) => !report.reason?.includes(text));
+    const ways = (report.obstacles ?? [])
+      .map((obstacle) => obstacle.message)
+      .filter((text) => !report.reason?.includes(text));
     if (ways.length) {
       parts.push(
-        html("details", { "data-key": "ways" }, html("summary", {}, `Why not otherwise (${ways.length})`),
-          html("ul", { class: "ways small" }, ...ways.map((text) => html("li", {}, text)))),
+        html(
+          "details",
+          { "data-key": "ways" },
+          html("summary", {}, `Why not otherwise (${ways.length})`),
+          html("ul", { class: "ways small" }, ...ways.map((text) => html("li", {}, text))),
+        ),
       );
     }
   }
@@ -159,4 +219,3 @@ export function showReport(root, report, on) {
     if (open.has(node.dataset.key)) node.open = open.get(node.dataset.key);
   }
 }
-

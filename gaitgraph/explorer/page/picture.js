@@ -1,0 +1,446 @@
+// What the map shows: shading on a canvas, everything else as SVG over it. What hands do to it is in map.js.
+
+import { HALF_PI, angle, clamped, number, snapped } from "./angles.js";
+import { byId, html, svg, themed } from "./elements.js";
+
+const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
+
+const LAYERS = [
+  "grid",
+  "regions",
+  "types",
+  "polygons",
+  "crosshair",
+  "alternatives",
+  "loop",
+  "corners",
+  "table",
+  "marks",
+  "waypoints",
+  "draft",
+  "dot",
+  "pointer",
+];
+
+/**
+ * Make the picture of the map inside `root`: its element, what it shows, its geometry, and its painting.
+ */
+export function pictureIn(root) {
+  const canvas = html("canvas", { "aria-hidden": "true" });
+  const layers = Object.fromEntries(LAYERS.map((name) => [name, svg("g", { class: `layer-${name}` })]));
+  const clip = svg("clipPath", { id: "map-clip" }, svg("rect"));
+  const picture = svg(
+    "svg",
+    {
+      id: "map",
+      tabindex: "0",
+      role: "application",
+      "aria-label": "Map of α1 and α2: waypoints and loop",
+      "aria-describedby": "map-keys",
+    },
+    svg("defs", {}, clip),
+    ...Object.values(layers),
+  );
+  root.append(canvas, picture);
+
+  const shown = {
+    state: null,
+    plan: null,
+    table: null,
+    map: null,
+    tab: "plan",
+    selected: null, // {kind: "waypoint" | "keep_out" | "keep_in", index}
+    mode: "waypoints", // or "keep_out", "keep_in"
+    draft: [],
+    crosshair: [0, 0],
+    keyboard: false,
+    hover: null,
+    dot: null, // where the gait is at the time shown
+  };
+  let size = 0;
+  let box = { left: 0, top: 0, side: 0 };
+
+  const x = (a) => box.left + ((a + HALF_PI) / Math.PI) * box.side;
+  const y = (a) => box.top + ((HALF_PI - a) / Math.PI) * box.side;
+  const at = (p) => `${x(p[0]).toFixed(2)} ${y(p[1]).toFixed(2)}`;
+  const line = (points, closed) => (points.length ? `M${points.map(at).join("L")}${closed ? "Z" : ""}` : "");
+  const raw = (event) => {
+    const frame = picture.getBoundingClientRect();
+    const a1 = ((event.clientX - frame.left - box.left) / box.side) * Math.PI - HALF_PI;
+    const a2 = HALF_PI - ((event.clientY - frame.top - box.top) / box.side) * Math.PI;
+    return [a1, a2];
+  };
+  const settled = (point) => point.map(shown.state.view.snap ? snapped : clamped);
+  const pixels = (p, q) => Math.hypot(x(p[0]) - x(q[0]), y(p[1]) - y(q[1]));
+
+  // Painting ------------------------------------------------------------------------------------------------------
+
+  function measure() {
+    const width = Math.floor(root.clientWidth);
+    if (!width || width === size) return false;
+    size = width;
+    const left = width < 440 ? 40 : 48;
+    const side = width - left - 12;
+    box = { left, top: 10, side };
+    const height = side + 10 + 38;
+    picture.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    picture.setAttribute("height", height);
+    root.classList.toggle("small", side < 420);
+    const rect = clip.firstChild;
+    for (const [name, value] of Object.entries({ x: left, y: 10, width: side, height: side })) {
+      rect.setAttribute(name, value);
+    }
+    canvas.style.left = `${left}px`;
+    canvas.style.top = "10px";
+    canvas.style.width = canvas.style.height = `${side}px`;
+    return true;
+  }
+
+  function paintGrid() {
+    const { left, top, side } = box;
+    const bits = [];
+    for (const a of TICKS) {
+      const major = Math.abs(a) < 1e-9;
+      bits.push(svg("path", { class: major ? "rule zero" : "rule", d: `M${x(a)} ${top}V${top + side}` }));
+      bits.push(svg("path", { class: major ? "rule zero" : "rule", d: `M${left} ${y(a)}H${left + side}` }));
+      bits.push(svg("text", { class: "tick", x: x(a), y: top + side + 16, "text-anchor": "middle" }, angle(a)));
+      bits.push(svg("text", { class: "tick", x: left - 6, y: y(a) + 4, "text-anchor": "end" }, angle(a)));
+    }
+    bits.push(svg("rect", { class: "frame", x: left, y: top, width: side, height: side }));
+    bits.push(svg("text", { class: "axis", x: left + side / 2, y: top + side + 34, "text-anchor": "middle" }, "α1"));
+    bits.push(svg("text", { class: "axis", x: 4, y: top + side / 2 - 12 }, "α2"));
+    layers.grid.replaceChildren(...bits);
+  }
+
+  function paintShading() {
+    const data = shown.map;
+    const ratio = window.devicePixelRatio || 1;
+    canvas.width = canvas.height = Math.max(1, Math.round(box.side * ratio));
+    if (!data?.values || shown.state.view.shading === "none") return;
+    const { n, values } = data;
+    const [low, high] = data.range;
+    const colors = ["--shade-negative", "--shade-positive", "--shade-zero", "--shade-sigma"].map(rgbOf);
+    const image = new ImageData(n, n);
+    const reach = Math.max(Math.abs(low), Math.abs(high)) || 1;
+    for (let row = 0; row < n; row += 1) {
+      for (let column = 0; column < n; column += 1) {
+        const value = values[row * n + column];
+        if (value === null) continue;
+        const signed = data.shading === "R";
+        const part = Math.sqrt(Math.min(1, Math.abs(value) / reach));
+        const full = signed ? (value < 0 ? colors[0] : colors[1]) : colors[3];
+        const place = 4 * ((n - 1 - row) * n + column);
+        for (let k = 0; k < 3; k += 1) image.data[place + k] = colors[2][k] + (full[k] - colors[2][k]) * part;
+        image.data[place + 3] = 255;
+      }
+    }
+    const small = new OffscreenCanvas(n, n);
+    small.getContext("2d").putImageData(image, 0, 0);
+    const brush = canvas.getContext("2d");
+    brush.imageSmoothingQuality = "high";
+    // Values stand at the nodes, so the outer half of the outer cells lies outside the map.
+    brush.drawImage(small, 0.5, 0.5, n - 1, n - 1, 0, 0, canvas.width, canvas.height);
+  }
+
+  function paintRegions() {
+    const visible = shown.map && shown.state.view.regions ? shown.map.regions : [];
+    layers.regions.replaceChildren(
+      ...visible.flatMap((region) => {
+        const d = region.polygons.map((ring) => line(ring, true)).join("");
+        const kind = region.name.startsWith("flyable") ? "flyable" : "other";
+        return d
+          ? [svg("path", { class: `region ${kind}`, d, "clip-path": "url(#map-clip)" }, svg("title", {}, region.label))]
+          : [];
+      }),
+    );
+  }
+
+  function paintTypes() {
+    const codes = shown.map && shown.state.view.types ? shown.map.types : null;
+    if (!codes) return layers.types.replaceChildren();
+    const { n } = codes;
+    const small = box.side < 420;
+    const bits = [];
+    const { sheet } = shown.map;
+    codes.codes.forEach((code, k) => {
+      const place2 = [k % n, Math.floor(k / n)];
+      if (!code || place2.some((i) => i === 0 || i === n - 1)) return; // as in the paper, the inner nodes
+      const point = place2.map((i) => -HALF_PI + (i * Math.PI) / (n - 1));
+      const text = code.replaceAll("-", "−");
+      if (code === "(+,+)") return bits.push(square(point, small ? 2 : 3, `type ${sheet}`));
+      if (code === "(-,-)") return bits.push(disc(point, small ? 2.3 : 3.4, `type ${sheet}`));
+      bits.push(
+        svg(
+          "text",
+          { class: `type ${sheet}`, x: x(point[0]), y: y(point[1]) + 3, "text-anchor": "middle" },
+          small ? text.replace(/[(),]/g, "") : text,
+        ),
+      );
+      return undefined;
+    });
+    return layers.types.replaceChildren(...bits);
+  }
+
+  function paintPolygons() {
+    const bits = [];
+    for (const kind of ["keep_out", "keep_in"]) {
+      shown.state[kind].forEach((ring, index) => {
+        const chosen = shown.selected?.kind === kind && shown.selected.index === index;
+        bits.push(svg("path", { class: `polygon ${kind}${chosen ? " chosen" : ""}`, d: line(ring, true) }));
+        if (chosen) ring.forEach((p) => bits.push(square(p, 4, "handle")));
+      });
+    }
+    layers.polygons.replaceChildren(...bits);
+  }
+
+  const square = (p, r, kind) =>
+    svg("rect", { class: kind, x: x(p[0]) - r, y: y(p[1]) - r, width: 2 * r, height: 2 * r });
+  const disc = (p, r, kind) => svg("circle", { class: kind, cx: x(p[0]), cy: y(p[1]), r });
+
+  /** Return arrow heads along a path, evenly spaced on the screen. */
+  function arrows(path, kind) {
+    const lengths = path.slice(1).map((p, k) => pixels(path[k], p));
+    const total = lengths.reduce((sum, l) => sum + l, 0);
+    if (total < 30) return [];
+    const count = Math.min(32, Math.max(4, Math.round(total / 110)));
+    const heads = [];
+    let along = 0;
+    let next = (0.5 * total) / count;
+    lengths.forEach((length, k) => {
+      while (length > 0 && next <= along + length && heads.length < count) {
+        const part = (next - along) / length;
+        const [p, q] = [path[k], path[k + 1]];
+        const place = [x(p[0]) + (x(q[0]) - x(p[0])) * part, y(p[1]) + (y(q[1]) - y(p[1])) * part];
+        const turn = (Math.atan2(y(q[1]) - y(p[1]), x(q[0]) - x(p[0])) * 180) / Math.PI;
+        heads.push(
+          svg("path", {
+            class: `arrow ${kind}`,
+            d: "M-5 -5.5L6 0L-5 5.5Z",
+            transform: `translate(${place[0].toFixed(2)} ${place[1].toFixed(2)}) rotate(${turn.toFixed(1)})`,
+          }),
+        );
+        next += total / count;
+      }
+      along += length;
+    });
+    return heads;
+  }
+
+  function paintLoop() {
+    const plan = shown.plan;
+    const faint = shown.tab === "table" ? " faint" : "";
+    const others = [];
+    const bits = [];
+    const corners = [];
+    if (plan?.status === "planned") {
+      plan.alternatives.forEach((other) => {
+        others.push(svg("path", { class: `alternative ${other.color}`, d: line(other.path, false) }));
+      });
+      const kind = plan.color + faint;
+      bits.push(svg("path", { class: "casing", d: line(plan.path, false) }));
+      bits.push(svg("path", { class: `path ${kind}`, d: line(plan.path, false) }));
+      bits.push(...arrows(plan.path, kind));
+      plan.corners.forEach((corner, k) => {
+        const color = plan.colors[k] ?? plan.color;
+        // Under a waypoint's ring the marker is made wide enough to be seen around it.
+        const half = shown.state.waypoints.some((p) => pixels(p, corner) < 7) ? 10.5 : 4;
+        corners.push(
+          color === "red" ? square(corner, half, `corner ${kind}`) : disc(corner, half * 1.15, `corner ${kind}`),
+        );
+      });
+    }
+    layers.alternatives.replaceChildren(...others);
+    layers.loop.replaceChildren(...bits);
+    layers.corners.replaceChildren(...corners);
+  }
+
+  function paintTable() {
+    const table = shown.table;
+    const faint = shown.tab === "table" ? "" : " faint";
+    if (!table) return layers.table.replaceChildren();
+    return layers.table.replaceChildren(
+      svg("path", { class: `casing${faint}`, d: line(table.path, false) }),
+      svg("path", { class: `table-path${faint}`, d: line(table.path, false) }),
+      ...arrows(table.path, `of-table${faint}`),
+    );
+  }
+
+  function paintMarks() {
+    const report = shown.tab === "table" ? shown.table : shown.plan;
+    const broken = new Map();
+    const mark = (place, message) => {
+      if (!place || !Number.isFinite(place.alpha1) || !Number.isFinite(place.alpha2)) return;
+      const key = `${place.alpha1.toFixed(3)},${place.alpha2.toFixed(3)}`;
+      broken.set(key, { place, message: broken.has(key) ? `${broken.get(key).message}\n${message}` : message });
+    };
+    for (const check of report?.checks ?? []) if (check.mark === "no") mark(check.where, check.message);
+    for (const place of report?.broken ?? []) mark(place, place.message);
+    const bits = [...broken.values()].map(({ place, message }) =>
+      svg(
+        "g",
+        { class: "broken", transform: `translate(${x(place.alpha1)} ${y(place.alpha2)})` },
+        svg("title", {}, message),
+        svg("circle", { class: "place", r: 3 }),
+        // Beside its place, so that the number of a waypoint there can be read.
+        svg("circle", { cx: 16, cy: -16, r: 8 }),
+        svg("path", { d: "M13 -19L19 -13M13 -13L19 -19" }),
+      ),
+    );
+    layers.marks.replaceChildren(...bits);
+  }
+
+  function paintWaypoints() {
+    const bits = shown.state.waypoints.map((p, index) => {
+      const chosen = shown.selected?.kind === "waypoint" && shown.selected.index === index;
+      return svg(
+        "g",
+        {
+          class: `waypoint${chosen ? " chosen" : ""}`,
+          transform: `translate(${x(p[0])} ${y(p[1])})`,
+          "data-index": index,
+        },
+        svg("circle", { class: "reach", r: 16 }),
+        svg("circle", { class: "ring", r: 9 }),
+        svg("text", { y: 3.5, "text-anchor": "middle" }, String(index + 1)),
+      );
+    });
+    layers.waypoints.replaceChildren(...bits);
+  }
+
+  function paintDraft() {
+    const bits = [];
+    if (shown.draft.length) {
+      const end = shown.hover && !shown.keyboard ? settled(shown.hover) : shown.keyboard ? shown.crosshair : null;
+      bits.push(
+        svg("path", { class: `draft ${shown.mode}`, d: line(end ? [...shown.draft, end] : shown.draft, false) }),
+      );
+      shown.draft.forEach((p, k) => bits.push(k ? square(p, 3, "handle") : disc(p, 6, "handle first")));
+    }
+    layers.draft.replaceChildren(...bits);
+  }
+
+  function paintCrosshair() {
+    const [p, q] = shown.crosshair;
+    const { left, top, side } = box;
+    layers.crosshair.replaceChildren(
+      ...(shown.keyboard
+        ? [svg("path", { d: `M${x(p)} ${top}V${top + side}M${left} ${y(q)}H${left + side}` }), disc([p, q], 5, "")]
+        : []),
+    );
+  }
+
+  function paintDot() {
+    layers.dot.replaceChildren(
+      ...(shown.dot
+        ? [disc(shown.dot.point, 13, "dot-casing"), disc(shown.dot.point, 13, `dot ${shown.dot.kind}`)]
+        : []),
+    );
+  }
+
+  function paintAll() {
+    if (!shown.state || !box.side) return;
+    paintGrid();
+    paintShading();
+    paintRegions();
+    paintTypes();
+    paintPolygons();
+    paintTable();
+    paintLoop();
+    paintWaypoints();
+    paintMarks();
+    paintDraft();
+    paintDot();
+    paintCrosshair();
+  }
+
+  // Reading -------------------------------------------------------------------------------------------------------
+
+  function readout(point) {
+    const field = byId("readout");
+    if (!point) {
+      field.textContent = "\u00a0"; // keeps its line
+      return;
+    }
+    let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
+    const data = shown.map;
+    if (data?.values && shown.state.view.shading !== "none") {
+      const [column, row] = point.map((a) => Math.round(((a + HALF_PI) / Math.PI) * (data.n - 1)));
+      const value = data.values[row * data.n + column];
+      const name = data.shading === "R" ? "R" : "σ";
+      text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}`;
+    }
+    field.textContent = text;
+  }
+
+  const place = (a) => (angle(a) === number(a) ? `${number(a)}` : `${angle(a)} (${number(a, 3)})`);
+
+  new ResizeObserver(() => {
+    if (measure()) paintAll();
+  }).observe(root);
+
+  return {
+    picture,
+    shown,
+    line,
+    pixels,
+    raw,
+    readout,
+    settled,
+    x,
+    y,
+    box: () => box,
+    paintCrosshair,
+    paintDraft,
+    paintPolygons,
+    paintWaypoints,
+    /** Show the state at once: waypoints and polygons; the loop follows when it is planned. */
+    showState(state) {
+      const look = shown.state && JSON.stringify(shown.state.view) !== JSON.stringify(state.view);
+      const first = !shown.state;
+      shown.state = state;
+      const chosen = shown.selected;
+      const count = chosen && (chosen.kind === "waypoint" ? state.waypoints : state[chosen.kind]).length;
+      if (chosen && chosen.index >= count) shown.selected = null;
+      measure();
+      if (first || look) paintAll();
+      else {
+        paintPolygons();
+        paintWaypoints();
+      }
+    },
+    showPlan(plan) {
+      shown.plan = plan;
+      paintLoop();
+      paintMarks();
+    },
+    showTable(table, tab) {
+      shown.table = table;
+      shown.tab = tab;
+      paintTable();
+      paintLoop();
+      paintMarks();
+    },
+    showMap(map) {
+      shown.map = map;
+      paintShading();
+      paintRegions();
+      paintTypes();
+    },
+    showDot(point, kind) {
+      shown.dot = point && { point, kind };
+      paintDot();
+    },
+    /** Ring a place, for instance where a check was worst; null takes the ring away. */
+    point(where) {
+      layers.pointer.replaceChildren(...(where ? [disc([where.alpha1, where.alpha2], 18, "pointer")] : []));
+    },
+    repaint: paintAll,
+  };
+}
+
+function rgbOf(name) {
+  return themed(name)
+    .match(/[\d.]+/g)
+    .slice(0, 3)
+    .map(Number);
+}
