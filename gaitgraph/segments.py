@@ -47,7 +47,7 @@ _BATCH = 1 << 15
 # A round over fewer open intervals than these costs the same however many there are: each is cut finer than in two.
 _FEW = 64
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
-_HALF, _SIXTEENTHS = np.array([0.5]), np.arange(1, 16) / 16
+_HALF, _SIXTEENTHS = np.array([[0.5]]), np.arange(1, 16)[:, None] / 16
 _MOST_HALVINGS = 20_000_000
 
 
@@ -119,6 +119,7 @@ def least_along(
         np.atleast_2d(np.asarray(starts, dtype=float)),
         np.atleast_2d(np.asarray(ends, dtype=float)),
     )
+    steps = ends - starts
     f0, f1 = at_ends if at_ends is not None else (value(starts), value(ends))
     best = np.minimum(f0, f1)
     fraction = np.where(f1 < f0, 1.0, 0.0)
@@ -147,28 +148,27 @@ def least_along(
         np.minimum.at(lower, segment[~open_], least[~open_])
         if not open_.any():
             continue
-        segment, low, high = segment[open_, None], low[open_, None], high[open_, None]
+        segment, low, high = segment[open_], low[open_], high[open_]
         finely = segment.size <= _FEW and float((high - low).min()) > _SHORT
-        cuts = low + (high - low) * (_SIXTEENTHS if finely else _HALF)
-        pm = starts[segment] + cuts[..., None] * (ends - starts)[segment]
+        cuts = low + (_SIXTEENTHS if finely else _HALF) * (high - low)
+        pm = starts[segment] + cuts[..., None] * steps[segment]
         fm = value(pm.reshape(-1, 4)).reshape(cuts.shape)
-        number, cut, found = np.repeat(segment, cuts.shape[1]), cuts.ravel(), fm.ravel()
+        number, cut, found = np.tile(segment, len(cuts)), cuts.ravel(), fm.ravel()
         order = np.argsort(found, kind="stable")[::-1]
         better = order[found[order] < best[number[order]]]
         best[number[better]], fraction[number[better]] = found[better], cut[better]
         overall = min(overall, float(found.min()))
+        # The first piece of every interval, then the second: each ends where the next begins.
+        at = np.concatenate([low[None], cuts, high[None]])
+        p = np.concatenate([p0[None, open_], pm, p1[None, open_]])
+        f = np.concatenate([f0[None, open_], fm, f1[None, open_]])
         pieces = (
-            np.repeat(segment, cuts.shape[1] + 1, axis=1),
-            np.concatenate([low, cuts], axis=1),
-            np.concatenate([cuts, high], axis=1),
-            np.concatenate([p0[open_, None], pm], axis=1),
-            np.concatenate([pm, p1[open_, None]], axis=1),
-            np.concatenate([f0[open_, None], fm], axis=1),
-            np.concatenate([fm, f1[open_, None]], axis=1),
+            np.tile(segment, len(cuts) + 1),
+            *(side.ravel() for side in (at[:-1], at[1:])),
+            *(side.reshape(-1, 4) for side in (p[:-1], p[1:])),
+            *(side.ravel() for side in (f[:-1], f[1:])),
         )
-        # The first piece of every interval, then the second: what is cut in two comes in the order it always had.
-        parts = tuple(np.swapaxes(part, 0, 1).reshape(-1, *part.shape[2:]) for part in pieces)
-        batches += [tuple(part[k : k + _BATCH] for part in parts) for k in range(0, len(parts[0]), _BATCH)]
+        batches += [tuple(part[k : k + _BATCH] for part in pieces) for k in range(0, len(pieces[0]), _BATCH)]
     return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
 
 

@@ -175,6 +175,7 @@ def chromium(profile: Path) -> Any:
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
+    assert CHROMIUM is not None
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
     for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={WIDE[0]},{WIDE[1]}"):
@@ -232,6 +233,14 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert "tilt margin90.0°" in page.text("diagram-root")
     assert page.count("#vehicle-root .disc") == 4
     assert page.count(".uplot canvas") == 2
+    # The browser is told that its reader wants less motion: the vehicle is moved by steps.
+    disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
+    before = page.js(disc)
+    assert page.text("play") == "Step"
+    for _ in range(3):
+        page.id("play").click()
+    assert page.text("clock") == "0.375 s"
+    assert page.js(disc) != before
 
 
 def test_gait_1_says_why_not(page: Page) -> None:
@@ -397,6 +406,19 @@ def test_waypoints_can_be_typed(page: Page) -> None:
     assert page.text("problem").startswith("Waypoint 2, α2: “2”; allowed are angles within ±π/2")
     assert field.get_attribute("aria-invalid") == "true"
     assert page.state == GAIT_3
+
+
+def test_the_drag_ratio_is_the_vehicle_s_own_until_it_is_moved(page: Page) -> None:
+    page.open(GAIT_3)
+    assert page.text("drag_ratio-value") == "0.1687"
+    page.id("drag_ratio").send_keys("\ue014" * 20)
+    page.until(lambda: "&drag_ratio=0.1" in page.state)
+    page.planned()
+    assert "exact coefficients" in page.text("report")
+    page.id("drag_ratio-reset").click()
+    page.until(lambda: page.state == GAIT_3)
+    page.planned()
+    assert "published coefficients" in page.text("report")
 
 
 def test_refusals_and_a_server_that_is_gone(page: Page) -> None:

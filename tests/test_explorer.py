@@ -191,7 +191,7 @@ class TestPlan:
         assert np.allclose(np.transpose(series["hover_thrusts"]), gg.hover_thrust_shares(timed.alpha), atol=1e-5)
         scene = scene_of(timed.alpha)
         assert answer["scene"]["t"] == series["t"]
-        assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene.discs[:, 2], atol=0.01)
+        assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene.discs[:, 2], atol=0.06)
 
     def test_long_series_are_thinned_to_what_can_be_seen(self, ask: Client) -> None:
         answer = ask("plan", of_gait(4) | {"samples": 5000})

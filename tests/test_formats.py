@@ -15,6 +15,7 @@ import zipfile
 import zlib
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,6 @@ from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from gaitgraph.timing import TimedGait
 
@@ -825,3 +825,15 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+def test_the_page_lists_every_format() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "formats.md").read_text()
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line.startswith("| `.")
+    ]
+    found = {row[0].strip("`"): row[1:4] for row in rows if len(row) == 5}
+    assert list(found) == list(FORMATS)
+    for suffix, one in FORMATS.items():
+        extra = f"`{one.extra}`" if one.extra else "–"
+        assert found[suffix] == [one.name, extra, "yes" if one.reads else "`plan` only"]

@@ -219,7 +219,7 @@ def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -
     Each frame has its time under ``t``, or without times the number of its row, from 1.
     """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    scene = scene_of(alpha[rows], vehicle, size=_SCENE).as_mapping()
+    scene = scene_of(alpha[rows], vehicle, size=_SCENE).as_mapping(decimals=1)
     return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
 
 
