@@ -7,7 +7,8 @@ one servo mounted the other way round, and wants pulse widths over milliseconds.
 """
 
 import gaitgraph as gg
-from gaitgraph.joints import joint_map_from_mapping, mapped_table
+from gaitgraph.joints.files import joint_map_from_mapping
+from gaitgraph.joints.maps import mapped_table
 from gaitgraph.tables import table_of
 from gaitgraph.writing import write_tables
 

@@ -65,14 +65,10 @@ if TYPE_CHECKING:
         roll_sensitivity,
         zero_moment_direction,
     )
-    from gaitgraph.joints import (
-        Joint,
-        JointMap,
-        joint_map_from_mapping,
-        joint_map_named,
-        mapped_table,
-        table_from_joints,
-    )
+    from gaitgraph.joints.files import joint_map_from_mapping, joint_map_named
+    from gaitgraph.joints.inverse import table_from_joints
+    from gaitgraph.joints.joint import Joint
+    from gaitgraph.joints.maps import JointMap, mapped_table
     from gaitgraph.margins import (
         attitude_sensitivities,
         least_singular_value_within,
@@ -149,7 +145,10 @@ _HOMES = {
         "roll_sensitivity",
         "zero_moment_direction",
     ),
-    "joints": ("Joint", "JointMap", "joint_map_from_mapping", "joint_map_named", "mapped_table", "table_from_joints"),
+    "joints.files": ("joint_map_from_mapping", "joint_map_named"),
+    "joints.inverse": ("table_from_joints",),
+    "joints.joint": ("Joint",),
+    "joints.maps": ("JointMap", "mapped_table"),
     "margins": ("attitude_sensitivities", "least_singular_value_within", "nearest_singular_attitude", "tilt_margin"),
     "optimal.optima": ("OptimalGait", "Optimality"),
     "optimal.optimum": ("optimal_gait",),

@@ -21,7 +21,7 @@ from gaitgraph.formats.options import check_options
 from gaitgraph.frames import Frame, as_table
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import Coefficients, Kind, coefficients_of
-from gaitgraph.joints import clipped_rows
+from gaitgraph.joints.maps import clipped_rows
 from gaitgraph.paintings import Colorings, colorings
 from gaitgraph.reading import provenance_in, read_pieces, read_table
 from gaitgraph.reports import DEFAULT_TOLERANCE
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.formats.options import FormatOptions
-    from gaitgraph.joints import JointMap
+    from gaitgraph.joints.maps import JointMap
     from gaitgraph.requests import PlanRequest
     from gaitgraph.vehicle import Vehicle
 

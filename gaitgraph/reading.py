@@ -23,7 +23,8 @@ from gaitgraph.fibers import FAMILIES
 from gaitgraph.files import blocks_of, decoded, text_of
 from gaitgraph.formats import known_format, readable_suffixes
 from gaitgraph.formats.texts import MADE_BY
-from gaitgraph.joints import check_joint_columns, joint_map_from_mapping, tilts_from_joints
+from gaitgraph.joints.files import joint_map_from_mapping
+from gaitgraph.joints.inverse import check_joint_columns, tilts_from_joints
 from gaitgraph.tables import (
     ACCELERATIONS,
     ANGLES,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from gaitgraph.formats import Format
-    from gaitgraph.joints import JointMap
+    from gaitgraph.joints.maps import JointMap
 
 __all__ = ["provenance_in", "read_pieces", "read_table", "table_from_columns"]
 

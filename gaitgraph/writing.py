@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
 from gaitgraph.files import target_of, write_whole
 from gaitgraph.formats import known_format
-from gaitgraph.joints import mapped_table
+from gaitgraph.joints.maps import mapped_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from gaitgraph.formats import Format
     from gaitgraph.formats.options import FormatOptions
-    from gaitgraph.joints import JointMap
+    from gaitgraph.joints.maps import JointMap
     from gaitgraph.tables import Table
 
 __all__ = ["check_outputs", "write_pieces", "write_tables"]

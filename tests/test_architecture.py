@@ -57,10 +57,11 @@ INNER = {
     "compact": ("rasters", "bits", "sweeps", "bottlenecks", "walks"),
     "optimal": ("splines", "corridors", "programs", "efforts", "levels", "tours", "optima", "optimum"),
     "retargeting": ("retargeted", "nearest"),
+    "joints": ("joint", "limits", "presets", "maps", "files", "inverse"),
     "formats": (
         "options", "columns", "texts", "arrays", "matlab", "scripts", "parquet", "trajectories", "storages", "bags",
-        "headers", "animations",
-    ),
+        "headers", "pictures", "svgs", "gifs",
+    ),  # fmt: skip
     "plots": ("vehicles", "roots", "types", "regions", "gaits"),
     "explorer": ("state", "jobs", "maps", "answers", "tables", "guards", "server"),
 }

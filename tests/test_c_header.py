@@ -15,7 +15,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.formats.options import FormatOptions
 from gaitgraph.gait import lift
-from gaitgraph.joints import joint_map_named
+from gaitgraph.joints.files import joint_map_named
 from gaitgraph.reading import provenance_in
 from gaitgraph.tables import ANGLES, Table, table_of
 from gaitgraph.writing import write_tables

@@ -340,7 +340,11 @@ def test_long_tables_are_written_piece_by_piece(suffix: str, rows: int, tmp_path
     pieces = Counted(12, rows)
     write_pieces(pieces, [tmp_path / f"long{suffix}"])
     assert pieces.most <= 4
+    tracemalloc.start()
     assert sum(map(len, read_pieces(tmp_path / f"long{suffix}"))) == 12 * rows
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 14e6  # of 22e6 in the Parquet file
 
 
 def test_a_long_table_is_completed_piece_by_piece() -> None:

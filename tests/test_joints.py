@@ -14,17 +14,11 @@ from hypothesis import strategies as st
 
 import gaitgraph as gg
 from gaitgraph.invertibility import attitude_of, body_vertical, scaled_decoupling_matrix
-from gaitgraph.joints import (
-    Joint,
-    JointMap,
-    clipped_rows,
-    joint_map_from_mapping,
-    joint_map_named,
-    joint_map_names,
-    mapped_columns,
-    mapped_table,
-    table_from_joints,
-)
+from gaitgraph.joints.files import joint_map_from_mapping, joint_map_named
+from gaitgraph.joints.inverse import table_from_joints
+from gaitgraph.joints.joint import Joint
+from gaitgraph.joints.maps import JointMap, clipped_rows, mapped_columns, mapped_table
+from gaitgraph.joints.presets import joint_map_names
 from gaitgraph.reading import read_table
 from gaitgraph.tables import ACCELERATIONS, RATES, Table, table_of
 from gaitgraph.writing import write_tables

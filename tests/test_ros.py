@@ -29,7 +29,7 @@ from gaitgraph.formats.bags import STATE, STRING, TRAJECTORY
 from gaitgraph.formats.options import FormatOptions
 from gaitgraph.formats.trajectories import points_of, told_after
 from gaitgraph.gait import lift
-from gaitgraph.joints import joint_map_named
+from gaitgraph.joints.files import joint_map_named
 from gaitgraph.reading import provenance_in, read_table
 from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table, table_of
 from gaitgraph.writing import write_tables

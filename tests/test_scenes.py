@@ -14,7 +14,9 @@ import pytest
 from PIL import GifImagePlugin, Image
 
 import gaitgraph as gg
-from gaitgraph.formats.animations import MOST_FRAMES, frame_delays, provenance_of_gif, provenance_of_svg
+from gaitgraph.formats.gifs import frame_delays, provenance_of_gif
+from gaitgraph.formats.pictures import MOST_FRAMES
+from gaitgraph.formats.svgs import provenance_of_svg
 from gaitgraph.reading import provenance_in
 from gaitgraph.scenes import ROTOR_COLORS, Scene, scene_of
 from gaitgraph.tables import Table, provenance_text, table_of

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from click.shell_completion import CompletionItem
 
-    from gaitgraph.joints import JointMap
+    from gaitgraph.joints.maps import JointMap
     from gaitgraph.vehicle import Vehicle
 
     Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
@@ -86,7 +86,7 @@ def _preset_names() -> list[str]:
 
 
 def _joint_map_names() -> list[str]:
-    from gaitgraph.joints import joint_map_names
+    from gaitgraph.joints.presets import joint_map_names
 
     return joint_map_names()
 
@@ -194,7 +194,7 @@ def vehicle_or_none(name: str | None) -> Vehicle | None:
 
 def joint_map_or_none(name: str | None) -> JointMap | None:
     """Return the map of ``--servos`` or ``--columns``; None if it is not given."""
-    from gaitgraph.joints import joint_map_named
+    from gaitgraph.joints.files import joint_map_named
 
     return None if name is None else joint_map_named(name)
 

@@ -129,8 +129,8 @@ FORMATS = {
             reads=False,
             options=("joint_names", "number", "c_name"),
         ),
-        Format(suffix=".svg", name="animated SVG", room="animations", reads=False),
-        Format(suffix=".gif", name="animated GIF", room="animations", module="PIL", extra="plot", reads=False),
+        Format(suffix=".svg", name="animated SVG", room="svgs", reads=False),
+        Format(suffix=".gif", name="animated GIF", room="gifs", module="PIL", extra="plot", reads=False),
     )
 }
 """The formats by suffix."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.joints import joint_map_from_mapping
+from gaitgraph.joints.files import joint_map_from_mapping
 from gaitgraph.tables import ANGLES
 
 if TYPE_CHECKING:

@@ -28,6 +28,7 @@ __all__ = ["pieces_of_parquet", "write_parquet"]
 _ALLOWED = "allowed is a Parquet file with one column of numbers for each column of the table"
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
 _MOST_COLUMNS = 1000
+_BUFFER = 1 << 20
 _STEEPEST = 100
 """What a file may hold for each of its bytes, where it holds more than is read whole."""
 
@@ -89,7 +90,11 @@ def pieces_of_parquet(path: Path, progress: Progress) -> Iterator[RawPiece]:
     with opened(path, _ALLOWED) as (stream, size):
         try:
             file = pa.parquet.ParquetFile(
-                pa.PythonFile(stream, mode="r"), page_checksum_verification=True, arrow_extensions_enabled=False
+                pa.PythonFile(stream, mode="r"),
+                buffer_size=_BUFFER,
+                pre_buffer=False,  # it would hold the whole file
+                page_checksum_verification=True,
+                arrow_extensions_enabled=False,
             )
             yield from _pieces(file, size, progress, pa)
         except GaitgraphError:
