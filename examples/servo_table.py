@@ -7,8 +7,6 @@ one servo mounted the other way round, and wants pulse widths over milliseconds.
 """
 
 import gaitgraph as gg
-from gaitgraph.joints.files import joint_map_from_mapping
-from gaitgraph.joints.maps import mapped_table
 from gaitgraph.tables import table_of
 from gaitgraph.writing import write_tables
 
@@ -18,7 +16,7 @@ table = table_of(plan.gait.parametrize(period=2.0, samples=8))
 # %%
 # The map could stand in a TOML file for ``gaitgraph export --servos``. Motor 2 turns the other way.
 
-servos = joint_map_from_mapping(
+servos = gg.joint_map_from_mapping(
     {
         "preset": "x_frame",
         "unit": "us",
@@ -33,7 +31,7 @@ servos = joint_map_from_mapping(
         ],
     }
 )
-mapped = mapped_table(table, servos)
+mapped = gg.mapped_table(table, servos)
 for name, values in mapped.columns.items():
     print(f"{name:>15}", *(f"{value:7.1f}" for value in values))
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
         MissingExtra,
         OutputExists,
     )
-    from gaitgraph.exchange import export, gait_of, request_of_file
+    from gaitgraph.exchange import Exported, export, export_file, gait_of, request_of_file
     from gaitgraph.fibers import fiber_points
     from gaitgraph.formats.options import FormatOptions
     from gaitgraph.frames import table_from_frame
@@ -125,7 +125,7 @@ _HOMES = {
         "MissingExtra",
         "OutputExists",
     ),
-    "exchange": ("export", "gait_of", "request_of_file"),
+    "exchange": ("Exported", "export", "export_file", "gait_of", "request_of_file"),
     "fibers": ("fiber_points",),
     "formats.options": ("FormatOptions",),
     "frames": ("table_from_frame",),
@@ -195,6 +195,7 @@ __all__ = [
     "Curve",
     "Cycle",
     "Cycles",
+    "Exported",
     "FileProblem",
     "FormatOptions",
     "Gait",
@@ -246,6 +247,7 @@ __all__ = [
     "decoupling_matrix",
     "determinant",
     "export",
+    "export_file",
     "fiber_points",
     "gait_of",
     "hover_thrust_shares",

@@ -183,7 +183,7 @@ def colorings_of_file(
     Parameters
     ----------
     path
-        A .csv or .json table, a saved plan, or a .toml or .json request.
+        A gait table of any format, a saved plan, or a .toml or .json request.
     sign
         "negative", "positive" or "auto"; by default what a request says, else "auto".
     vehicle, coefficients, crossing_tolerance

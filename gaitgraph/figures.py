@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.timing import TimedGait
 
-__all__ = ["FIGURES", "PaperFigure", "draw", "names_of_figures", "write_figures"]
+__all__ = ["FIGURES", "PAPER_GAITS", "PaperFigure", "draw", "names_of_figures", "paper_gait", "write_figures"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +103,7 @@ class _PaperGait:
 
 
 _AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))
-_GAITS = {
+PAPER_GAITS = {
     1: _PaperGait(
         color="blue",
         points=((5, 2), (5, 6), (1, 6), (1, 2)),
@@ -125,11 +125,12 @@ _GAITS = {
         printed=((-0.393, 0.393), (-0.393, 1.178), (-1.178, 1.178), (-1.178, 0.393)),
     ),
 }
+"""The gaits of the paper's Section 5 by number: corners on its grid, and α3 and α4 as it prints them."""
 
 
-def _paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
+def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
     """Return Gait 1 to 4 for a vehicle; mirrored in the origin, as all regions are, if its spin is."""
-    known = _GAITS[number]
+    known = PAPER_GAITS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
     points = side * np.array(known.points) * (math.pi / 16)
     return lift(points, known.color, vehicle=vehicle, coefficients=coefficients)
@@ -137,7 +138,7 @@ def _paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Ga
 
 def _printed_gait(number: int, coefficients: Coefficients) -> Gait:
     """Return the polyline through a gait's vertices as printed, three decimals each, which is off the surfaces."""
-    known = _GAITS[number]
+    known = PAPER_GAITS[number]
     plane = np.array(known.points) * (math.pi / 16)
     return Gait(alpha=np.column_stack([plane, known.printed]), coefficients=coefficients)
 
@@ -188,7 +189,7 @@ def _loops(setting: _Setting) -> Figure:
     plots.type_map("negative", coefficients=setting.coefficients, divisions=setting.divisions, ax=ax)
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
     for number, width in ((1, 18.0), (2, 18.0), (3, 10.0)):
-        gait = _paper_gait(number, setting.vehicle, setting.coefficients)
+        gait = paper_gait(number, setting.vehicle, setting.coefficients)
         plots.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
         if number != 3:
             x, y = gait.alpha[:, :2].mean(axis=0)
@@ -203,7 +204,7 @@ def _around_gait(number: int, eta: float, claim: str) -> Callable[[_Setting], Fi
 
     def drawn(setting: _Setting) -> Figure:
         figure = blank_figure(85, 108)
-        gait = _paper_gait(number, setting.vehicle, setting.coefficients)
+        gait = paper_gait(number, setting.vehicle, setting.coefficients)
         digits = "four-digit" if setting.coefficients.kind == "published" else "exact"
         judged = claim if setting.vehicle.carries_published_coefficients else ""
         _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", judged)
@@ -218,13 +219,13 @@ def _four_readings(number: int, eta: float, claim: str) -> Callable[[_Setting], 
     def drawn(setting: _Setting) -> Figure:
         vehicle = setting.vehicle
         exact = coefficients_of(vehicle, "exact")
-        gait = _paper_gait(number, vehicle, exact)
+        gait = paper_gait(number, vehicle, exact)
         if not vehicle.carries_published_coefficients:
             figure = blank_figure(85, 108)
             _diagram(figure.add_subplot(), gait, number, eta, "exact coefficients", "")
             return figure
         published = coefficients_of(vehicle, "published")
-        rounded = _paper_gait(number, vehicle, published)
+        rounded = paper_gait(number, vehicle, published)
         figure = blank_figure(170, 216, apart=0.08)
         panels = figure.subplots(2, 2)
         readings = (
@@ -288,7 +289,7 @@ def _regions(setting: _Setting) -> Figure:
 def _gait(setting: _Setting) -> Figure:
     figure = blank_figure(170, 120)
     axes = plots.axes_of_a_gait(figure)
-    given = setting.gait if setting.gait is not None else _paper_gait(3, setting.vehicle, setting.coefficients)
+    given = setting.gait if setting.gait is not None else paper_gait(3, setting.vehicle, setting.coefficients)
     if isinstance(given, Table):
         polyline = gait_of(given, vehicle=setting.asked, coefficients=setting.kind)
         plots.gait_in_four_dimensions(given, gait=polyline, axes=axes)

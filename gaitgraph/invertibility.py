@@ -143,8 +143,10 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     if kind != "exact":
-        hint = did_you_mean(str(kind), ["published", "exact"])
-        raise InputError(f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'{hint}")
+        raise InputError(
+            f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'"
+            + did_you_mean(str(kind), ["published", "exact"])
+        )
     k = vehicle.signed_drag_ratio
     return Coefficients(
         kind=kind,

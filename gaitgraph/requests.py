@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 __all__ = [
+    "CHOICES",
     "PlanRequest",
     "Point",
     "holds_request",
@@ -46,13 +47,14 @@ __all__ = [
 
 Point = tuple[float, ...]
 
-_CHOICES: dict[str, tuple[str, ...]] = {
+CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
     "objective": ("shortest", "robust", "thrust"),
     "method": ("grid", "exact"),
     "sheets": ("planes", "all"),
 }
+"""What fields that are names may be."""
 MOST_WAYPOINTS = 1000
 MOST_DIVISIONS_OF_ALL_SHEETS = 128  # a fibre has as many nodes as a sheet, and each is an object
 
@@ -135,7 +137,7 @@ class PlanRequest:
             put("method", "exact" if divisions is None and self.objective != "thrust" else "grid")
         if divisions is None:
             put("divisions", DEFAULT_DIVISIONS)
-        for name, allowed in _CHOICES.items():
+        for name, allowed in CHOICES.items():
             value = getattr(self, name)
             if not isinstance(value, str) or value not in allowed:
                 hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""

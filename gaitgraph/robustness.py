@@ -9,7 +9,7 @@ coefficients of the vehicle unless published ones are asked for: the answer is a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -255,6 +255,7 @@ def robustness_of(
     tolerance: float = 1e-5,
     angle_rounding: float | None = None,
     curves: int = 24,
+    progress: Callable[[str], None] | None = None,
 ) -> RobustnessReport:
     """Return how robust to attitude a gait is, and the same gait scaled by each η.
 
@@ -280,6 +281,8 @@ def robustness_of(
         a table's digits or the paper's coefficients leave open, and how far rows are from a sheet that they lie on.
     curves
         At how many places singular curves are given.
+    progress
+        Called with a few words before each gait of the sweep, and the gait itself.
 
     Raises
     ------
@@ -314,8 +317,12 @@ def robustness_of(
         "curves": curves,
         "noun": noun,
     }
-    sweep = tuple(_of(stretch, scaling, eta, **asked) for scaling, eta in factors)
-    return RobustnessReport(gait=_of(stretch, "none", 1.0, **asked), sweep=sweep, vehicle=vehicle, coefficients=numbers)
+    found: list[Robustness] = []
+    for scaling, eta in [*factors, ("none", 1.0)]:
+        if progress is not None:
+            progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
+        found.append(_of(stretch, scaling, eta, **asked))
+    return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=vehicle, coefficients=numbers)
 
 
 def _etas(value: float | Iterable[float], name: str) -> list[float]:

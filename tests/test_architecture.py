@@ -61,10 +61,10 @@ INNER = {
     "formats": (
         "options", "columns", "texts", "arrays", "matlab", "scripts", "parquet", "trajectories", "storages", "bags",
         "headers", "pictures", "svgs", "gifs",
-    ),  # fmt: skip
+    ),
     "plots": ("vehicles", "roots", "types", "regions", "gaits"),
     "explorer": ("state", "jobs", "maps", "answers", "tables", "guards", "server"),
-}
+}  # fmt: skip
 
 # Those of the sub-package cli: what commands share, in order, and the files of commands, which import only that.
 CLI = ("commands", "options", "terminal")

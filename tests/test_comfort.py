@@ -17,7 +17,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import _FILES, cli, options, terminal
 from gaitgraph.optimal.optima import OBJECTIVES
-from gaitgraph.requests import _CHOICES
+from gaitgraph.requests import CHOICES
 from gaitgraph.timing import LAWS
 from gaitgraph.watching import OwnOutputs, changes, files_of_request
 from tests.published import GAITS
@@ -118,7 +118,7 @@ def test_other_shells_are_told_what_a_name_means(complete: Any) -> None:
 
 
 def test_what_a_shell_offers_is_what_the_library_allows() -> None:
-    known: dict[str, Any] = {**_CHOICES, "goal": OBJECTIVES, "law": LAWS}
+    known: dict[str, Any] = {**CHOICES, "goal": OBJECTIVES, "law": LAWS}
     assert {name: tuple(known[name]) for name in options.NAMES} == options.NAMES
 
 

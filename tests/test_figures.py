@@ -89,7 +89,7 @@ def test_a_name_that_is_nearly_one() -> None:
 
 def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
     for known in GAITS:
-        gait = figures._paper_gait(known.number, gg.PAPER, gg.coefficients_of())
+        gait = figures.paper_gait(known.number, gg.PAPER, gg.coefficients_of())
         np.testing.assert_allclose(gait.alpha[:, :2], known.angles)
         assert gait.color == known.color
         printed = figures._printed_gait(known.number, gg.coefficients_of()).alpha

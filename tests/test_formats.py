@@ -263,7 +263,7 @@ def test_the_matlab_function_tells_what_made_it(planned: TimedGait, tmp_path: Pa
     path = tmp_path / "gait3.m"
     planned.write(path)
     text = path.read_text(encoding="ascii")
-    assert text.startswith("function gait = gait3(file)\n%gait3  Load")
+    assert text.startswith("function answer = gait3(file)\n%gait3  Load")
     assert "<<" not in text
     assert reading.provenance_in(path) == table_of(planned).about
     assert request_of_file(path, {})[0].period == 2.0

@@ -17,9 +17,9 @@ from gaitgraph.gait import lift
 from gaitgraph.reading import read_table
 from gaitgraph.retargeting.nearest import MOST_ROWS, retarget
 from gaitgraph.tables import ANGLES, Table, table_of
-from gaitgraph.writing import write_tables
 from gaitgraph.validation import validate
 from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.writing import write_tables
 
 if TYPE_CHECKING:
     from pathlib import Path

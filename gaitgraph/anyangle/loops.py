@@ -171,7 +171,7 @@ def _best_order(
     complete: nx.Graph[int] = nx.Graph()
     for a, (x, y) in enumerate(points):
         complete.add_node(a, alpha1=x, alpha2=y)
-        if progress is not None and a and a % 50 == 0:
+        if progress is not None and a:
             progress(f"measured the ways between {a} of {len(points)} waypoints")
         for b in range(a):
             leg = prepared.leg((x, y), points[b])

@@ -35,7 +35,7 @@ __all__ = ["colorings_command", "robustness_command", "validate_command"]
 def validate_command(
     gait_file: str, require: str, vehicle: str | None, coefficients: Any, as_json: bool, **limits: Any
 ) -> int:
-    """Judge a gait table (.csv, .json) or a saved plan, along its whole length.
+    """Judge a gait table of any format or a saved plan, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the way back to the first row is implied. The exit code
     is 1 if the gait is not valid (or not flyable, with --require flyable). A CSV file of any length is read piece by
@@ -145,9 +145,10 @@ def robustness_command(
         options["tilt"] = angle_from_text(tilt, "--tilt")
     if angle_rounding is not None:
         options["angle_rounding"] = angle_not_negative(angle_rounding, "angle_rounding")
-    with working(f"tilting {gait_file}"):
+    with working(f"tilting {gait_file}") as progress:
         report = robustness_of(
             gait_file,
+            progress=progress,
             vehicle=vehicle_or_none(vehicle),
             **{name: value for name, value in options.items() if value is not None},
         )

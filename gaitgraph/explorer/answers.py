@@ -248,7 +248,7 @@ def diagram_answer(state: State, progress: Callable[[str], None] | None = None) 
         return out | {"reason": result.reason}
     if progress is not None:
         progress("drawing the roll–pitch diagram")
-    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES)
+    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES, progress=progress)
     return out | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
 
 

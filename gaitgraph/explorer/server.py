@@ -234,7 +234,7 @@ def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
     from gaitgraph.explorer.maps import SHADINGS
     from gaitgraph.explorer.tables import formats_answer
-    from gaitgraph.requests import _CHOICES as CHOICES
+    from gaitgraph.requests import CHOICES
     from gaitgraph.timing import LAWS
     from gaitgraph.vehicle import preset_names, vehicle_named
 
@@ -256,12 +256,11 @@ def setup_answer() -> dict[str, Any]:
 
 def _paper_gaits() -> list[dict[str, Any]]:
     """Return the four gaits of the paper's Section 5."""
-    from gaitgraph.figures import _GAITS as GAITS
-    from gaitgraph.figures import _paper_gait as paper_gait
+    from gaitgraph.figures import PAPER_GAITS, paper_gait
     from gaitgraph.invertibility import coefficients_of
     from gaitgraph.vehicle import PAPER
 
-    found = {number: paper_gait(number, PAPER, coefficients_of()) for number in GAITS}
+    found = {number: paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}
     return [
         {
             "name": f"Gait {number}",

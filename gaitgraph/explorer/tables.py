@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 __all__ = ["file_answer", "formats_answer", "table_answer"]
 
 _MOST_ROWS = 2000
-_STEMS = {".m": "show_gait"}  # a MATLAB function is not called what its answer is called
 _UNSHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of a request that the page has no control for
 
 
@@ -187,7 +186,7 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
         raise InputError(f"there is no gait to write: {result.reason}")
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
-        path = Path(folder) / f"{_STEMS.get(suffix, 'gait')}{suffix}"
+        path = Path(folder) / f"gait{suffix}"
         write_tables(table, [path])
         if path.is_dir():
             return f"{path.name}.zip", _zipped(path)

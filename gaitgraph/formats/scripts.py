@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["provenance_of_m", "write_m"]
 
 _MADE_BY = "% made by: "
-_USED = frozenset({"alpha", "figure", "file", "gait", "load", "plot", "subplot", "columns_of_csv", "text_of"})
+_USED = frozenset({"alpha", "answer", "figure", "file", "load", "plot", "subplot", "columns_of_csv", "text_of"})
 
-_TEXT = """function gait = <<name>>(file)
+_TEXT = """function answer = <<name>>(file)
 %<<name>>  Load the gait of this name, and plot it.
 %   <<name>> plots the tilt angles, rates and accelerations in <<name>>.mat, or else
 %   in <<name>>.csv or <<name>>.json, beside this file.
@@ -69,7 +69,7 @@ for kind = {'', '_rate', '_acceleration'}
     end
 end
 if nargout > 0
-    gait = columns;
+    answer = columns;
     return
 end
 kinds = {'alpha', 'alpha_rate', 'alpha_acceleration'};
