@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
@@ -79,6 +79,7 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
     lag=st.floats(0.005, 3.0),
     law=st.sampled_from(["smooth", "constant-speed", "equal-time"]),
 )
+@example(points=[(0.0, 0.0), (0.0, 6.5e-71), (0.0, 1.0)], lag=1.0, law="smooth")
 def test_errors_are_bounded_certain_between_samples_and_average_out(
     points: list[tuple[float, float]], lag: float, law: str
 ) -> None:

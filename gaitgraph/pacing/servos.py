@@ -183,7 +183,9 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     inner = timed.peak_accelerations()
     # Laws that turn corners at full speed have no acceleration between their knots.
     bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
-    slack = float(h.max()) ** 2 / 8.0 * bend
+    # No servo errs by more than its lag times the largest rate, however short the segment that bends the most.
+    room = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
+    slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, room)
     return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)
 
 
