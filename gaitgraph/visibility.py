@@ -258,11 +258,18 @@ class ShortestPaths:
 
     def _in_line(self, place: Point, others: list[int]) -> list[int]:
         """Return the corners to which the straight line from a corner lies in the region."""
+        inside = self._in_region([(place, self._points[other]) for other in others])
+        return [other for other, there in zip(others, inside, strict=True) if there]
+
+    def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
+        """Return whether straight lines lie in the region; one along its border may be missed."""
         import shapely
 
         shapely.prepare(self._region)
-        lines = shapely.linestrings(np.array([(place, self._points[other]) for other in others]).reshape(-1, 2, 2))
-        return [other for other, inside in zip(others, shapely.covers(self._region, lines), strict=True) if inside]
+        found: list[bool] = shapely.covers(
+            self._region, shapely.linestrings(np.array(lines).reshape(-1, 2, 2))
+        ).tolist()
+        return found
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
@@ -304,6 +311,8 @@ class ShortestPaths:
             return None
         if start == end:
             return np.array([start])
+        if self._in_region([(start, end)])[0]:
+            return np.array([start, end])
         seen = self._seen(start, here, (end, frozenset(there)))
         if _DIRECT in seen:
             return np.array([start, end])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -68,8 +69,9 @@ def any_angle_candidates(
             found.loops += loops
     straight = length_of([*request.waypoints, request.waypoints[0]])
     if request.color == "auto" and all(loop.length > straight + 1e-9 for loop in found.loops):
-        mixed = mixed_loop(request, coefficients, sign)
-        if mixed is not None and all(mixed.length < loop.length - 1e-9 for loop in found.loops):
+        shortest = min((loop.length for loop in found.loops), default=math.inf)
+        mixed = mixed_loop(request, coefficients, sign, below=shortest - 1e-9)
+        if mixed is not None:
             found.loops.append(mixed)
     return found
 

@@ -18,6 +18,8 @@ from gaitgraph.requests import Point
 from gaitgraph.surface import COLORS, sheet_angles
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.requests import PlanRequest
 
 __all__ = ["meeting_points", "mixed_loop"]
@@ -48,12 +50,29 @@ def meeting_points(coefficients: Coefficients, sign: str) -> list[Point]:
     return out
 
 
-def mixed_loop(request: PlanRequest, coefficients: Coefficients, sign: str) -> Loop | None:
-    """Return the shortest loop that changes its color where the sheets meet, or None."""
+def _least_length(points: Sequence[Point], meets: Sequence[Point]) -> float:
+    """Return a length that no mixed loop falls below: two legs at least go by way of a meeting point."""
+    legs = list(pairwise([*points, points[0]]))
+    ways = sorted(min(math.dist(a, meet) + math.dist(meet, b) for meet in meets) - math.dist(a, b) for a, b in legs)
+    return sum(math.dist(a, b) for a, b in legs) + sum(ways[:2])
+
+
+def mixed_loop(request: PlanRequest, coefficients: Coefficients, sign: str, *, below: float = math.inf) -> Loop | None:
+    """Return the shortest loop that changes its color where the sheets meet, or None if none is shorter than `below`.
+
+    Parameters
+    ----------
+    request, coefficients, sign
+        What is asked for.
+    below
+        The length of a loop that is known already [rad].
+    """
     meets = meeting_points(coefficients, sign)
     if not meets or request.any_order:
         return None
     points = request.waypoints
+    if _least_length(points, meets) >= below:
+        return None
     lacking = {color: rootless(request, coefficients, color, sign) for color in COLORS}
     stops = [[color for color in COLORS if k not in lacking[color]] for k in range(len(points))]
     if not all(stops):
@@ -99,4 +118,5 @@ def mixed_loop(request: PlanRequest, coefficients: Coefficients, sign: str) -> L
         vehicle=request.vehicle,
         coefficients=coefficients,
     )
-    return loop_of(path, tuple(range(len(points))), request, sign, method="exact")
+    loop = loop_of(path, tuple(range(len(points))), request, sign, method="exact")
+    return loop if loop.length < below else None
