@@ -310,15 +310,49 @@ def test_the_address_holds_everything(page: Page) -> None:
 
 
 def test_a_broken_address_is_told_and_the_rest_of_it_kept(page: Page) -> None:
-    page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A")
+    page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&objective=thrust")
     said = page.text("notice")
     assert "color=green: allowed are auto, red, blue" in said
     assert "“3pi/8,9” is no pair of angles within ±pi/2" in said
+    assert "eta=0: allowed is a number above 0, up to 1" in said
+    assert "samples=1e9: allowed is a whole number from 1 to 10000" in said
+    assert "objective=thrust: not with the method exact" in said
     assert page.id("period").get_property("value") == "2"
     assert page.headline() == "No waypoints yet"
+    problems, kept = page.js(
+        "const [text] = arguments; const { stateFrom } = await import('./page/state.js');"
+        " const setup = await (await fetch('api/setup')).json(); const { state, problems } = stateFrom(text, setup);"
+        " return [problems, Object.keys(setup.ranges).every((key) => state[key] === setup.defaults[key])];",
+        "samples=100000&drag_ratio=5&divisions=1000&accuracy=1e-9&period=2,5&eta=0x1",
+    )
+    assert kept
+    assert [problem.partition(": allowed is ")[::2] for problem in problems] == [
+        ("samples=100000", "a whole number from 1 to 10000"),
+        ("drag_ratio=5", "a number from 0.02 to 1"),
+        ("divisions=1000", "a whole number from 2 to 64"),
+        ("accuracy=1e-9", "a number from 1e-5 to 0.1"),
+        ("period=2,5", "a number of seconds from 1e-6 to 1e9"),
+        ("eta=0x1", "a number above 0, up to 1"),
+    ]
     page.id("notice-close").click()
     page.click(2 * STEP, -2 * STEP)
     page.until(lambda: page.state == "waypoints=pi/8,-pi/8&period=2")
+
+
+def test_least_thrust_goes_with_the_grid_only(page: Page) -> None:
+    option = "#objective option[value=thrust]"
+    page.open(f"{GAIT_3}&objective=thrust&method=grid")
+    assert page.headline() == "✓Flyable"
+    assert page.js("return document.querySelector(arguments[0]).disabled", option) is False
+    page.driver.find_element("css selector", "label[for=method-exact]").click()
+    page.until(lambda: page.state == GAIT_3)
+    page.planned()
+    assert page.headline() == "✓Flyable"
+    assert "The objective is now “shortest”" in page.text("notice")
+    assert page.text("moves-spoken") == page.js("return document.querySelector('#notice span').textContent")
+    assert page.js("return document.querySelector(arguments[0]).disabled", option) is True
+    assert page.js("return document.querySelector(arguments[0]).textContent", option) == "least thrust (grid only)"
+    assert page.js("return document.querySelector(arguments[0]).title", option) == "It goes with the method grid only"
 
 
 def test_a_download_is_a_gait_that_flies(page: Page) -> None:
@@ -378,6 +412,10 @@ def test_the_keyboard_alone(page: Page) -> None:
     page.keys("[", right)
     page.until(lambda: page.state == GAIT_3[: -len("pi/8,-3pi/8")] + "3pi/16,-3pi/8")
     assert page.text("moves-spoken") == "Waypoint 4: α1 3π/16, α2 −3π/8"
+    for _ in range(3):
+        page.chord("\ue008", right)
+    page.until(lambda: page.state.endswith("27pi/128,-3pi/8"))  # a fraction again, whatever was added up
+    assert page.text("moves-spoken") == "Waypoint 4: α1 27π/128, α2 −3π/8"
     page.keys(delete)
     page.until(lambda: page.count(".waypoint") == 3)
     page.planned()
@@ -394,7 +432,7 @@ def test_the_keyboard_alone(page: Page) -> None:
     page.planned()
 
 
-def test_waypoints_can_be_typed(page: Page) -> None:
+def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     page.open(GAIT_3)
     field = page.driver.find_element("css selector", "[aria-label='Waypoint 2, α2']")
     field.clear()
@@ -406,6 +444,25 @@ def test_waypoints_can_be_typed(page: Page) -> None:
     assert page.text("problem").startswith("Waypoint 2, α2: “2”; allowed are angles within ±π/2")
     assert field.get_attribute("aria-invalid") == "true"
     assert page.state == GAIT_3
+    field.clear()
+    field.send_keys("0,5", "\ue007")
+    assert page.text("problem").startswith("Waypoint 2, α2: “0,5”; allowed are angles within ±π/2")
+    for name, typed, allowed in (
+        ("period", "2,5", "Period (s): “2,5”; allowed is a number of seconds from 1e-6 to 1e9, with a point"),
+        ("samples", "10001", "Samples: “10001”; allowed is a whole number from 1 to 10000"),
+        ("samples", "0x10", "Samples: “0x10”; allowed is a whole number from 1 to 10000"),
+    ):
+        number = page.id(name)
+        number.clear()
+        number.send_keys(typed, "\ue007")
+        assert page.text("problem").startswith(allowed)
+        assert number.get_attribute("aria-invalid") == "true"
+        assert page.state == GAIT_3
+    number = page.id("period")
+    number.clear()
+    number.send_keys("2.5", "\ue007")
+    page.until(lambda: page.state == f"{GAIT_3}&period=2.5")
+    assert page.id("problem").is_displayed() is False
 
 
 def test_the_drag_ratio_is_the_vehicle_s_own_until_it_is_moved(page: Page) -> None:
@@ -426,6 +483,11 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     assert page.headline() == "✕Wrong input"
     assert "keep_out" in page.text("report")
     assert page.count(".path") == 0
+    page.id("clear").click()
+    page.until(lambda: page.headline() == "No waypoints yet")
+    assert "keep_out" in page.text("problem")
+    page.id("undo").click()
+    page.until(lambda: page.headline() == "✕Wrong input")
     page.driver.find_element("css selector", "#polygon-list .quiet").click()
     page.until(lambda: page.headline() == "✓Flyable")
     page.cdp("Network.enable")
@@ -449,7 +511,7 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
     pale = [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5]
     assert pale == []
     tree = page.cdp("Accessibility.getFullAXTree")["nodes"]
-    controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "spinbutton", "link", "application"}
+    controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "link", "application"}
     found = [
         (node["role"]["value"], node.get("name", {}).get("value", "").strip())
         for node in tree

@@ -27,12 +27,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
-from gaitgraph.explorer import answers, jobs, server
+from gaitgraph.explorer import answers, guards, jobs, server
 from gaitgraph.explorer.guards import HEADERS
 from gaitgraph.explorer.jobs import Job, Stopped, run_job
+from gaitgraph.explorer.maps import map_answer
 from gaitgraph.explorer.server import Listening, application
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, state_of
-from gaitgraph.explorer.tables import formats_answer
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, state_of
+from gaitgraph.explorer.tables import file_answer, formats_answer, table_answer
 from gaitgraph.formats import FORMATS
 from gaitgraph.scenes import scene_of
 from tests.published import GAITS
@@ -199,9 +200,14 @@ class TestPlan:
         assert answer["scene"]["frames"] == len(answer["scene"]["t"]) == 101
         assert answer["series"]["t"][-1] == answer["scene"]["t"][-1] == 1.0
 
-    def test_blue_has_no_hover_thrusts(self, ask: Client) -> None:
-        thrusts = ask("plan", of_gait(1))["series"]["hover_thrusts"]
-        assert {value for rotor in thrusts for value in rotor} == {None}
+    def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, ask: Client) -> None:
+        series = ask("plan", of_gait(1))["series"]
+        assert {value for rotor in series["hover_thrusts"] for value in rotor} == {None}
+        alpha = gg.plan_loop(GAITS[0].angles, color="blue", sign=GAITS[0].sign).timed(samples=100).alpha
+        least = gg.least_singular_value(alpha)
+        assert least.max() < 1e-3
+        assert np.allclose(series["least_singular_value"], least, rtol=0, atol=1e-10)
+        assert np.allclose(series["R"], gg.level_determinant(alpha, gg.coefficients_of()), rtol=0, atol=1e-10)
 
     def test_the_order_is_that_of_the_waypoints(self, ask: Client) -> None:
         crossed = [GAIT3.angles[k] for k in (0, 2, 1, 3)]
@@ -356,6 +362,29 @@ class TestTables:
         place = next(one for one in answer["broken"] if "Rφ" in one["message"] or "surface" in one["message"])
         assert place["alpha1"] == pytest.approx(1.1, abs=0.3)
 
+    def test_each_run_of_broken_rows_is_marked_once(self, ask: Client) -> None:
+        t = np.arange(600) * 2 * math.pi / 600
+        alpha = np.column_stack([0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)])
+        alpha = np.hstack([alpha, alpha])
+        alpha[100:130, 2] += 0.05
+        alpha[117, 2] += 0.03
+        alpha[300, 3] += 0.2
+        alpha[400:402, 2] -= 0.1
+        rows = [",".join(f"{x:.6f}" for x in row) for row in alpha]
+        answer = ask.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()
+        runs = [one for one in answer["broken"] if one["message"].startswith("on surface broken")]
+        assert [one["message"].partition(": ")[2] for one in runs] == [
+            "rows 101 to 130, the worst row 118",
+            next(one["message"].partition(": ")[2] for one in runs if "401" in one["message"]),
+        ]
+        assert runs[0]["alpha1"] == pytest.approx(alpha[117, 0], abs=1e-6)
+        first = next(check for check in answer["checks"] if check["name"] == "on_surface")["where"]
+        assert first["row"] in (300, 301)  # the third run has the check's own mark
+        alpha[::5, 2] += 0.3
+        rows = [",".join(f"{x:.6f}" for x in row) for row in alpha]
+        many = ask.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()["broken"]
+        assert 50 <= len(many) <= 60
+
     def test_a_long_table_is_thinned(self, ask: Client) -> None:
         t = np.linspace(0, 2 * math.pi, 6001)
         a1, a2 = 0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)
@@ -398,6 +427,9 @@ class TestTables:
         assert found(floor=0.2) is None
         assert found(vehicle={"drag_ratio": 0.2}) is None
         assert found(waypoints=[[1.0, -1.0]] * 65) is None
+        assert found(accuracy=1e-9)["accuracy"] == 1e-5
+        assert "divisions" not in found(method="exact", divisions=4096)
+        assert found(method="grid", divisions=4096) is None
         assert found(color="green") is None
 
     def test_no_file_is_read_by_the_name_in_a_table(self, ask: Client, tmp_path: Path) -> None:
@@ -496,6 +528,12 @@ def test_setup_tells_what_the_page_offers(ask: Client) -> None:
         assert told_gait["color"] == published.color
         assert told_gait["sign"] == published.sign
         assert np.allclose(told_gait["waypoints"], published.angles)
+    assert setup["objectives_of"] == {"grid": ["shortest", "robust", "thrust"], "exact": ["shortest", "robust"]}
+    assert setup["ranges"]["samples"]["allowed"] == "a whole number from 1 to 10000"
+    for name, one in setup["ranges"].items():
+        assert state_of({name: one["high"], "method": "grid"}).empty
+        if not one["above"]:
+            assert state_of({name: one["low"], "method": "grid"}).empty
     assert state_of(setup["defaults"]).empty
     assert state_of(setup["defaults"] | {"view": {"anything": ["goes"]}}).empty
 
@@ -550,8 +588,9 @@ class TestPages:
         assert answer.headers["content-security-policy"].startswith("default-src 'none'")
 
     def test_a_wrong_method_is_refused(self, ask: Client) -> None:
-        assert told(ask.get("api/plan"), 405)
-        assert told(ask.send("PUT", f"/{TOKEN}/api/setup"), 405)
+        assert told(ask.get("api/plan"), 405) == "method: 'GET'; allowed is POST"
+        assert ask.get("api/plan").headers["allow"] == "POST"
+        assert told(ask.send("PUT", f"/{TOKEN}/api/setup"), 405) == "method: 'PUT'; allowed is GET, HEAD"
         assert ask.send("HEAD", f"/{TOKEN}/").status == 200
 
 
@@ -580,6 +619,7 @@ class TestGuards:
             ({"content-type": "application/x-www-form-urlencoded"}, 415),
             ({"content-type": ""}, 415),
             ({"content-length": "x"}, 413),
+            ({"content-length": "9" * 5000}, 413),
             ({"content-length": str(LIMITS["request_bytes"] + 1)}, 413),
         ],
     )
@@ -591,6 +631,33 @@ class TestGuards:
         assert ("error" in answer.json()) == (status != 200)
         assert "access-control-allow-origin" not in answer.headers
         assert answer.headers["content-security-policy"]
+
+    def test_both_addresses_are_named(self, ask: Client) -> None:
+        for name, status in (("host", 400), ("origin", 403)):
+            message = told(ask.get("api/setup", [(name, "elsewhere.example")]), status)
+            assert "elsewhere.example" in message
+            assert f"127.0.0.1:{PORT}" in message
+            assert f"localhost:{PORT}" in message
+
+    @pytest.mark.parametrize("limit", ["LONGEST_SILENCE", "LONGEST_BODY"])
+    def test_a_body_that_does_not_end_is_not_waited_for(
+        self, ask: Client, monkeypatch: pytest.MonkeyPatch, limit: str
+    ) -> None:
+        for name in ("LONGEST_SILENCE", "LONGEST_BODY"):
+            monkeypatch.setattr(guards, name, 0.02 if name == limit else 3600.0)
+        messages = [{"type": "http.request", "body": b"{", "more_body": True}]
+        asked = answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages)
+        answer = asyncio.run(asyncio.wait_for(asked, 30))
+        assert "0.02 s" in told(answer, 408)
+        assert answer.headers["connection"] == "close"
+
+    def test_a_client_that_leaves_is_no_news(self, ask: Client, capsys: pytest.CaptureFixture[str]) -> None:
+        messages: list[dict[str, Any]] = [
+            {"type": "http.request", "body": b"{", "more_body": True},
+            {"type": "http.disconnect"},
+        ]
+        asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
+        assert capsys.readouterr().err == ""
 
     def test_two_of_a_header_are_refused(self, ask: Client) -> None:
         twice = [("origin", ADDRESS), ("origin", "http://elsewhere.example")]
@@ -631,7 +698,9 @@ class TestBadQuestions:
             (b'{"period": Infinity}', "Infinity"),
             (b'{"period": 1e999}', "period"),
             (b"[" * 100_000, "nested"),
-            (b'{"period": ' + b"9" * 5000 + b"}", "digits"),
+            (b'{"period": ' + b"9" * 5000 + b"}", "request: a number of 5000 digits; allowed are 400 at most"),
+            (b'{"eta": 0.5, "eta": 0.6}', "'eta': given 2 times in one object; allowed is once"),
+            (b'{"view": {"a": 1, "b": 2, "a": 3}}', "'a': given 2 times"),
         ],
     )
     def test_malformed(self, ask: Client, body: bytes, says: str) -> None:
@@ -664,6 +733,7 @@ class TestBadQuestions:
             ("drag_ratio", "0.2"),
             ("coefficients", "rounded"),
             ("accuracy", 0),
+            ("accuracy", 1e-9),
             ("period", 0),
             ("period", None),
             ("law", "smoth"),
@@ -681,7 +751,17 @@ class TestBadQuestions:
 
     def test_divisions_are_bounded_where_they_count(self, ask: Client) -> None:
         assert ask("plan", {"divisions": 4096})["status"] == "empty"
-        assert "128 at most" in ask.refused("plan", {"divisions": 129, "method": "grid"})
+        message = ask.refused("plan", {"divisions": 65, "method": "grid"})
+        assert message == "divisions: 65; allowed is a whole number from 2 to 64"
+
+    @pytest.mark.parametrize("value", [0, 10_001, 10**9, 10**12, 2.5, "9", None, True])
+    def test_one_range_is_told_whatever_the_value(self, ask: Client, value: Any) -> None:
+        for name in ("samples", "divisions", "accuracy", "period"):
+            if name != "samples" and value == 2.5:
+                continue
+            message = ask.refused("plan", {name: 10**12 if name == "period" else value, "method": "grid"})
+            assert message.startswith(f"{name}: ")
+            assert message.endswith(f"; allowed is {RANGES[name].allowed}")
 
     values = st.recursive(
         st.none()
@@ -711,6 +791,38 @@ class TestJobs:
         monkeypatch.setattr(server, "LONGEST", 0.05)
         answer = ask.post("plan", {"waypoints": [[0.31, -0.41]]})
         assert "longer than 0.05 s" in told(answer, 503)
+
+    def test_an_answer_that_comes_too_late_is_none(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+        def slow(request: Any, progress: Any) -> Any:
+            time.sleep(0.06)
+            return gg.plan_loop(request.waypoints)
+
+        monkeypatch.setattr(answers, "plan", slow)
+        monkeypatch.setattr(server, "LONGEST", 0.05)
+        assert "longer than 0.05 s" in told(ask.post("plan", {"waypoints": [[0.35, -0.45]]}), 503)
+
+    def test_all_work_asks_whether_to_go_on(self) -> None:
+        class Enough(Exception):
+            pass
+
+        def stop(*_: object) -> None:
+            raise Enough
+
+        rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 3
+        state = state_of({"waypoints": [[0.36, -0.46]]})
+        for work in (
+            lambda: answers.plan_answer(state, stop),
+            lambda: answers.diagram_answer(state, stop),
+            lambda: map_answer({}, stop),
+            lambda: table_answer("x.csv", rows, stop),
+            lambda: file_answer(state, ".csv", stop),
+        ):
+            with pytest.raises(Enough):
+                work()
+        answers.planned(state)  # what is known already is no excuse
+        for work in (lambda: answers.diagram_answer(state, stop), lambda: file_answer(state, ".csv", stop)):
+            with pytest.raises(Enough):
+                work()
 
     def test_work_is_stopped_when_the_client_is_gone(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         stopped: list[str] = []
@@ -787,6 +899,30 @@ class TestJobs:
         assert "memory" in told(ask.post("plan", {"waypoints": [[0.34, -0.44]]}), 503)
 
 
+def test_connections_on_which_nobody_asks_are_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "_warm", lambda: None)
+    listening = Listening(head_seconds=0.3)
+    serving = threading.Thread(target=listening.run)
+    serving.start()
+    place = ("127.0.0.1", listening.port)
+    silent = [socket.create_connection(place, timeout=30) for _ in range(100)]
+    try:
+        silent[0].sendall(b"GET / HTTP/1.1\r\nHost: half a head")
+        host = f"Host: 127.0.0.1:{listening.port}\r\n".encode()
+        silent[1].sendall(b"GET / HTTP/1.1\r\n" + host + b"\r\n")
+        with urlopen(f"{listening.address}api/setup", timeout=30) as answer:  # beside them
+            assert answer.status == 200
+        heads = [one.makefile("rb").read() for one in silent]
+        assert heads[1].startswith(b"HTTP/1.1 404")
+        assert {*heads[:1], *heads[2:]} == {b""}
+    finally:
+        for one in silent:
+            one.close()
+        listening._server.should_exit = True
+        serving.join()
+        listening.close()
+
+
 class TestCommand:
     def test_a_real_server_is_asked_and_interrupted(self) -> None:
         command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
@@ -822,8 +958,10 @@ class TestCommand:
         assert done.err.count("\n") == 1
 
     def test_ports_beyond_all(self, run: Any) -> None:
-        assert run("explore", "--port", 70_000).code == 2
-        assert run("explore", "--port", "x").code == 2
+        for port in (70_000, "x", "-1", "²"):
+            done = run("explore", "--port", port)
+            assert (done.code, done.out) == (2, "")
+            assert done.err == f"gaitgraph: --port: '{port}'; allowed is a whole number from 0 to 65535\n"
 
     @pytest.mark.parametrize("library", ["uvicorn", "starlette"])
     def test_a_missing_extra_is_one_line(self, run: Any, monkeypatch: pytest.MonkeyPatch, library: str) -> None:

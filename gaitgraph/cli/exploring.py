@@ -5,12 +5,20 @@ from __future__ import annotations
 import click
 
 from gaitgraph.cli.commands import command
+from gaitgraph.errors import InputError, shown
 
 __all__ = ["explore_command"]
 
 
+def _port(_: click.Context, __: click.Parameter, text: str) -> int:
+    """Return the port that a text names, or refuse it in one line."""
+    if text.isascii() and text.isdecimal() and len(text) <= 5 and int(text) <= 65535:
+        return int(text)
+    raise InputError(f"--port: {shown(text)}; allowed is a whole number from 0 to 65535")
+
+
 @command("Plan gaits by hand, in the browser.")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; 0 for a free one.")
+@click.option("--port", callback=_port, default="0", metavar="N", help="Port; 0 for a free one.")
 @click.option("--no-browser", is_flag=True, help="Print the address and open nothing.")
 def explore_command(port: int, no_browser: bool) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.

@@ -45,6 +45,7 @@ _MOST_ROWS = 401  # of series; more than there are pixels
 _MOST_FRAMES = 101
 _SCENE = (480.0, 360.0)
 _DIGITS = 6
+_FINE_DIGITS = 10  # of what may be as small as the rounding of the published coefficients
 _CURVES = 16
 _KEPT = 16
 _HALF = math.pi / 2
@@ -207,8 +208,8 @@ def series_answer(
         **({} if t is None else {"t": rounded(t, 9)}),
         "alpha": rounded(alpha.T),
         **({} if rates is None else {"rates": rounded(rates.T)}),
-        "R": rounded(np.asarray(level_determinant(alpha, coefficients))),
-        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, vehicle))),
+        "R": rounded(np.asarray(level_determinant(alpha, coefficients)), _FINE_DIGITS),
+        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, vehicle)), _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
 

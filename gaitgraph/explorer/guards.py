@@ -5,11 +5,13 @@ Plain ASGI, so that it costs nothing and needs no library.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import secrets
+import time
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import GaitgraphError
+from gaitgraph.errors import GaitgraphError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, MutableMapping
@@ -19,7 +21,13 @@ if TYPE_CHECKING:
     Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
     App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-__all__ = ["HEADERS", "Guard", "TooLarge", "error_bytes"]
+__all__ = ["HEADERS", "LONGEST_BODY", "LONGEST_SILENCE", "Guard", "TooLarge", "TooSlow", "error_bytes"]
+
+LONGEST_SILENCE = 10.0
+"""Seconds that may pass without a further piece of a body."""
+
+LONGEST_BODY = 60.0
+"""Seconds in which a body must be whole."""
 
 HEADERS = {
     "content-security-policy": (
@@ -42,6 +50,10 @@ class TooLarge(GaitgraphError):
     """A body with more bytes than are taken; raised where the application reads it."""
 
 
+class TooSlow(GaitgraphError):
+    """A body that does not come to its end; raised where the application reads it."""
+
+
 def error_bytes(message: str) -> bytes:
     """Return an error as the page reads it: one line under the name ``error``."""
     return json.dumps({"error": " ".join(message.split())}, ensure_ascii=False).encode()
@@ -60,6 +72,10 @@ class Guard:
         Where it listens, which a page's own origin names.
     most_bytes
         The largest body of each path below the token; of others no body is read at all.
+
+    Notes
+    -----
+    A body must come within :data:`LONGEST_BODY` and without a pause of :data:`LONGEST_SILENCE`.
     """
 
     def __init__(self, app: App, *, token: str, port: int, most_bytes: dict[str, int]) -> None:
@@ -88,11 +104,20 @@ class Guard:
         if refused is not None:
             await _answer(with_headers, *refused)
             return
-        most, taken = self.most_bytes.get(path or "", 0), 0
+        most, taken, whole = self.most_bytes.get(path or "", 0), 0, False
+        end = time.monotonic() + LONGEST_BODY
 
         async def counted() -> MutableMapping[str, Any]:
-            nonlocal taken
-            message = await receive()
+            nonlocal taken, whole
+            if whole:  # what comes now is that the client leaves, whenever that is
+                return await receive()
+            try:
+                async with asyncio.timeout(min(LONGEST_SILENCE, end - time.monotonic())):
+                    message = await receive()
+            except TimeoutError as error:
+                waited = f"{LONGEST_SILENCE:g} s of silence, {LONGEST_BODY:g} s in all"
+                raise TooSlow(f"a body that does not come to its end; allowed are {waited}") from error
+            whole = not message.get("more_body", False)
             taken += len(message.get("body", b""))
             if taken > most:
                 raise TooLarge(_too_large(most))
@@ -108,17 +133,18 @@ class Guard:
     def _refusal(self, scope: Scope, headers: dict[str, list[str]], path: str | None) -> tuple[int, str] | None:
         hosts = headers.get("host", [])
         if len(hosts) != 1 or hosts[0].lower() not in self.hosts:
-            return 400, f"Host: {hosts[0] if hosts else 'none'!r}; allowed is {self.hosts[0]}"
+            return 400, f"Host: {shown(hosts[0] if hosts else 'none')}; allowed are {', '.join(self.hosts)}"
         if path is None:
             return 404, "no such page; allowed is the whole address that 'gaitgraph explore' printed"
         origins, sites = headers.get("origin", []), headers.get("sec-fetch-site", [])
         if origins and (len(origins) > 1 or origins[0] not in self.origins):
-            return 403, "Origin: a page elsewhere; allowed is this page itself"
+            return 403, f"Origin: {shown(origins[0])}, a page elsewhere; allowed are {', '.join(self.origins)}"
         navigates = scope["method"] == "GET" and headers.get("sec-fetch-mode") == ["navigate"] and path == ""
         if sites and not navigates and (len(sites) > 1 or sites[0] not in _OWN_SITE):
             return 403, "Sec-Fetch-Site: a page elsewhere; allowed is this page itself"
         stated = headers.get("content-length", ["0"])
-        if not all(text.isdecimal() for text in stated) or max(map(int, stated)) > self.most_bytes.get(path, 0):
+        digits = all(text.isdecimal() and len(text) <= 20 for text in stated)
+        if not digits or max(map(int, stated)) > self.most_bytes.get(path, 0):
             return 413, _too_large(self.most_bytes.get(path, 0))
         return None
 

@@ -82,6 +82,7 @@ async def run_job(work: Callable[[Job], Answer], job: Job | None = None) -> Answ
                 job.start()
                 job.go_on()
                 answer = work(job)
+                job.go_on()  # work that seldom asks may be over only long after the time was
             finally:
                 _slots.release()
         except BaseException as problem:

@@ -23,6 +23,8 @@ from gaitgraph.invertibility import (
 from gaitgraph.surface import COLORS, Color, sheet_angles, text_from_types, types_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gaitgraph.areas import Region
     from gaitgraph.vehicle import Vehicle
 
@@ -33,6 +35,7 @@ FloatArray = npt.NDArray[np.float64]
 SHADINGS = ("R", "least_singular_value", "none")
 """What the map may be shaded by."""
 
+_REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
 _POINTS = 129
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
 _SINGULAR_BLUE = "with exact coefficients R = 0 on the whole blue sheet: the matrix is singular there"
@@ -42,7 +45,7 @@ _ROUNDED_BLUE = (
 )
 
 
-def map_answer(content: object) -> dict[str, Any]:
+def map_answer(content: object, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the map that a question asks for, as plain values.
 
     Parameters
@@ -50,6 +53,8 @@ def map_answer(content: object) -> dict[str, Any]:
     content
         An object with any of ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` ("red" or "blue")
         and ``shading`` (one of :data:`SHADINGS`).
+    progress
+        Called before each step of long work.
 
     Returns
     -------
@@ -68,11 +73,9 @@ def map_answer(content: object) -> dict[str, Any]:
     kind = checked_choice("coefficients", asked.get("coefficients"), ("published", "exact", None))
     sheet = checked_choice("sheet", asked.get("sheet", "red"), COLORS)
     shading = checked_choice("shading", asked.get("shading", "none"), SHADINGS)
-    return _map(vehicle, coefficients_of(vehicle, kind), sheet, shading)
-
-
-@lru_cache(maxsize=32)
-def _map(vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str) -> dict[str, Any]:
+    coefficients = coefficients_of(vehicle, kind)
+    tell = progress or (lambda _: None)
+    tell("shading the map")
     values = _values(vehicle, coefficients, sheet, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
     note = None
@@ -80,9 +83,9 @@ def _map(vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: st
         note = _SINGULAR_BLUE if blank else _ROUNDED_BLUE
     return {
         "n": _POINTS,
-        "values": None if values is None else [float(f"{value:.5g}") for value in values.ravel().tolist()],
-        "range": None if values is None else [float(values.min()), float(values.max())],
-        "regions": _regions(vehicle, coefficients, sheet),
+        "values": None if values is None else values[0],
+        "range": None if values is None else values[1],
+        "regions": _regions(vehicle, coefficients, sheet, tell),
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
         "note": note,
     }
@@ -95,15 +98,21 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
     return np.stack([a1, a2, *sheet_angles(sheet, a1, a2, coefficients)], axis=-1)
 
 
-def _values(vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str) -> FloatArray | None:
+@lru_cache(maxsize=32)
+def _values(
+    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str
+) -> tuple[list[float], list[float]] | None:
+    """Return the values of a shading, and their range."""
     if shading == "none":
         return None
     alpha = _on_grid(_POINTS, coefficients, sheet)
-    if shading == "R":
-        return np.asarray(level_determinant(alpha, coefficients))
-    return np.asarray(least_singular_value(alpha, vehicle))
+    signed = shading == "R"
+    values = np.asarray(level_determinant(alpha, coefficients) if signed else least_singular_value(alpha, vehicle))
+    told = [float(f"{value:.5g}") for value in values.ravel().tolist()]
+    return told, [float(values.min()), float(values.max())]
 
 
+@lru_cache(maxsize=32)
 def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     """Return the types of the nodes of the paper's grid, row by row; None where R has no sign."""
     alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
@@ -113,32 +122,41 @@ def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     return [text_from_types(a, b) if there else None for a, b, there in rows]
 
 
-def _regions(vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[dict[str, Any]]:
-    from gaitgraph.areas import admissible_region, hover_region, sign_region
-
-    of_sheet: dict[str, Any] = {"color": sheet, "coefficients": coefficients, "accuracy": _ACCURACY}
+def _regions(
+    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, tell: Callable[[str], None]
+) -> list[dict[str, Any]]:
     if sheet == "blue" and coefficients.kind == "exact":
         return []
-    found = [
-        _drawn("R>0", "R > 0", sign_region("positive", vehicle, **of_sheet)),
-        _drawn("R<0", "R < 0", sign_region("negative", vehicle, **of_sheet)),
-    ]
-    if sheet == "red":
-        found.append(_drawn("hover", "all hover thrusts positive", hover_region(vehicle)))
-        try:
-            flyable = admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
-        except GaitgraphError:  # a vehicle that nothing can be said of has no such region
-            return found
-        found.append(_drawn("flyable", "flyable", flyable))
+    found = []
+    for name, label in _REGIONS if sheet == "red" else _REGIONS[:2]:
+        tell(f"drawing the region {label}")
+        rings = _rings(name, vehicle, coefficients, sheet)
+        if rings is not None:
+            found.append({"name": name, "label": label, "polygons": rings})
     return found
 
 
-def _drawn(name: str, label: str, region: Region) -> dict[str, Any]:
+@lru_cache(maxsize=64)
+def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[Any] | None:
+    """Return a region as rings, or None where nothing can be said of it for this vehicle."""
     import shapely
 
+    try:
+        region = _region(name, vehicle, coefficients, sheet)
+    except GaitgraphError:
+        if name != "flyable":
+            raise
+        return None
     rings = shapely.get_rings(shapely.get_parts(region.inner))
-    return {
-        "name": name,
-        "label": label,
-        "polygons": [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings],
-    }
+    return [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings]
+
+
+def _region(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> Region:
+    from gaitgraph.areas import admissible_region, hover_region, sign_region
+
+    if name == "hover":
+        return hover_region(vehicle)
+    if name == "flyable":
+        return admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
+    sign: Any = "positive" if name == "R>0" else "negative"
+    return sign_region(sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY)

@@ -8,19 +8,23 @@ import socket
 import sys
 import threading
 import time
+from contextlib import suppress
+from dataclasses import asdict
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.guards import Guard, TooLarge, error_bytes
+from gaitgraph.explorer.guards import Guard, TooLarge, TooSlow, error_bytes
 from gaitgraph.explorer.jobs import LONGEST, Job, Stopped, run_job
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, checked_object, state_of
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, checked_object, state_of
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from asyncio import TimerHandle
+    from collections.abc import Awaitable, Callable, Iterable
 
     from starlette.requests import Request
     from starlette.responses import Response
@@ -38,6 +42,10 @@ _TYPES = {
     "": "text/plain; charset=utf-8",
 }
 """Of the files that the page is made of; licences have no suffix."""
+
+_MOST_DIGITS = 400  # no float has more before its point
+_HEAD_SECONDS = 10.0
+_MOST_CONNECTIONS = 400
 
 _API: dict[str, int] = {
     "api/plan": LIMITS["request_bytes"],
@@ -103,9 +111,14 @@ def application(token: str, port: int) -> Any:
     return Guard(app, token=token, port=port, most_bytes=_API)
 
 
-async def _refused(_: Request, error: Exception) -> Response:
-    status = getattr(error, "status_code", 404)
-    return _error(status, "no such page" if status == 404 else "a method that is not taken here")
+async def _refused(request: Request, error: Exception) -> Response:
+    headers = getattr(error, "headers", None) or {}
+    if "Allow" not in headers:
+        return _error(404, "no such page")
+    methods = ", ".join(sorted(headers["Allow"].split(", ")))
+    answer = _error(405, f"method: {shown(request.method)}; allowed is {methods}")
+    answer.headers["Allow"] = methods
+    return answer
 
 
 def _error(status: int, message: str) -> Response:
@@ -134,6 +147,7 @@ def _asked(work: Callable[[Request, bytes, Job], Any], kind: str = "application/
     """Return the handler of a POST: reads the body, works in a thread, and turns every error into one line."""
 
     async def handle(request: Request) -> Response:
+        from starlette.requests import ClientDisconnect
         from starlette.responses import Response
 
         stated = request.headers.get("content-type", "").partition(";")[0].strip().lower()
@@ -142,6 +156,12 @@ def _asked(work: Callable[[Request, bytes, Job], Any], kind: str = "application/
         try:
             body = await request.body()
             answer = await _while_waited_for(request, lambda job: work(request, body, job))
+        except ClientDisconnect:  # nobody reads this
+            return _error(400, "the client left before its question was whole")
+        except TooSlow as error:
+            answer = _error(408, str(error))
+            answer.headers["Connection"] = "close"  # what is left of the body is not read
+            return answer
         except TooLarge as error:
             return _error(413, str(error))
         except Stopped as error:
@@ -181,7 +201,11 @@ async def _while_waited_for(request: Request, work: Callable[[Job], Any]) -> Any
 
 def _content(body: bytes) -> Any:
     try:
-        return json.loads(body, parse_constant=_no_constant)
+        return json.loads(
+            body, parse_constant=_no_constant, parse_int=_whole_number, object_pairs_hook=_object_of_single_names
+        )
+    except InputError:
+        raise
     except RecursionError as error:
         raise InputError("request: nested too deeply; allowed is an object") from error
     except ValueError as error:
@@ -190,6 +214,21 @@ def _content(body: bytes) -> Any:
 
 def _no_constant(name: str) -> None:
     raise ValueError(f"{name} is no number of JSON")
+
+
+def _whole_number(digits: str) -> int:
+    if len(digits) > _MOST_DIGITS:
+        raise InputError(f"request: a number of {len(digits)} digits; allowed are {_MOST_DIGITS} at most")
+    return int(digits)
+
+
+def _object_of_single_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"{shown(twice)}: given {names.count(twice)} times in one object; allowed is once")
+    return found
 
 
 def _plan(_: Request, body: bytes, job: Job) -> Any:
@@ -209,7 +248,7 @@ def _diagram(_: Request, body: bytes, job: Job) -> Any:
 def _map(_: Request, body: bytes, job: Job) -> Any:
     from gaitgraph.explorer.maps import map_answer
 
-    return map_answer(_content(body))
+    return map_answer(_content(body), job.go_on)
 
 
 def _table(request: Request, body: bytes, job: Job) -> Any:
@@ -246,12 +285,24 @@ def setup_answer() -> dict[str, Any]:
         "colors": list(CHOICES["color"]),
         "signs": list(CHOICES["sign"]),
         "methods": list(CHOICES["method"]),
+        "objectives_of": _objectives_of(CHOICES["method"], CHOICES["objective"]),
         "shadings": list(SHADINGS),
         "formats": formats_answer(),
         "defaults": DEFAULTS,
         "limits": LIMITS,
+        "ranges": {name: asdict(one) | {"allowed": one.allowed} for name, one in RANGES.items()},
         "paper_gaits": _paper_gaits(),
     }
+
+
+def _objectives_of(methods: Iterable[str], objectives: Iterable[str]) -> dict[str, list[str]]:
+    """Return the objectives that go with each method: those that a request does not refuse."""
+    found: dict[str, list[str]] = {method: [] for method in methods}
+    for method, objective in product(found, objectives):
+        with suppress(InputError):
+            state_of({"method": method, "objective": objective})
+            found[method].append(objective)
+    return found
 
 
 def _paper_gaits() -> list[dict[str, Any]]:
@@ -279,6 +330,8 @@ class Listening:
     ----------
     port
         Where; 0 for a free one.
+    head_seconds
+        A connection on which no whole head of a request has come for so long is closed.
 
     Raises
     ------
@@ -288,7 +341,7 @@ class Listening:
         If starlette or uvicorn are not installed.
     """
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self, port: int = 0, *, head_seconds: float = _HEAD_SECONDS) -> None:
         try:
             import uvicorn
         except ImportError as error:
@@ -308,10 +361,10 @@ class Listening:
             access_log=False,
             server_header=False,
             lifespan="off",
-            http="h11",
+            http=_protocol(head_seconds),
             ws="none",
             loop="asyncio",
-            limit_concurrency=64,
+            limit_concurrency=_MOST_CONNECTIONS,
             timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
@@ -329,6 +382,43 @@ class Listening:
     def close(self) -> None:
         """Let go of the port."""
         self._socket.close()
+
+
+def _protocol(head_seconds: float) -> Any:
+    """Return uvicorn's protocol, made to close connections on which nobody asks.
+
+    uvicorn waits for a first head without end, and each byte after an answer puts its own deadline off: some hundred
+    silent connections would keep everybody else out, whether or not they know the token.
+    """
+    from uvicorn.protocols.http.h11_impl import H11Protocol
+
+    class Protocol(H11Protocol):
+        waiting: TimerHandle | None = None
+
+        def connection_made(self, transport: Any) -> None:
+            super().connection_made(transport)
+            self.wait()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self.wait(False)
+            super().connection_lost(exc)
+
+        def handle_events(self) -> None:
+            before = self.cycle
+            super().handle_events()
+            if self.cycle is not before:  # a head is whole
+                self.wait(False)
+
+        def on_response_complete(self) -> None:
+            self.wait()
+            super().on_response_complete()
+
+        def wait(self, again: bool = True) -> None:
+            if self.waiting is not None:
+                self.waiting.cancel()
+            self.waiting = self.loop.call_later(head_seconds, self.transport.close) if again else None
+
+    return Protocol
 
 
 def _warm() -> None:

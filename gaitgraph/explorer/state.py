@@ -1,7 +1,8 @@
 """What the page asks for: its state, an object of plain values, checked and turned into a request.
 
 The state is the page's whole memory and comes back with every question, so it is taken for what anyone might send:
-unknown names, wrong types and counts beyond :data:`LIMITS` are refused, and a vehicle is a preset's name, never a file.
+unknown names, wrong types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES` are refused, and a vehicle
+is a preset's name, never a file.
 """
 
 from __future__ import annotations
@@ -19,20 +20,79 @@ from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["DEFAULTS", "LIMITS", "State", "checked_choice", "checked_object", "state_of", "vehicle_of"]
+__all__ = [
+    "DEFAULTS",
+    "LIMITS",
+    "RANGES",
+    "Range",
+    "State",
+    "checked_choice",
+    "checked_object",
+    "state_of",
+    "vehicle_of",
+]
 
-LIMITS: dict[str, Any] = {
+LIMITS: dict[str, int] = {
     "waypoints": 64,
     "polygons": 32,
     "corners": 64,
-    "divisions": 128,
-    "samples": 10_000,
-    "drag_ratio": [0.02, 1.0],
     "rows": 200_000,
     "table_bytes": 8 << 20,
     "request_bytes": 256 << 10,
 }
-"""What the explorer takes at most; the library itself takes more."""
+"""How much the explorer takes at most; the library itself takes more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """What a number of the state may be.
+
+    Parameters
+    ----------
+    low, high
+        The ends, which are allowed themselves.
+    whole
+        Whether it is a whole number.
+    above
+        Whether `low` itself is not allowed.
+    noun
+        What a message calls it.
+    """
+
+    low: float
+    high: float
+    whole: bool = False
+    above: bool = False
+    noun: str = "a number"
+
+    def holds(self, value: object) -> bool:
+        """Return whether a value is one of these numbers."""
+        number = number_of(value)
+        if self.whole and not isinstance(value, int):
+            return False
+        return (self.low < number if self.above else self.low <= number) and number <= self.high
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words.
+
+        >>> Range(low=1e-5, high=0.1).allowed, Range(low=0, high=1, above=True).allowed
+        ('a number from 1e-5 to 0.1', 'a number above 0, up to 1')
+        """
+        low, high = (f"{end:g}".replace("e-0", "e-").replace("e+0", "e") for end in (self.low, self.high))
+        noun = "a whole number" if self.whole else self.noun
+        return f"{noun} above {low}, up to {high}" if self.above else f"{noun} from {low} to {high}"
+
+
+RANGES: dict[str, Range] = {
+    "divisions": Range(low=2, high=64, whole=True),
+    "drag_ratio": Range(low=0.02, high=1.0),
+    "accuracy": Range(low=1e-5, high=0.1),
+    "period": Range(low=1e-6, high=1e9, noun="a number of seconds"),
+    "samples": Range(low=1, high=10_000, whole=True),
+    "eta": Range(low=0.0, high=1.0, above=True),
+}
+"""What the numbers of a state may be; the library itself takes more divisions and samples, and a finer accuracy."""
 
 DEFAULTS: dict[str, Any] = {
     "waypoints": [],
@@ -114,13 +174,10 @@ def state_of(content: object) -> State:
             _at_most(f"{name} polygon {number}", polygon, LIMITS["corners"], "corners")
     if asked["method"] == "exact":
         asked["divisions"] = DEFAULTS["divisions"]
-    elif number_of(asked["divisions"]) > LIMITS["divisions"]:
-        raise InputError(f"divisions: {shown(asked['divisions'])}; allowed are {LIMITS['divisions']} at most")
-    if not 0 < number_of(asked["eta"]) <= 1:
-        raise InputError(f"eta: {shown(asked['eta'])}; allowed is a number in (0, 1]")
+    for name, allowed in RANGES.items():
+        if name != "drag_ratio" and not allowed.holds(asked[name]):
+            raise InputError(f"{name}: {shown(asked[name])}; allowed is {allowed.allowed}")
     samples = checked_clock(asked["period"], asked["law"], samples=asked["samples"])
-    if samples > LIMITS["samples"]:
-        raise InputError(f"samples: {samples}; allowed are {LIMITS['samples']} at most")
     fields = {name: value for name, value in asked.items() if name not in _NOT_OF_A_REQUEST}
     fields["vehicle"] = vehicle_of(asked["vehicle"], asked["drag_ratio"])
     fields["coefficients"] = checked_choice("coefficients", asked["coefficients"], ("published", "exact", None))
@@ -140,9 +197,9 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
     vehicle = vehicle_named(str(preset))
     if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
         return vehicle
-    low, high = LIMITS["drag_ratio"]
-    if not low <= number_of(drag_ratio) <= high:
-        raise InputError(f"drag_ratio: {shown(drag_ratio)}; allowed is {low:g} to {high:g}, or null for the preset's")
+    allowed = RANGES["drag_ratio"]
+    if not allowed.holds(drag_ratio):
+        raise InputError(f"drag_ratio: {shown(drag_ratio)}; allowed is {allowed.allowed}, or null for the preset's")
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
 
 

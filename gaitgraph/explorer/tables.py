@@ -9,6 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
 from gaitgraph.exchange import closed_rows, gait_of
 from gaitgraph.explorer.answers import (
@@ -19,8 +23,15 @@ from gaitgraph.explorer.answers import (
     series_answer,
     spread_rows,
 )
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, State, checked_choice, state_of, vehicle_of
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, State, checked_choice, state_of, vehicle_of
 from gaitgraph.formats import FORMATS, known_format
+from gaitgraph.invertibility import (
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
 from gaitgraph.reading import read_pieces
 from gaitgraph.reports import DEFAULT_FLOOR
 from gaitgraph.tables import merged, table_of
@@ -31,11 +42,17 @@ from gaitgraph.writing import write_tables
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from gaitgraph.invertibility import Coefficients
+    from gaitgraph.reports import Report
     from gaitgraph.tables import Table
+    from gaitgraph.vehicle import Vehicle
 
 __all__ = ["file_answer", "formats_answer", "table_answer"]
 
+FloatArray = npt.NDArray[np.float64]
+
 _MOST_ROWS = 2000
+_MOST_RUNS = 50
 _UNSHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of a request that the page has no control for
 
 
@@ -83,6 +100,8 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
             way, vehicle, coefficients = closed_rows(table)
+            if progress is not None:
+                progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
     rows = spread_rows(len(way.alpha), _MOST_ROWS)
@@ -102,13 +121,62 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "series": series_answer(alpha, vehicle, coefficients, t=t, rates=None, hovers=hovers),
         "scene": scene_answer(alpha, vehicle, t=t),
         "corners": _corners(table),
-        "broken": [
-            {name: check["where"][name] for name in ("alpha1", "alpha2")} | {"message": check["message"]}
-            for check in checks
-            if check["mark"] != "ok" and check["where"] is not None
-        ],
+        "broken": _broken(checks) + _broken_runs(way.alpha[:-1], report, vehicle, coefficients),
         "request": _state_of_request(table),
     }
+
+
+def _broken(checks: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the worst place of each check that does not hold."""
+    return [
+        {name: check["where"][name] for name in ("alpha1", "alpha2")} | {"message": check["message"]}
+        for check in checks
+        if check["mark"] != "ok" and check["where"] is not None
+    ]
+
+
+def _broken_runs(
+    alpha: FloatArray, report: Report, vehicle: Vehicle, coefficients: Coefficients
+) -> list[dict[str, Any]]:
+    """Return the worst row of each run of rows that break a rule, but for the runs that a check's own place is in.
+
+    Parameters
+    ----------
+    alpha, vehicle, coefficients
+        The rows, without the closing one, shape (n, 4) [rad], and what they are for.
+    report
+        What was found; only rules that it says are broken are looked at.
+    """
+    excess: dict[str, Callable[[float], FloatArray]] = {
+        "on_surface": lambda limit: (
+            np.maximum(np.abs(roll_sensitivity(alpha, coefficients)), np.abs(pitch_sensitivity(alpha, coefficients)))
+            - limit
+        ),
+        "R_sign": lambda limit: _against_its_sign(np.asarray(level_determinant(alpha, coefficients))) - limit,
+        "least_singular_value": lambda limit: limit - np.asarray(least_singular_value(alpha, vehicle)),
+        "hover_thrust": lambda limit: limit - np.nan_to_num(hover_thrust_shares(alpha, vehicle), nan=-9.0).min(axis=1),
+    }
+    found = []
+    for check in report.checks:
+        if check.ok or check.name not in excess or check.where is None or check.limit is None:
+            continue
+        over = excess[check.name](check.limit)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
+        title, row = check.name.replace("_", " "), check.where["row"]  # the place is at this row, or behind it
+        for first, end in edges.reshape(-1, 2).tolist():
+            if first < row <= end or first < row % len(alpha) + 1 <= end:
+                continue
+            worst = first + int(np.argmax(over[first:end]))
+            rows = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"
+            place = dict(zip(("alpha1", "alpha2"), alpha[worst, :2].tolist(), strict=True))
+            found.append((first - end, place | {"message": f"{title} broken: {rows}"}))
+    found.sort(key=lambda one: one[0])
+    return [told for _, told in found[:_MOST_RUNS]]
+
+
+def _against_its_sign(values: FloatArray) -> FloatArray:
+    """Return by how much values lie beyond zero from where most of them, by size, are."""
+    return values if values[np.argmax(np.abs(values))] < 0 else -values
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
@@ -147,8 +215,12 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     others = {name: value for name, value in request.items() if name not in DEFAULTS}
     if others != {name: value for name, value in _UNSHOWN.items() if name in others}:
         return None
-    if "t" in table and 2 <= len(table) <= LIMITS["samples"]:
+    if "t" in table and 2 <= len(table) <= RANGES["samples"].high + 1:
         state["samples"] = len(table) - 1
+    if state.get("method") == "exact":
+        state.pop("divisions", None)  # of no use, and perhaps more than are taken here
+    if number_of(state.get("accuracy")) < RANGES["accuracy"].low:
+        state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
     try:
         state |= _preset_of(request.get("vehicle", DEFAULTS["vehicle"]))
         state_of(state)
@@ -184,6 +256,8 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
     result = planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
+    if progress is not None:
+        progress(f"writing {suffix}")
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"

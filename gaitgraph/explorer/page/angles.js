@@ -1,7 +1,7 @@
 // Angles as a researcher writes them: multiples of π where they are such, radians otherwise. No planning here.
 
 export const HALF_PI = Math.PI / 2;
-const DENOMINATORS = [1, 2, 4, 8, 16, 32, 64];
+const DENOMINATORS = [1, 2, 4, 8, 16, 32, 64, 128];
 
 /** Return [n, d] with x = nπ/d, n and d whole and d a power of two, or null. Exact if tolerance is 0. */
 export function multipleOfPi(x, tolerance = 1e-9) {
@@ -59,6 +59,12 @@ export function angleFromText(text) {
   const degrees = /^([+-]?\d+(?:\.\d+)?)(?:deg|°)$/.exec(plain);
   if (degrees) return (Number(degrees[1]) * Math.PI) / 180;
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/.test(plain) ? Number(plain) : null;
+}
+
+/** Return exactly the multiple of π that x is but for rounding, or x itself where it is none. */
+export function tidied(x) {
+  const found = multipleOfPi(x);
+  return found ? (found[0] * Math.PI) / found[1] : x;
 }
 
 /** Return x kept within [−π/2, π/2]. */

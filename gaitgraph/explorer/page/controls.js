@@ -2,6 +2,7 @@
 
 import { HALF_PI, angle, angleFromText, exactText, figure, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
+import { numberFrom, suits } from "./state.js";
 
 const LABELS = {
   auto: "auto",
@@ -41,7 +42,7 @@ function filled(select, options, onChoose) {
 const labelled = (values) => values.map((value) => [value, LABELS[value] ?? value]);
 
 /**
- * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), say(text).
+ * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), problem(text), tell(text).
  *
  * Returns a function that shows a state.
  */
@@ -53,16 +54,15 @@ export function bindControls(setup, on) {
   for (const [key, values] of [
     ["color", setup.colors],
     ["sign", setup.signs],
-    ["method", setup.methods],
   ]) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));
   }
+  shows.push(bindMethod(setup, on));
   const bind = (id, key, options) => {
     const show = filled(byId(id), options, choose(key));
     shows.push((state) => show(state[key]));
   };
-  bind("objective", "objective", labelled(setup.objectives));
   bind(
     "law",
     "law",
@@ -118,23 +118,16 @@ export function bindControls(setup, on) {
     shows.push((state) => show(state.view[key]));
   }
 
-  for (const [key, whole] of [
-    ["period", false],
-    ["samples", true],
-    ["divisions", true],
-  ]) {
+  for (const key of ["period", "samples", "divisions"]) {
     const input = byId(key);
+    const range = setup.ranges[key];
     input.addEventListener("change", () => {
-      const value = Number(input.value);
-      const wrong =
-        input.value.trim() === "" || !Number.isFinite(value) || value <= 0 || (whole && !Number.isInteger(value));
-      input.setAttribute("aria-invalid", String(wrong));
-      if (wrong)
-        on.problem(
-          `${input.labels[0].textContent.trim()}: “${input.value}”; allowed is a ` +
-            `${whole ? "whole " : ""}number above 0`,
-        );
-      else on.commit({ [key]: value });
+      const value = numberFrom(input.value, range);
+      input.setAttribute("aria-invalid", String(value === null));
+      if (value === null) {
+        const written = range.whole ? "" : ", with a point";
+        on.problem(`${input.labels[0].textContent.trim()}: “${input.value}”; allowed is ${range.allowed}${written}`);
+      } else on.commit({ [key]: value });
     });
     shows.push((state) => {
       if (document.activeElement !== input || input.getAttribute("aria-invalid") !== "true") {
@@ -149,11 +142,40 @@ export function bindControls(setup, on) {
   return (state) => shows.forEach((show) => show(state));
 }
 
+/** The method, and the objective, of which some go with one method only. */
+function bindMethod(setup, on) {
+  let state = null;
+  const showMethod = segmented(byId("field-method"), "method", labelled(setup.methods), (method) => {
+    if (suits({ ...state, method }, setup)) {
+      on.commit({ method });
+      return;
+    }
+    const { objective } = setup.defaults;
+    const lost = LABELS[state.objective] ?? state.objective;
+    on.commit({ method, objective });
+    on.tell(`The objective is now “${LABELS[objective]}”: “${lost}” does not go with the method “${LABELS[method]}”.`);
+  });
+  const select = byId("objective");
+  const showObjective = filled(select, labelled(setup.objectives), (objective) => on.commit({ objective }));
+  return (next) => {
+    state = next;
+    showMethod(next.method);
+    for (const option of select.options) {
+      const methods = setup.methods.filter((method) => suits({ method, objective: option.value }, setup));
+      const why = `${methods.map((method) => LABELS[method] ?? method).join(", ")} only`;
+      option.disabled = !methods.includes(next.method);
+      option.textContent = `${LABELS[option.value] ?? option.value}${option.disabled ? ` (${why})` : ""}`;
+      option.title = option.disabled ? `It goes with the method ${why}` : "";
+    }
+    showObjective(next.objective);
+  };
+}
+
 function bindDragRatio(setup, on) {
   const slider = byId("drag_ratio");
   const value = byId("drag_ratio-value");
   const reset = byId("drag_ratio-reset");
-  const [low, high] = setup.limits.drag_ratio.map(Math.log);
+  const [low, high] = [setup.ranges.drag_ratio.low, setup.ranges.drag_ratio.high].map(Math.log);
   const ratio = () => Number(Math.exp(low + (Number(slider.value) / 1000) * (high - low)).toPrecision(4));
   slider.addEventListener("input", () => on.preview({ drag_ratio: ratio() }));
   slider.addEventListener("change", () => on.commit({ drag_ratio: ratio() }));
@@ -194,7 +216,7 @@ function bindWaypoints(on) {
     if (wrong) {
       on.problem(
         `Waypoint ${index + 1}, α${axis + 1}: “${input.value}”; allowed are angles within ±π/2, ` +
-          "such as 3pi/8, 67.5deg or 1.178",
+          "such as 3pi/8, 67.5deg or 1.178, with a point",
       );
       return;
     }

@@ -67,7 +67,10 @@ const planner = latest("api/plan", {
       failed(error);
       return;
     }
-    plan = { status: "refused", reason: error.message };
+    // Without waypoints there is nothing to judge: what else is wrong is said, but is no verdict.
+    const isEmpty = !body.waypoints.length;
+    if (isEmpty) problem(error.message);
+    plan = isEmpty ? { status: "empty" } : { status: "refused", reason: error.message };
     planFor = planKey(body);
     byId("main").classList.remove("stale");
     map.showPlan(plan);
@@ -439,7 +442,7 @@ function bindHeader() {
 
 function bindKeys() {
   addEventListener("keydown", (event) => {
-    const isText = event.target.matches?.("input[type=text], input[type=number]");
+    const isText = event.target.matches?.("input[type=text]");
     if ((event.ctrlKey || event.metaKey) && !event.altKey && !isText) {
       const key = event.key.toLowerCase();
       if (key === "z") (event.shiftKey ? store.redo : store.undo)();
@@ -459,7 +462,9 @@ function bindKeys() {
 function readAddress() {
   const { state, problems } = stateFrom(location.hash, setup);
   if (problems.length) {
-    notice(`The address holds what cannot be used; the default stands instead. ${problems.slice(0, 3).join(" · ")}`);
+    const more = problems.length > 8 ? [`and ${problems.length - 8} more`] : [];
+    const told = [...problems.slice(0, 8), ...more].join(" · ");
+    notice(`The address holds what cannot be used; the default stands instead. ${told}`);
   } else notice(null);
   return state;
 }
@@ -486,6 +491,10 @@ async function start() {
     preview: (patch) => store.preview(patch),
     look: (patch) => store.look(patch),
     problem,
+    tell(text) {
+      notice(text);
+      say(text);
+    },
     remove: removeWaypoint,
     removePolygon,
     selectPolygon(kind, index) {

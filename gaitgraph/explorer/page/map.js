@@ -1,6 +1,6 @@
 // The hand and the keyboard on the (α1, α2) map. It tells what they do; it knows no rule of a gait.
 
-import { HALF_PI, angle, clamped, snapped } from "./angles.js";
+import { HALF_PI, angle, clamped, snapped, tidied } from "./angles.js";
 import { pictureIn } from "./picture.js";
 
 const REACH = { mouse: 11, touch: 22, pen: 16 }; // how near counts as on it [px]
@@ -235,7 +235,7 @@ export function mapIn(root, on) {
     const chosen = shown.selected?.kind === "waypoint" ? shown.selected.index : null;
     const from = chosen === null ? shown.crosshair : shown.state.waypoints[chosen];
     const moved = from.map((a, k) => clamped(a + direction[k] * by));
-    const target = shown.state.view.snap && !fine ? moved.map(snapped) : moved;
+    const target = moved.map(shown.state.view.snap && !fine ? snapped : tidied);
     shown.crosshair = target;
     if (chosen !== null) on.move(chosen, target);
     paintCrosshair();

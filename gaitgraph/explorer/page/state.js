@@ -22,7 +22,7 @@ const VIEW_CHOICES = {
 const POINTS = { waypoints: "waypoints" };
 const POLYGONS = ["keep_out", "keep_in"];
 const FLAGS = ["any_order", "reverse"];
-const NUMBERS = ["divisions", "drag_ratio", "period", "samples", "eta"];
+const NUMBERS = ["divisions", "accuracy", "drag_ratio", "period", "samples", "eta"];
 
 /** Return the choices of each field that has a fixed list, from the server's setup. */
 function choicesOf(setup) {
@@ -86,6 +86,15 @@ function pointsFrom(text, limit, what) {
   return points;
 }
 
+/** Return the number that a text is, if it lies in a range of the server's setup, else null. */
+export function numberFrom(text, range) {
+  const plain = text.trim();
+  if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain)) return null;
+  const value = Number(plain);
+  const isLow = range.above ? value <= range.low : value < range.low;
+  return isLow || value > range.high || (range.whole && !Number.isInteger(value)) ? null : value;
+}
+
 function valueFrom(key, text, setup) {
   if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints, "waypoints");
   if (POLYGONS.includes(key)) {
@@ -105,8 +114,9 @@ function valueFrom(key, text, setup) {
     return text === "yes";
   }
   if (key === "drag_ratio" && text === "own") return null;
-  const value = Number(text);
-  if (text.trim() === "" || !Number.isFinite(value)) throw new Wrong("a number is needed");
+  const range = setup.ranges[key];
+  const value = numberFrom(text, range);
+  if (value === null) throw new Wrong(`allowed is ${range.allowed}`);
   return value;
 }
 
@@ -128,7 +138,16 @@ export function stateFrom(hash, setup) {
       problems.push(`${part.length > 60 ? `${part.slice(0, 60)}…` : part}: ${why}`);
     }
   }
+  if (!suits(state, setup)) {
+    problems.push(`objective=${state.objective}: not with the method ${state.method}`);
+    state.objective = setup.defaults.objective;
+  }
   return { state, problems };
+}
+
+/** Return whether the objective is one that goes with the method. */
+export function suits({ method, objective }, setup) {
+  return setup.objectives_of[method].includes(objective);
 }
 
 /** Return what a plan depends on, as a text to compare: everything but the view and the biased gait. */
