@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -133,10 +134,14 @@ def _of_file(path: str | Path) -> Iterator[None]:
 
 
 def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
-    """Return the gait in a file: the closed polyline through its rows; parameters and errors as for :func:`gait_of`."""
+    """Return the gait in a file: the closed polyline through its rows; parameters and errors as for :func:`gait_of`.
+
+    It keeps the request that made the file, if that tells one and no other vehicle or coefficients are asked for.
+    """
     table = read_table(path)
     with _of_file(path):
-        return gait_of(table, vehicle=vehicle, coefficients=coefficients)
+        gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+    return replace(gait, request=_told_request(table, vehicle, coefficients))
 
 
 def request_of_file(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
@@ -299,6 +304,8 @@ def export_file(
     """
     paths = list(outputs)
     _check_choices(options, paths, force)
+    formats = [known_format(path, "output") for path in paths]
+    for_servos = any(one.reads or "joint_names" in one.options for one in formats)
     parts = len(paths) + 1
     reached = 0.0
 
@@ -310,14 +317,14 @@ def export_file(
 
     pieces = _pieces_to_write(source, progress=lambda share: report(share / parts), **choices)
     seen: list[Exported] = []
-    clipped: dict[str, int] = {}
 
     def counted() -> Iterator[Table]:
         rows, begun = 0, len(seen)
+        clipped: dict[str, int] = {}
         total = max(seen[0].rows, 1) if seen else None
         columns: tuple[str, ...] = ()
         for piece in pieces():
-            if servos is not None and not begun:
+            if servos is not None and for_servos and not begun:
                 for name, count in clipped_rows(piece, servos).items():
                     clipped[name] = clipped.get(name, 0) + count
             rows, columns = rows + len(piece), tuple(piece.columns)
@@ -328,6 +335,8 @@ def export_file(
         report((begun + 2) / parts)
 
     write_pieces(counted, paths, force=force, options=options, servos=servos)
+    if not seen:  # formats that take the first piece alone have not counted the others
+        deque(counted(), maxlen=0)
     return seen[0]
 
 

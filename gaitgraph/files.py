@@ -76,7 +76,7 @@ def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}") from error
+        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}, in UTF-8") from error
 
 
 def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:

@@ -49,13 +49,26 @@ def is_frame(value: object) -> bool:
     >>> is_frame({"alpha1": [0.4]}), is_frame("gait.csv")
     (True, False)
     """
-    if isinstance(value, (Table, str, type)):
+    if isinstance(value, (Table, str, type)) or _is_lazy(value):
         return False
     return isinstance(value, Mapping) or (hasattr(value, "columns") and hasattr(value, "__getitem__"))
 
 
+def _is_lazy(value: object) -> bool:
+    """Return whether a value is a frame that has to be computed first; that is not asked of the value itself."""
+    return hasattr(type(value), "collect") and hasattr(type(value), "columns")
+
+
+def _check_there(value: object) -> None:
+    if _is_lazy(value):
+        raise InputError(
+            f"frame: a {type(value).__name__}; allowed is a frame whose rows are there: collect() it first"
+        )
+
+
 def as_table(value: Any) -> Any:
-    """Return a frame as a table, and anything else as it is."""
+    """Return a frame as a table, and anything else as it is; InputError for a lazy frame."""
+    _check_there(value)
     return table_from_frame(value) if is_frame(value) else value
 
 
@@ -84,6 +97,7 @@ def table_from_frame(frame: Any) -> Table:
     >>> len(table), list(table.columns)
     (2, ['alpha1', 'alpha2', 'color'])
     """
+    _check_there(frame)
     if not is_frame(frame):
         raise InputError(f"frame: {shown(frame)}; allowed is a frame of pandas or polars, or a mapping of columns")
     names = list(frame) if isinstance(frame, Mapping) else list(getattr(frame, "column_names", None) or frame.columns)

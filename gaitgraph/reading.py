@@ -50,6 +50,7 @@ __all__ = ["provenance_in", "read_pieces", "read_table", "table_from_columns"]
 FloatArray = npt.NDArray[np.float64]
 
 _WHAT, _ALLOWED = "gait file", "a gait table: " + ", ".join(readable_suffixes())
+_TEXT = "a gait table as text"
 _LONGEST_LINE = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
 _LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
@@ -112,7 +113,7 @@ def read_pieces(
     form = known_format(path, _WHAT, reads=True)
     try:
         if form.suffix == ".json":
-            yield _from_json(text_of(path, _WHAT, _ALLOWED), plane_only, joints)
+            yield _from_json(text_of(path, _WHAT, _TEXT), plane_only, joints)
         elif form.suffix == ".csv":
             yield from _from_csv(path, progress, plane_only, joints)
         else:
@@ -120,8 +121,7 @@ def read_pieces(
     except MissingExtra:
         raise
     except InputError as error:
-        told = str(error)
-        raise error if told.startswith(_WHAT) else InputError(f"{_WHAT} {str(path)!r}: {told}") from error
+        raise _of_file(path, error) from error
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
@@ -141,7 +141,13 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
     except MissingExtra:
         raise
     except InputError as error:
-        raise InputError(f"{_WHAT} {str(path)!r}: {error}") from error
+        raise _of_file(path, error) from error
+
+
+def _of_file(path: Path, error: InputError) -> InputError:
+    """Return an error that names the file, once."""
+    told = str(error)
+    return error if told.startswith(_WHAT) else InputError(f"{_WHAT} {str(path)!r}: {told}")
 
 
 def _from_format(
@@ -200,7 +206,7 @@ def _lines_of(path: Path, progress: Callable[[float], None] | None) -> Iterator[
 
 
 def _split(content: bytes, path: Path) -> list[str]:
-    text = decoded(content, path, _WHAT, _ALLOWED)
+    text = decoded(content, path, _WHAT, _TEXT)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text.removesuffix("\n").split("\n")
@@ -457,7 +463,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
             numbers[k] = math.nan
         if not math.isfinite(numbers[k]):
             allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
-            raise InputError(f"row {row + k + 1}: {name} is {shown(value)}; allowed is {allowed}")
+            told = "missing" if value is None else shown(value)
+            raise InputError(f"row {row + k + 1}: {name} is {told}; allowed is {allowed}")
     return numbers
 
 
@@ -479,7 +486,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     seen: set[str] = set()
     for k, text in enumerate(texts):
         if name == "color" and text not in FAMILIES:
-            raise InputError(f"row {row + k + 1}: color is {shown(text)}; allowed are {_COLORS}")
+            told = "missing" if text is None else shown(text)
+            raise InputError(f"row {row + k + 1}: color is {told}; allowed are {_COLORS}")
         if name == "types" and not (isinstance(text, str) and text in seen):
             try:
                 types_from_text(text)

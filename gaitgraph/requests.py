@@ -328,9 +328,11 @@ def request_in_about(about: object) -> dict[str, Any]:
     """
     found = about.get("request") if isinstance(about, dict) else None
     if not isinstance(found, dict):
+        maker = about.get("made_by") if isinstance(about, dict) else None
+        why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
         raise InputError(
-            "it tells no request that made it, so there is nothing to plan again; allowed is a request, or a gait "
-            "file of a planned gait"
+            f"it tells no request that made it{why}, so there is nothing to plan again; allowed is a request, or a "
+            "gait file of a planned gait"
         )
     return dict(found)
 

@@ -188,6 +188,7 @@ def pieces_of(
         "crossing_tolerance": gait.crossing_tolerance,
         "period": timed.period,
         "law": timed.law,
+        **({} if timed.law in LAWS else {"made_by": "pace"}),
         **({"request": _as_timed(timed)} if gait.request else {}),
         **(about or {}),
     }

@@ -27,13 +27,13 @@ from gaitgraph.invertibility import Kind, coefficients_of
 from gaitgraph.regions import red_label, separating_factor
 from gaitgraph.reports import DEFAULT_FLOOR, Report
 from gaitgraph.search import allowed_edges
-from gaitgraph.tables import ANGLES, RATES, Table, table_of
+from gaitgraph.tables import ANGLES, RATES, Table, merged, pieces_of
 from gaitgraph.timing import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
 from gaitgraph.vehicle import PAPER, Vehicle
-from gaitgraph.writing import write_tables
+from gaitgraph.writing import write_pieces
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     import networkx as nx
@@ -120,21 +120,33 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the way, from t = 0 to its duration; raises Infeasible if there is none."""
-        whole, rows = table_of(self.timed), self.samples + 1
-        columns = {name: values[:rows] for name, values in whole.columns.items()}
+        return merged(self.pieces())
+
+    def pieces(self) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
+        ends = {"leaves_corner": _number(self.corners[0]), "joins_corner": _number(self.corners[1])}
+        about = {"period": self.duration, "made_by": "transition", "transition": ends}
+        left = self.samples + 1
+        for piece in pieces_of(self.timed, about):
+            way = piece.rows(0, left)
+            left -= len(way)
+            yield way if left else self._ended(way)
+            if not left:
+                return
+
+    def _ended(self, piece: Table) -> Table:
+        """Return a piece whose last row is the end of the way, not the begin of the way back."""
+        columns = dict(piece.columns)
         columns["t"] = np.append(columns["t"][:-1], self.duration)
-        # The end of the way is not the begin of the way back.
         before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
         for k, (angle, speed) in enumerate(zip(ANGLES, RATES, strict=True)):
             columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
             columns[speed] = np.append(columns[speed][:-1], 0.0 if self.law == LAWS[0] else before[k])
-        ends = {"leaves_corner": _number(self.corners[0]), "joins_corner": _number(self.corners[1])}
-        about = {**whole.about, "period": self.duration, "transition": ends}
-        return Table(columns=columns, about=about)
+        return replace(piece, columns=columns)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the table of the way; see :func:`gaitgraph.writing.write_tables`."""
-        write_tables(self.table(), paths, force=force, options=options)
+        write_pieces(self.pieces, paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import GaitgraphError, InputError
 from gaitgraph.files import table_from_toml, target_of, text_of
-from gaitgraph.writing import check_outputs, write_tables
+from gaitgraph.writing import check_outputs, write_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -159,8 +159,13 @@ class OwnOutputs:
         """What was written, and stands there untouched."""
         return tuple(path for path in self.paths if self._is_own(path))
 
-    def write(self, table: Table) -> None:
-        """Write a table to every output.
+    def write(self, pieces: Callable[[], Iterable[Table]]) -> None:
+        """Write a table that comes piece by piece to every output.
+
+        Parameters
+        ----------
+        pieces
+            As for :func:`gaitgraph.writing.write_pieces`.
 
         Raises
         ------
@@ -169,8 +174,8 @@ class OwnOutputs:
         """
         mine = self.own
         others = [path for path in self.paths if path not in mine]
-        write_tables(table, others, force=self._force)
-        write_tables(table, mine, force=True)
+        write_pieces(pieces, others, force=self._force)
+        write_pieces(pieces, mine, force=True)
         self._written = {path: mark_of(Path(path)) for path in self.paths}
 
     def _is_own(self, path: str) -> bool:

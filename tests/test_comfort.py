@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +24,9 @@ from gaitgraph.watching import OwnOutputs, changes, files_of_request
 from tests.published import GAITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
+
+    from gaitgraph.tables import Table
 
 ESCAPE = "\x1b"
 ANSI = re.compile(r"\x1b\[\d+m")
@@ -578,6 +581,29 @@ def test_watch_replaces_what_it_wrote_and_nothing_else(run: Any, while_watching:
     assert result.out.count("wrote gait.csv") == 3
 
 
+def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever writes a table from a clock holds some rows of it at a time."""
+    sizes: list[int] = []
+
+    def taken(pieces: Iterable[Table], path: Path) -> None:
+        sizes.extend(map(len, pieces))
+        path.write_text("")
+
+    monkeypatch.setattr("gaitgraph.formats.texts.write_csv", taken)
+    rows, long = 70_000, ["--samples", "69999", "--output", "long.csv", "--force"]
+    assert run("plan", *SQUARE, "--output", "gait.json").code == 0
+    for command in (
+        ["plan", *SQUARE],
+        ["pace", "gait.json", "--max-rate", "10", "--max-acceleration", "90", "--max-jerk", "2000"],
+        ["transition", "hover", "hover"],
+        ["optimize", "--waypoint", "0.9,-0.9"],
+    ):
+        sizes.clear()
+        done = run(*command, *long)
+        assert (done.code, done.err) == (0, ""), command
+        assert (sum(sizes), max(sizes)) == (rows, 1 << 16), command
+
+
 def test_watch_with_force_replaces_everything(run: Any, while_watching: Any) -> None:
     Path("request.toml").write_text(REQUEST)
     Path("gait.csv").write_text("mine")
@@ -654,11 +680,11 @@ def test_a_request_that_cannot_be_read_keeps_its_vehicle(tmp_path: Path) -> None
 
 
 def test_outputs_are_all_kept_if_one_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gaitgraph.tables import table_of
+    from gaitgraph.tables import pieces_of
 
     monkeypatch.chdir(tmp_path)
-    table = table_of(gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
-    other = table_of(gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=6))
+    table = partial(pieces_of, gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
+    other = partial(pieces_of, gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=6))
     own = OwnOutputs(["a.csv", "b.json"])
     own.write(table)
     assert own.own == ("a.csv", "b.json")

@@ -267,9 +267,14 @@ def test_the_matlab_function_tells_what_made_it(planned: TimedGait, tmp_path: Pa
     assert "<<" not in text
     assert reading.provenance_in(path) == table_of(planned).about
     assert request_of_file(path, {})[0].period == 2.0
-    for name in ("3rd", "my-gait", "end", "plot", "a b"):
+    for name in ("3rd", "my-gait", "end", "a b"):
         with pytest.raises(gg.InputError, match="allowed for a MATLAB function are letters"):
             planned.write(tmp_path / f"{name}.m")
+    for name in ("plot", "legend", "exist", "isfield", "vertcat", "on", "columns", "text_of", "alpha"):
+        with pytest.raises(gg.InputError, match=f"{name} is a function that the script calls, or a variable of it"):
+            planned.write(tmp_path / f"{name}.m")
+    planned.write(tmp_path / "gait.m")
+    (tmp_path / "gait.m").unlink()
     path.write_text("function x\nend\n")
     with pytest.raises(gg.InputError, match=r"gait3\.m': it has no line '% made by:'"):
         request_of_file(path, {})
@@ -288,6 +293,23 @@ def test_octave_loads_the_file_beside_the_function(suffix: str, planned: TimedGa
     expected = np.concatenate([angles.T.ravel(), rates.T.ravel() + 0.0, planned.t])
     found = [float(text) for text in done.stdout.split()]
     np.testing.assert_allclose(found, expected, rtol=1e-15 if suffix == ".json" else 0)  # its jsondecode rounds
+
+
+def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any) -> None:
+    planned.write(tmp_path / "gait.csv")
+    for count, force in ((13, []), (13, ["--force"]), (5, ["--force", "--samples", "4"])):
+        done = run("export", "gait.csv", "z.m", *force, "--json")
+        assert done.json["rows"] == count
+    assert run("export", "gait.csv", "z.m", "--force").out.startswith("wrote z.m: a function that loads and plots")
+    # Pieces that a format does not look at are counted all the same, and once.
+    servos = gg.joint_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
+    alone, beside = (
+        export_file(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
+        for names in (["a.csv"], ["z.m", "a.csv"])
+    )
+    assert beside == alone
+    assert alone.clipped["alpha1"] > 0
+    assert not export_file(tmp_path / "gait.csv", [tmp_path / "z.m"], force=True, servos=servos).clipped
 
 
 # Streaming ------------------------------------------------------------------------------------------------------------
@@ -570,12 +592,43 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
         ({"alpha": cells}, "alpha1: alpha is a cell array; allowed is a matrix of 4 columns"),
         ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing|array of structs"),
         ({**FOUR, "t": np.array([0, np.inf, 1])}, "row 2: t is inf; allowed is a finite number"),
+        (
+            {"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0},
+            "it has 2 structs, 'a', 'b'; allowed is one, or one called 'gait'",
+        ),
     ):
         for packed in (False, True):
             mat_of(path, content, packed=packed)
             with pytest.raises(gg.InputError, match=message):
                 read_table(path)
             refusal(path)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_long_compressed_matlab_file_is_inflated_on_the_way(inside: bool, tmp_path: Path) -> None:
+    rows, path = 200_000, tmp_path / "long.mat"
+    alpha = np.round(np.sin(np.arange(4 * rows) * 1e-4), 3).reshape(4, rows).T
+    content = {"alpha": alpha, "t": np.arange(rows) / 100.0, "R": np.zeros(rows)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gaitgraph.formats.matlab._SHORT", 1 << 18)
+        mat_of(path, {"gait": content} if inside else content, packed=True)
+        tracemalloc.start()
+        try:
+            start = 0
+            for piece in read_pieces(path):
+                assert (piece.alpha == alpha[start : start + len(piece)]).all()
+                assert (piece["t"] == content["t"][start : start + len(piece)]).all()
+                start += len(piece)
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert start == rows
+        assert peak < 3 * alpha.nbytes  # each of its four columns would hold it once
+        if not inside:  # the last four bytes of a compressed variable are its checksum
+            whole = path.read_bytes()
+            place = 128 + 8 + struct.unpack_from("<I", whole, 132)[0] - 1
+            path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+            assert "incorrect data check" in refusal(path)
 
 
 def test_matlab_files_that_are_broken_or_bombs_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -640,8 +693,8 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
         ({"alpha1": pa.array([[0.0]] * 3)}, "column 'alpha1' holds list<"),
         ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, r"column 't' holds timestamp\[.*\]; allowed are numbers"),
         ({"color": pa.array([1, 2, 3])}, "column 'color' holds int64; allowed are texts"),
-        ({"color": pa.array(["red", None, "red"])}, "row 2: color is None"),
-        ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2 is nan; allowed is a finite number"),
+        ({"color": pa.array(["red", None, "red"])}, "row 2: color is missing"),
+        ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2 is missing; allowed is a finite number"),
         ({"alpha2": pa.array([0.0, 2.0, 0.0])}, "row 2: alpha2 is 2.0 rad"),
     ):
         content = {name: values for name, values in {**FOUR, **changed}.items() if values is not None}
@@ -654,8 +707,9 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     pq.write_table(pa.table({name: values[:0] for name, values in FOUR.items()}), path)
     assert "it has no rows" in refusal(path)
     pq.write_table(pa.table({name: np.zeros(100_000) for name in FOUR}), path)
-    monkeypatch.setattr(parquet, "MOST_BYTES", 100_000)
-    assert "it claims 100000 rows, and has" in refusal(path)
+    assert len(read_table(path)) == 100_000
+    monkeypatch.setattr(parquet, "_MOST_UNPACKED", 1 << 20)
+    assert "its 100000 rows of 4 columns unpack to 3 MiB, and it has" in refusal(path)
 
 
 def test_parquet_files_that_are_broken_are_refused(valid_files: dict[str, list[bytes]], tmp_path: Path) -> None:
@@ -675,6 +729,18 @@ def test_parquet_files_that_are_broken_are_refused(valid_files: dict[str, list[b
     values = whole.index(np.float64(gg.angle_from_text("3pi/8")).tobytes())
     path.write_bytes(whole[:values] + bytes([whole[values] ^ 1]) + whole[values + 1 :])
     assert "verify page integrity" in refusal(path)
+
+
+def test_a_file_is_named_once_and_said_to_be_no_text(tmp_path: Path) -> None:
+    for name in ("a.m", "a.csv", "a.json"):
+        (tmp_path / name).write_bytes(b"\xff\xfe\0")
+        with pytest.raises(gg.InputError) as problem:
+            reading.provenance_in(tmp_path / name)
+        told = str(problem.value)
+        assert told.startswith(f"gait file '{tmp_path / name}': not UTF-8 text; allowed is ")
+        assert told.endswith(", in UTF-8")
+        assert told.count("gait file") == 1
+        assert ".csv, " not in told
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".mat", ".parquet", ".m"])
@@ -785,6 +851,10 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         (frame.assign(t=pd.date_range("2020", periods=13)), "t: its values are of the type datetime64"),
         (frame.iloc[:0], "it has no rows"),
         (planned.to_polars().with_columns(pl.lit(None).alias("alpha2")), "row 1: alpha2 is"),
+        (
+            planned.to_polars().lazy(),
+            r"frame: a LazyFrame; allowed is a frame whose rows are there: collect\(\) it first",
+        ),
         ({}, "column 'alpha1' is missing"),
         ({**FOUR, "alpha1": np.zeros((3, 3))}, "alpha1: it has 2 dimensions"),
         ({**FOUR, "alpha1": 3}, "alpha1: it has 0 dimensions"),
@@ -796,6 +866,8 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         gg.validate(5)  # type: ignore[arg-type]
     with pytest.raises(gg.InputError, match="frame: 5; allowed is a frame of pandas or polars"):
         table_from_frame(5)
+    with pytest.raises(gg.InputError, match="frame: a LazyFrame"):
+        table_from_frame(planned.to_polars().lazy())
     frame.attrs["gaitgraph"] = {"format": "gaitgraph gait table", "about": {"a": object()}}
     with pytest.raises(gg.InputError, match="attrs: .*; allowed is what gaitgraph told there"):
         table_from_frame(frame)

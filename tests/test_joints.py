@@ -271,6 +271,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"joint": [*FOUR[:3], {"rotr": 4}]}, "joint 4: 'rotr' is no field; did you mean 'rotor'"),
     ({"joint": [*FOUR[:3], {"name": "alpha1"}]}, "name: 'alpha1' is given twice"),
     ({"joint": [*FOUR[:3], {"column": "t"}]}, "column: 't' is given twice"),
+    ({"joint": [*FOUR[:3], {"column": "color"}]}, "column: 'color' is one of texts in a gait table"),
+    ({"time": "types"}, "column: 'types' is one of texts"),
     ({"joint": [*FOUR[:3], {"name": ""}]}, "name: ''; allowed is a printable text of 1 to 64"),
 ]
 
@@ -389,7 +391,7 @@ def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp
     write_tables(table, [gait])
     done = run("export", gait, mapped, picture, "--servos", servos)
     assert done.code == 0
-    assert "joints front_right, rear_left, front_left, rear_right" in done.out
+    assert "41 rows of time_ms, front_right_us, rear_left_us, front_left_us, rear_right_us" in done.out
     assert mapped.read_text().startswith("time_ms,front_right_us,rear_left_us,front_left_us,rear_right_us")
     assert run("export", mapped, back).code == 0
     assert np.allclose(read_table(back).alpha, table.alpha, rtol=0, atol=1e-14)
@@ -418,6 +420,25 @@ def test_export_says_what_servos_cannot_do(table: Table, servos: Path, tmp_path:
     assert "clipped: joint 'front_right' at its limit in" in run("export", gait, mapped, "--servos", servos).out
     done = run("export", gait, mapped, "--servos", "x_fram")
     assert (done.code, "did you mean 'x_frame'" in done.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "names"),
+    [(".csv", ["made_by"]), (".npz", ["provenance"]), (".mat", ["provenance", "names", "units", "gait", "alpha_rate"])],
+)
+def test_a_column_with_a_name_of_the_formats_own_is_refused(
+    suffix: str, names: list[str], table: Table, tmp_path: Path
+) -> None:
+    for name in ["t", "made_by", "provenance", "names", "units", "gait", "alpha_rate", "servos", "about"]:
+        stated = joint_map_from_mapping({"time": "time", "joint": [*FOUR[:3], {"rotor": 4, "column": name}]})
+        path = tmp_path / f"{name}{suffix}"
+        if name in names:
+            with pytest.raises(gg.InputError, match=f"column '{name}': a {suffix} file has something else there"):
+                write_tables(table, [path], servos=stated)
+            assert not path.exists()
+        else:
+            write_tables(table, [path], servos=stated)
+            assert (read_table(path).alpha == table.alpha).all()
 
 
 def test_writing_tables_heeds_the_formats_of_robots(table: Table, tmp_path: Path) -> None:

@@ -320,6 +320,8 @@ def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
         (["g.mcap", "--joint-names", "a,b,c,"], "joint_names: ''; allowed is a printable text of up to 100"),
         (["g.mcap", "--states-topic", "a b"], "states_topic: 'a b'; allowed is a topic such as '/arm/joint_states'"),
         (["g.mcap", "--trajectory-topic", "/joint_states"], "states_topic: '/joint_states' is trajectory_topic too"),
+        (["g.mcap", "--states-topic", "/gaitgraph"], "states_topic: '/gaitgraph' tells what made the bag; allowed is"),
+        (["g.db3", "--trajectory-topic", "/gaitgraph"], "trajectory_topic: '/gaitgraph' tells what made the bag"),
         (["g.h", "--number", "flaot"], "number: 'flaot'; allowed are float, double, fixed; did you mean 'float'?"),
         (["g.h", "--c-name", "3a"], "c_name: '3a'; allowed are up to 60 letters"),
     ],
@@ -344,6 +346,46 @@ def test_the_command_line_writes_what_it_is_asked_for(run: Callable[..., Any], t
     assert len(messages_of(tmp_path / "g.db3", "/arm/states")) == len(message.points) == 41
     assert run("export", "g.db3", "back.csv").code == 0
     assert (read_table(tmp_path / "back.csv").alpha == TIMED.alpha).all()
+
+
+def test_the_command_line_says_what_each_file_holds(run: Callable[..., Any], tmp_path: Path) -> None:
+    TIMED.write(tmp_path / "gait.csv")
+    names = [f"g{suffix}" for suffix in (".npz", ".mcap", ".yaml", ".h", ".m", ".svg")]
+    (tmp_path / "servos.toml").write_text('unit = "deg"\ntime = "s"')
+    done = run("export", "gait.csv", *names, "--periods", 2, "--joint-names", "a,b,c,d", "--servos", "servos.toml")
+    told = dict(line.removeprefix("wrote ").split(": ", 1) for line in done.out.splitlines())
+    columns = [f"alpha{k}_deg" for k in range(1, 5)]
+    derived = [f"{name}{end}" for end in ("_rate", "_acceleration") for name in columns]
+    assert told == {
+        "g.npz": f"21 rows of s, {', '.join([*columns, *derived])}",
+        "g.mcap": "41 points of joints a, b, c, d",
+        "g.yaml": "41 points of joints a, b, c, d",
+        "g.h": "21 rows of joints a, b, c, d, and a function of time",
+        "g.m": "a function that loads and plots the .mat, .csv or .json file of its name",
+        "g.svg": "one period, drawn",
+    }
+    with np.load(tmp_path / "g.npz") as arrays:
+        assert list(arrays)[:-1] == ["s", *columns, *derived]
+    done = run("export", "gait.csv", "h.h", "--servos", "x_frame")
+    assert done.out == "wrote h.h: 21 rows of joints tilt1, tilt2, tilt3, tilt4, and a function of time\n"
+
+
+@pytest.mark.parametrize("name", ["g.h", "g.yaml", "g.m", "g.gif", "g.svg"])
+def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    TIMED.write(path)
+    whole = path.read_bytes()
+    told = provenance_in(path)
+    path.write_bytes(whole + b"\n")
+    if name != "g.svg":  # white space after it is as XML has it
+        assert provenance_in(path) == told
+    lines = [place for place, byte in enumerate(whole[:-1]) if byte == 10]
+    for end in (len(whole) - 2, lines[-1], lines[len(lines) // 2], lines[-9], len(whole) // 2):
+        path.write_bytes(whole[:end])
+        with pytest.raises(gg.InputError) as problem:
+            provenance_in(path)
+        assert str(problem.value).startswith(f"gait file '{path}': it ")
+        assert str(problem.value).count("gait file") == 1
 
 
 def test_a_missing_library_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -420,7 +462,11 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     assert (table.alpha == TIMED.alpha[:12]).all()
     (whole / "notes.txt").touch()
     assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
-    assert "allowed are the suffixes" in refused(tmp_path / "p3")  # the file in it is gone
+    assert "is a folder, and no ROS 2 bag; allowed are the suffixes" in refused(tmp_path / "p3")  # its file is gone
+    assert "is a folder, and no ROS 2 bag" in refused(tmp_path)  # there are bags in it
+    (tmp_path / "outer.mcap").mkdir()
+    shutil.move(whole, tmp_path / "outer.mcap" / "inner.mcap")
+    assert "a folder without a .mcap file; allowed is a ROS 2 bag" in refused(tmp_path / "outer.mcap")
 
 
 @pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
@@ -451,6 +497,10 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
         ([("/s", 1, state(1, FOUR, STILL)), ("/s", 2, state(2, FOUR[::-1], STILL))], "joints: ['d', 'c', 'b', 'a']"),
         ([("/s", 2, state(5, FOUR, STILL)), ("/s", 3, state(4, FOUR, STILL))], "row 2: t = -1e-09 does not increase"),
         ([("/gaitgraph", 1, TYPES[STRING](data="{}"))], "what made the file is not told by gaitgraph"),
+        (
+            [("/joint_states", 1, state(1, ["alpha1"] * 4, [0.1] * 4))],
+            "joints: ['alpha1', 'alpha1', 'alpha1', 'alpha1']; allowed are names that differ",
+        ),
     ],
 )  # fmt: skip
 def test_bags_of_something_else_are_told(tmp_path: Path, messages: list[tuple[str, int, Any]], told: str) -> None:
@@ -482,13 +532,13 @@ def test_no_bag_at_all(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(content)
         assert "allowed is a ROS 2 bag" in refused(tmp_path / name)
     (tmp_path / "e.mcap" / "e.mcap").mkdir(parents=True)
-    assert "Is a directory" in refused(tmp_path / "e.mcap")
+    assert "a folder without a .mcap file" in refused(tmp_path / "e.mcap")
     for name in ("a.yaml", "b.h"):
         (tmp_path / name).write_text("trajectory: {}\n")
         with pytest.raises(gg.InputError, match=f"{name}': it does not tell what made it"):
             provenance_in(tmp_path / name)
     with pytest.raises(gg.FileProblem, match="No such file"):
-        told_after("# ", tmp_path / "none.yaml")
+        told_after("# ", tmp_path / "none.yaml", end="# end")
 
 
 def record(kind: int, content: bytes) -> bytes:

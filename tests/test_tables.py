@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import gaitgraph as gg
 from gaitgraph import tables, writing
-from gaitgraph.exchange import export, gait_of, request_of_file
+from gaitgraph.exchange import export, gait_of, read_gait, request_of_file
 from gaitgraph.gait import lift
 from gaitgraph.planning import plan as planned
 from gaitgraph.reading import read_table
@@ -497,7 +497,27 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         other.parametrize(samples=4).write(tmp_path / f"{k}.csv")
         with pytest.raises(gg.InputError, match=rf"{k}\.csv.*tells no request"):
             request_of_file(tmp_path / f"{k}.csv", {})
+    rows = np.array([[0.4, -1.2, 0.5, -1.1], [0.4, -0.4, 0.4, -0.4], [1.2, -0.4, 1.1, -0.5]])
+    pacing = gg.least_period(gg.lift(G3.angles, "red"), gg.Limits(rate=9, acceleration=90, jerk=900))
+    assert pacing.timed is not None
+    made: dict[str, Any] = {
+        "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(samples=4),
+        "retarget": gg.retarget(rows).table,
+        "transition": gg.transition("hover", "hover").table(),
+        "pace": table_of(pacing.timed),
+    }
+    for maker, table in made.items():
+        write_tables(table, [tmp_path / f"{maker}.csv"])
+        with pytest.raises(gg.InputError, match=f"no request that made it: {maker} made it, which plan does not"):
+            request_of_file(tmp_path / f"{maker}.csv", {})
+        assert read_table(tmp_path / f"{maker}.csv").about["made_by"] == maker
+    paced = gg.least_period(gait, gg.Limits(rate=9, acceleration=90, jerk=900)).timed
+    assert paced is not None
+    assert table_of(paced).about["request"]["waypoints"] == gait.request["waypoints"]
+    assert made["optimize"].about["waypoints"] == [[0.9, -0.9]]
     gait.parametrize(samples=4).write(tmp_path / "gait.csv")
+    assert read_gait(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
+    assert not read_gait(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
     export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
     with pytest.raises(gg.InputError, match="tells no request"):
         request_of_file(tmp_path / "other.csv", {})

@@ -38,8 +38,8 @@ def validate_command(
     """Judge a gait table of any format or a saved plan, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the way back to the first row is implied. The exit code
-    is 1 if the gait is not valid (or not flyable, with --require flyable). A CSV file of any length is read piece by
-    piece.
+    is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any length are
+    read piece by piece.
     """
     from gaitgraph.validation import validate
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -69,7 +70,7 @@ def optimize_command(
     from gaitgraph.optimal.optimum import optimal_gait
     from gaitgraph.timing import checked_clock
     from gaitgraph.vehicle import PAPER
-    from gaitgraph.writing import check_outputs, write_tables
+    from gaitgraph.writing import check_outputs, write_pieces
 
     if not waypoints:
         raise InputError("waypoints: none given; allowed is --waypoint A1,A2 at least once")
@@ -83,7 +84,7 @@ def optimize_command(
     with working("optimising"):
         found = optimal_gait(waypoints_from_texts(waypoints), vehicle=vehicle_or_none(vehicle) or PAPER, **asked)
         if found and outputs:
-            write_tables(found.table(samples=samples, rate=rate), outputs, force=force)
+            write_pieces(partial(found.pieces, samples=samples, rate=rate), outputs, force=force)
     if as_json:
         print_json(found.as_mapping())
     else:

@@ -72,8 +72,7 @@ def pace_command(
     from gaitgraph.pacing.limits import limits_of
     from gaitgraph.pacing.pace import least_period, paced
     from gaitgraph.pacing.servos import servo_response
-    from gaitgraph.tables import table_of
-    from gaitgraph.writing import check_outputs, write_tables
+    from gaitgraph.writing import check_outputs
 
     check_outputs(outputs, force=force)
     seconds = _seconds(period)
@@ -107,7 +106,7 @@ def pace_command(
                 answer["servo"] = response.as_mapping()
                 lines.append(f"  {response}")
             if outputs:
-                write_tables(table_of(pacing.timed), outputs, force=force)
+                pacing.timed.write(*outputs, force=force)
                 answer["outputs"] = list(outputs)
                 lines += [f"wrote {name}: {pacing.timed.samples + 1} rows" for name in outputs]
     if as_json:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +74,7 @@ def plan_command(
     from gaitgraph.planning import plan
     from gaitgraph.requests import request_from_mapping
     from gaitgraph.summary import text_of_plan
-    from gaitgraph.tables import table_of
+    from gaitgraph.tables import pieces_of
     from gaitgraph.timing import checked_clock
     from gaitgraph.watching import OwnOutputs, changes, files_of_request
 
@@ -108,7 +109,7 @@ def plan_command(
                 result = plan(request, progress=progress)
                 if result and outputs:
                     progress(f"writing {', '.join(outputs)}")
-                    own.write(table_of(result.timed(**sampling)))
+                    own.write(partial(pieces_of, result.timed(**sampling)))
             show(result, outputs if result else ())
         except GaitgraphError as error:
             # What is wrong at the start is as wrong as without --watch; later the file is being edited.

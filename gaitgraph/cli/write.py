@@ -25,6 +25,10 @@ from gaitgraph.cli.terminal import print_json, working
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from gaitgraph.exchange import Exported
+    from gaitgraph.formats.options import FormatOptions
+    from gaitgraph.joints.maps import JointMap
+
 __all__ = ["export_command", "figures_command"]
 
 
@@ -59,6 +63,24 @@ def _taken_format_options(options: dict[str, Any]) -> Any:
     return FormatOptions(**chosen)
 
 
+def _told(name: str, done: Exported, chosen: FormatOptions, joint_map: JointMap | None) -> str:
+    """Return what an output holds, in a few words."""
+    from gaitgraph.formats import known_format
+    from gaitgraph.tables import ANGLES
+
+    form = known_format(name, "output")
+    if "joint_names" in form.options:
+        joints = f"joints {', '.join(chosen.joint_names or (joint_map.joint_names if joint_map else ANGLES))}"
+        if "periods" in form.options:
+            return f"{(done.rows - 1) * chosen.periods + 1} points of {joints}"
+        return f"{done.rows} rows of {joints}, and a function of time"
+    if form.reads:
+        return f"{done.rows} rows of {', '.join(joint_map.columns if joint_map else done.columns)}"
+    if form.suffix == ".m":
+        return "a function that loads and plots the .mat, .csv or .json file of its name"
+    return "one period, drawn"
+
+
 @command("Write a gait file in other formats, or with another clock.")
 @click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
 @click.argument("outputs", metavar="OUTPUT...", nargs=-1, required=True, shell_complete=a_file())
@@ -87,7 +109,7 @@ def export_command(
 
     joints, joint_map = joint_map_or_none(columns), joint_map_or_none(servos)
     options |= {name: value for name, value in (("joints", joints), ("servos", joint_map)) if value is not None}
-    options["options"] = _taken_format_options(options)
+    chosen = options["options"] = _taken_format_options(options)
     with working(f"exporting {gait_file}") as work:
         done = export_file(gait_file, outputs, vehicle=vehicle_or_none(vehicle), progress=work.part, **options)
     if as_json:
@@ -97,8 +119,7 @@ def export_command(
         print_json(answer)
         return 0
     for name in outputs:
-        told = f"joints {', '.join(joint_map.joint_names)}" if joint_map else ", ".join(done.columns)
-        click.echo(f"wrote {name}: {done.rows} rows of {told}")
+        click.echo(f"wrote {name}: {_told(name, done, chosen, joint_map)}")
     for name, count in done.clipped.items():
         click.echo(f"clipped: joint {name!r} at its limit in {count} of {done.rows} rows")
     return 0

@@ -166,7 +166,8 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     known = readable_suffixes() if reads else list(FORMATS)
     if suffix not in known:
         hint = did_you_mean(suffix, known) if suffix else ""
-        raise InputError(f"{what}: {str(path)!r}; allowed are the suffixes {', '.join(known)}{hint}")
+        told = " is a folder, and no ROS 2 bag" if reads and Path(path).is_dir() else ""
+        raise InputError(f"{what}: {str(path)!r}{told}; allowed are the suffixes {', '.join(known)}{hint}")
     return FORMATS[suffix]
 
 
@@ -176,7 +177,7 @@ def _suffix_of(path: Path) -> str:
     if suffix in FORMATS or not path.is_dir():
         return suffix
     try:
-        inside = {file.suffix.lower() for file in path.iterdir()}
+        inside = {file.suffix.lower() for file in path.iterdir() if file.is_file()}
     except OSError:
         return suffix
     return next((one.suffix for one in FORMATS.values() if one.folder and one.suffix in inside), suffix)

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.formats.columns import LONGEST_TEXT, Column, numbers_or_texts, opened, pieces_of_columns
+from gaitgraph.formats.columns import (
+    LONGEST_TEXT,
+    Column,
+    check_names,
+    numbers_or_texts,
+    opened,
+    pieces_of_columns,
+)
 from gaitgraph.tables import about_told, merged, provenance_text
 
 if TYPE_CHECKING:
@@ -51,8 +58,14 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
+
+    Raises
+    ------
+    InputError
+        If a column has the name of that text.
     """
     table = merged(pieces)
+    check_names(table.columns, [PROVENANCE], ".npz")
     arrays: dict[str, Array] = {}
     for name, values in table.columns.items():
         arrays[name] = np.asarray(values, dtype="<f8") if isinstance(values, np.ndarray) else np.array(list(values))

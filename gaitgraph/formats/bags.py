@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from gaitgraph.errors import FileProblem, InputError, shown
-from gaitgraph.formats.options import FormatOptions
+from gaitgraph.formats.options import TOLD_TOPIC, FormatOptions
 from gaitgraph.formats.storages import Topic, messages_in, topics_in
 from gaitgraph.formats.trajectories import MOST_POINTS, NANOSECONDS, merged_up_to, points_of
 from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, about_of_provenance, provenance_of
@@ -44,9 +44,6 @@ if TYPE_CHECKING:
     Place = tuple[Path, Topic]
 
 __all__ = ["TOLD_TOPIC", "pieces_of_db3", "pieces_of_mcap", "write_db3", "write_mcap"]
-
-TOLD_TOPIC = "/gaitgraph"
-"""The topic that tells what made a bag."""
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
@@ -182,7 +179,7 @@ def _files(path: Path, suffix: str) -> list[Path]:
     try:
         if not path.is_dir():
             return [path]
-        there = list(path.iterdir())
+        there = [file for file in path.iterdir() if file.is_file()]
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileProblem(f"gait file: cannot read {str(path)!r}: {reason}; allowed is a ROS 2 bag") from error
@@ -259,6 +256,8 @@ def _read(content: bytes, kind: str, store: Typestore) -> Any:
 
 def _order(names: list[str], chosen: dict[str, Any]) -> list[int]:
     """Return which joint tilts each of the rotors 1 to 4."""
+    if len(set(names)) < len(names):
+        raise InputError(f"joints: {shown(names)}; allowed are names that differ")
     for known in (chosen.get("joint_names"), list(ANGLES)):
         if isinstance(known, list) and len(known) == len(ANGLES) and all(name in names for name in known):
             return [names.index(name) for name in known]

@@ -14,14 +14,14 @@ from gaitgraph.files import MOST_BYTES
 from gaitgraph.tables import DEGREES, ORDER, ROWS_OF_A_PIECE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
     from io import FileIO
     from pathlib import Path
 
     Progress = Callable[[float], None] | None
     RawPiece = tuple[list[tuple[str, Any]], dict[str, Any]]
 
-__all__ = ["KNOWN", "LONGEST_TEXT", "Column", "numbers_or_texts", "opened", "pieces_of_columns"]
+__all__ = ["KNOWN", "LONGEST_TEXT", "Column", "check_names", "numbers_or_texts", "opened", "pieces_of_columns"]
 
 Array = npt.NDArray[Any]
 
@@ -65,6 +65,17 @@ class Column:
         if self.values is None:
             return None
         return np.repeat(self.values(0, 1), count) if self.single else self.values(start, count)
+
+
+def check_names(names: Iterable[str], own: Collection[str], suffix: str) -> None:
+    """Raise InputError if a column of joints has a name that a format gives to something of its own.
+
+    >>> check_names(["t", "alpha1"], ["made_by"], ".csv")
+    """
+    for name in names:
+        if name in own:
+            told = ", ".join(map(repr, own))
+            raise InputError(f"column {name!r}: a {suffix} file has something else there; allowed is none of {told}")
 
 
 @contextmanager

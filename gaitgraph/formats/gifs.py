@@ -230,18 +230,19 @@ def _text(draw: Any, place: Any, text: str, size: int, color: str, anchor: str, 
 
 
 def provenance_of_gif(path: Path) -> str:
-    """Return the first comment of a GIF, or raise InputError; needs no library."""
+    """Return the first comment of a GIF, whose blocks are all there, or raise InputError; needs no library."""
     allowed = "an animated GIF that gaitgraph wrote"
     content = content_of(path, allowed)
     if not re.match(rb"GIF8[79]a", content):
         raise InputError(f"it is no GIF; allowed is {allowed}")
+    comment: bytes | None = None
     try:
         place = 13 + _colors(content[10])
         while (mark := content[place]) != _TRAILER:
             if mark == _EXTENSION:
                 told, after = _sub_blocks(content, place + 2)
-                if content[place + 1] == _COMMENT:
-                    return told.decode("ascii", errors="replace")
+                if content[place + 1] == _COMMENT and comment is None:
+                    comment = told
                 place = after
             elif mark == _IMAGE:
                 _, place = _sub_blocks(content, place + 11 + _colors(content[place + 9]))
@@ -249,7 +250,9 @@ def provenance_of_gif(path: Path) -> str:
                 raise InputError(f"it is no whole GIF; allowed is {allowed}")
     except IndexError as error:
         raise InputError(f"it is no whole GIF; allowed is {allowed}") from error
-    raise InputError(f"it does not tell what made it; allowed is {allowed}")
+    if comment is None:
+        raise InputError(f"it does not tell what made it; allowed is {allowed}")
+    return comment.decode("ascii", errors="replace")
 
 
 _EXTENSION, _COMMENT, _IMAGE, _TRAILER = 0x21, 0xFE, 0x2C, 0x3B

@@ -31,6 +31,7 @@ MOST_ROWS = 16_384
 """A C header may have this many rows at most: as floats with rates, half a megabyte."""
 
 _MARK = " * made_by: "
+_END = "#endif"
 _LARGEST = 32_767
 _EVEN = 1e-6
 _NANOSECOND = 1e-9
@@ -90,14 +91,14 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions | None =
         "",
         *parts.tables(),
         _filled(text, parts),
-        "#endif",
+        _END,
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def provenance_of_h(path: Path) -> str:
     """Return the text of what made a C header."""
-    return told_after(_MARK, path)
+    return told_after(_MARK, path, end=_END)
 
 
 def _identifier(stem: str) -> str:

@@ -12,14 +12,21 @@ import re
 import struct
 import zlib
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from gaitgraph import __version__
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import MOST_BYTES
-from gaitgraph.formats.columns import LONGEST_TEXT, Column, numbers_or_texts, opened, pieces_of_columns
+from gaitgraph.formats.columns import (
+    LONGEST_TEXT,
+    Column,
+    check_names,
+    numbers_or_texts,
+    opened,
+    pieces_of_columns,
+)
 from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, about_told, merged, provenance_text
 
 if TYPE_CHECKING:
@@ -38,6 +45,9 @@ PROVENANCE = "provenance"
 """Its field that tells what made it."""
 
 _ALLOWED = "allowed is a MAT-file of level 5, as save -v7 or save -v6 write it"
+_TOLD = ("names", "units", PROVENANCE)
+"""Fields of the struct that are no columns."""
+
 _GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}
 """Matrices with one column for each rotor."""
 
@@ -49,7 +59,8 @@ _KEYWORDS = frozenset(
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _HEAD = 4096  # what precedes the values of a variable fits in it
-_BLOCK = 1 << 20
+_BLOCK = 1 << 16
+_SHORT = 1 << 24  # bytes of a compressed variable that is inflated whole
 _MOST_VARIABLES = 1000
 _MOST_DIMENSIONS = 32
 _LONGEST_PROVENANCE = 1 << 24
@@ -86,14 +97,16 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     Raises
     ------
     InputError
-        If a column's name is none for MATLAB, or if the table is too long for such a file.
+        If a column's name is none for MATLAB, or that of something else in the file, or if the table is too long for
+        such a file.
     """
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
     table = merged(pieces)
+    check_names(table.columns, [GAIT, *_GROUPS, *_TOLD], ".mat")
     for name in table.columns:
-        if not is_matlab_name(name) or name in (GAIT, *_GROUPS):
+        if not is_matlab_name(name):
             raise InputError(f"column {shown(name)}: allowed in a .mat file are letters, digits and _, and no keyword")
     columns = {name: _plain(values) for name, values in table.columns.items()}
     groups = {
@@ -118,11 +131,17 @@ def _plain(values: Any) -> Array:
     return values if isinstance(values, np.ndarray) else np.array(list(values))
 
 
+class _Stream(Protocol):
+    def seek(self, place: int, /) -> object: ...
+
+    def read(self, count: int, /) -> bytes: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Element:
-    """What a tag announces: its type, and where its bytes are, in a file or in what was inflated from it."""
+    """What a tag announces: its type, and where its bytes are, in a file or in what is inflated from it."""
 
-    stream: BinaryIO
+    stream: _Stream
     order: str
     kind: int
     start: int
@@ -145,6 +164,10 @@ class _Element:
     def inner(self, start: int) -> _Element:
         """Return the element within this one that begins somewhere."""
         return _element(self.stream, self.order, start, self.stop)
+
+    def anew(self) -> _Element:
+        """Return the same element for somebody else who reads it forwards."""
+        return replace(self, stream=self.stream.anew()) if isinstance(self.stream, _Inflated) else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,7 +200,7 @@ def _broken(why: str) -> InputError:
     return InputError(f"it is broken ({why}); {_ALLOWED}")
 
 
-def _read(stream: BinaryIO, start: int, count: int) -> bytes:
+def _read(stream: _Stream, start: int, count: int) -> bytes:
     stream.seek(start)
     content = stream.read(count)
     if len(content) < count:
@@ -185,7 +208,7 @@ def _read(stream: BinaryIO, start: int, count: int) -> bytes:
     return content
 
 
-def _element(stream: BinaryIO, order: str, start: int, end: int) -> _Element:
+def _element(stream: _Stream, order: str, start: int, end: int) -> _Element:
     """Return the element whose tag begins somewhere, within what ends somewhere."""
     if start + 8 > end:
         raise _broken("a part ends early")
@@ -250,6 +273,11 @@ def pieces_of_mat(path: Path, progress: Progress) -> Iterator[RawPiece]:
         structs = [one for one in variables if one.kind == _STRUCT]
         plain = [one for one in variables if one.kind != _STRUCT]
         chosen = [one for one in structs if one.name == GAIT] or structs
+        if len(chosen) > 1 and not any(one.is_numeric and math.prod(one.shape) > 1 for one in plain):
+            told = ", ".join(shown(one.name) for one in chosen[:_MOST_TOLD]) + (
+                ", …" if len(chosen) > _MOST_TOLD else ""
+            )
+            raise InputError(f"it has {len(chosen)} structs, {told}; allowed is one, or one called {GAIT!r} among them")
         fields = _fields(_unpacked(chosen[0], max(MOST_BYTES, size))) if len(chosen) == 1 else []
         about = next((_told(one) for one in (*fields, *plain) if one.name == PROVENANCE), {})
         used = fields if fields and (not plain or (_has_angles(fields) and not _has_angles(plain))) else plain
@@ -267,50 +295,97 @@ def _byte_order(head: bytes) -> str:
     return order
 
 
-def _variables(stream: BinaryIO, order: str, size: int) -> Iterator[_Matrix]:
+def _variables(stream: _Stream, order: str, size: int) -> Iterator[_Matrix]:
     """Yield the variables of a file; of a compressed one no more is inflated than what precedes its values."""
     place = _HEADER
     for _ in range(_MOST_VARIABLES):
         if place >= size:
             return
         element = _element(stream, order, place, size)
-        yield _matrix_in(element, _inflated(element, _HEAD)) if element.kind == _COMPRESSED else _matrix(element)
+        yield _matrix_in(element, _head_of(element)) if element.kind == _COMPRESSED else _matrix(element)
         place = element.after
     raise InputError(f"it has more than {_MOST_VARIABLES} variables; {_ALLOWED}")
 
 
-def _matrix_in(packed: _Element, content: bytes) -> _Matrix:
-    """Return the matrix in a compressed element, of which some first bytes are inflated."""
-    if len(content) < 8:
+def _head_of(packed: _Element) -> _Stream:
+    """Return the first bytes of a compressed element, which may be all that are looked at."""
+    return io.BytesIO(_Inflated(packed).read(_HEAD))
+
+
+def _matrix_in(packed: _Element, stream: _Stream) -> _Matrix:
+    """Return the matrix in a compressed element, of which at least the first bytes are in a stream."""
+    stream.seek(0)
+    head = stream.read(8)
+    if len(head) < 8:
         raise _broken("a compressed part ends early")
-    kind, size = struct.unpack(f"{packed.order}II", content[:8])
-    whole = _Element(stream=io.BytesIO(content), order=packed.order, kind=kind, start=8, stop=8 + size, after=8 + size)
+    kind, size = struct.unpack(f"{packed.order}II", head)
+    whole = _Element(stream=stream, order=packed.order, kind=kind, start=8, stop=8 + size, after=8 + size)
     return replace(_matrix(whole), packed=packed)
 
 
 def _unpacked(matrix: _Matrix, most: int) -> _Matrix:
-    """Return a matrix all of whose bytes are there."""
+    """Return a matrix all of whose bytes can be read: a short one is inflated whole, a long one on the way."""
     if matrix.packed is None:
-        return matrix
+        return replace(matrix, whole=matrix.whole.anew())
     if matrix.whole.stop > most:
         raise InputError(f"{shown(matrix.name)} takes {matrix.whole.stop} bytes; allowed are {most} if compressed")
-    return replace(_matrix_in(matrix.packed, _inflated(matrix.packed, matrix.whole.stop)), packed=None)
+    stream: _Stream = _Inflated(matrix.packed)
+    if matrix.whole.stop <= _SHORT:
+        stream = io.BytesIO(stream.read(_SHORT))
+    return replace(_matrix_in(matrix.packed, stream), packed=None)
 
 
-def _inflated(packed: _Element, most: int) -> bytes:
-    """Return the bytes of a compressed element, up to so many."""
-    inflater, parts, left, place = zlib.decompressobj(), [], most, packed.start
-    while left > 0 and place < packed.stop:
-        block = _read(packed.stream, place, min(_BLOCK, packed.stop - place))
-        place += len(block)
-        while block and left > 0:
+class _Inflated:
+    """The bytes of a compressed element, inflated on the way: forwards, for whoever goes back begins anew."""
+
+    def __init__(self, packed: _Element) -> None:
+        self._packed = packed
+        self._place = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self._inflater = zlib.decompressobj()
+        self._taken = self._packed.start
+        self._held, self._before = bytearray(), 0  # what is inflated and not yet forgotten, and how much was before it
+
+    def anew(self) -> _Inflated:
+        """Return the same bytes from the first one on."""
+        return _Inflated(self._packed)
+
+    def seek(self, place: int, /) -> object:
+        """Go to a place, counted from the first byte."""
+        self._place = place
+        return place
+
+    def read(self, count: int, /) -> bytes:
+        """Return the next bytes; fewer if there are no more."""
+        if self._place < self._before:
+            self._begin()
+        # A byte more than asked for: the checksum is only looked at behind the last one.
+        while self._before + len(self._held) <= self._place + count and (block := self._next()):
+            self._held += block
+            over = min(self._place - self._before, len(self._held)) - _HEAD
+            if over > 0:
+                del self._held[:over]
+                self._before += over
+        start = self._place - self._before
+        content = bytes(self._held[start : start + count])
+        self._place += len(content)
+        return content
+
+    def _next(self) -> bytes:
+        while not self._inflater.eof:
+            block = self._inflater.unconsumed_tail
+            if not block:
+                block = _read(self._packed.stream, self._taken, min(_BLOCK, self._packed.stop - self._taken))
+                self._taken += len(block)
             try:
-                parts.append(inflater.decompress(block, min(left, _BLOCK)))
+                fresh = self._inflater.decompress(block, _BLOCK)
             except zlib.error as error:
                 raise _broken(str(error)) from error
-            left -= len(parts[-1])
-            block = inflater.unconsumed_tail
-    return b"".join(parts)
+            if fresh or not block:
+                return fresh
+        return b""
 
 
 def _has_angles(matrices: Sequence[_Matrix]) -> bool:
@@ -336,7 +411,7 @@ def _columns(matrix: _Matrix, beside: Sequence[_Matrix]) -> Iterator[Column]:
         yield Column(name=matrix.name, why=f"it is {_described(matrix)}; allowed is a column of real numbers")
 
 
-_OURS = {*_GROUPS, "names", "units", PROVENANCE}
+_OURS = {*_GROUPS, *_TOLD}
 
 
 def _described(matrix: _Matrix) -> str:

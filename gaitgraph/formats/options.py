@@ -16,10 +16,13 @@ if TYPE_CHECKING:
     from gaitgraph.formats import Format
     from gaitgraph.tables import Table
 
-__all__ = ["NUMBERS", "FormatOptions", "check_options"]
+__all__ = ["NUMBERS", "TOLD_TOPIC", "FormatOptions", "check_options"]
 
 NUMBERS = ("float", "double", "fixed")
 """What the tables of a C header are made of, the default first."""
+
+TOLD_TOPIC = "/gaitgraph"
+"""The topic that tells what made a bag."""
 
 MOST_PERIODS = 100_000
 _LONGEST_NAME = 100
@@ -73,6 +76,8 @@ class FormatOptions:
             topic = getattr(self, name)
             if not (isinstance(topic, str) and len(topic) <= 255 and _TOPIC.fullmatch(topic)):
                 raise InputError(f"{name}: {shown(topic)}; allowed is a topic such as '/arm/joint_states'")
+            if topic == TOLD_TOPIC:
+                raise InputError(f"{name}: {topic!r} tells what made the bag; allowed is another topic")
         if self.trajectory_topic == self.states_topic:
             raise InputError(f"states_topic: {self.states_topic!r} is trajectory_topic too; allowed are two topics")
         if self.number not in NUMBERS:

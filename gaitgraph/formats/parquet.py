@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.files import MOST_BYTES
 from gaitgraph.formats.columns import KNOWN, opened
 from gaitgraph.tables import FORMAT, ROWS_OF_A_PIECE, TEXTS, about_told, merged, provenance_of, provenance_text
 
@@ -29,8 +28,9 @@ _ALLOWED = "allowed is a Parquet file with one column of numbers for each column
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
 _MOST_COLUMNS = 1000
 _BUFFER = 1 << 20
+_MOST_UNPACKED = 1 << 32
 _STEEPEST = 100
-"""What a file may hold for each of its bytes, where it holds more than is read whole."""
+"""What a file may unpack to for each of its bytes, where it unpacks to more than that."""
 
 
 def _pyarrow() -> Any:
@@ -120,8 +120,11 @@ def _pieces(file: Any, size: int, progress: Progress, pa: Any) -> Iterator[RawPi
     if not used:
         raise InputError(f"it has no column of numbers; {_ALLOWED}")
     held = 8 * rows * len(used)
-    if held > max(MOST_BYTES, _STEEPEST * size):
-        raise InputError(f"it claims {rows} rows, and has {size} bytes; allowed are as many rows as it holds")
+    if held > max(_MOST_UNPACKED, _STEEPEST * size):
+        raise InputError(
+            f"its {rows} rows of {len(used)} columns unpack to {held >> 20} MiB, and it has {size} bytes; allowed are "
+            f"{_MOST_UNPACKED >> 20} MiB, or {_STEEPEST} times its size"
+        )
     done = 0
     for batch in file.iter_batches(batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False):
         found = dict(zip(batch.schema.names, batch.columns, strict=True))
@@ -141,8 +144,8 @@ def _kind(kind: Any, pa: Any) -> str | None:
 
 
 def _values(column: Any, pa: Any) -> Any:
-    """Return numbers as an array, with NaN for what is missing, and texts as a list, with None for it."""
-    if _kind(column.type, pa) == "text":
+    """Return numbers as an array, texts as a list; a list, with None for what is missing, if anything is."""
+    if _kind(column.type, pa) == "text" or column.null_count:
         return column.to_pylist()
     if pa.types.is_dictionary(column.type):
         column = column.dictionary_decode()

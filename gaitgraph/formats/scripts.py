@@ -5,6 +5,7 @@ It needs no toolbox and no Python, and reads the .mat, .csv or .json file of its
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from gaitgraph.errors import InputError, shown
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["provenance_of_m", "write_m"]
 
 _MADE_BY = "% made by: "
-_USED = frozenset({"alpha", "answer", "figure", "file", "load", "plot", "subplot", "columns_of_csv", "text_of"})
+_END = "% end"
 
 _TEXT = """function answer = <<name>>(file)
 %<<name>>  Load the gait of this name, and plot it.
@@ -129,7 +130,12 @@ for k = 1:numel(names)
     end
 end
 end
+% end
 """
+
+_NOT_NAMES = re.compile(r"^%.*|(?<![\w)\]}.'])'(?:[^'\n]|'')*'|<<[\w ]+>>", re.MULTILINE)
+_USED = frozenset(re.findall(r"(?<![\w.])[A-Za-z]\w*", _NOT_NAMES.sub(" ", _TEXT))) | {"alpha"}
+"""What the function calls, and its variables: in a file of such a name it would call itself."""
 
 
 def write_m(pieces: Iterable[Table], path: Path) -> None:
@@ -138,13 +144,18 @@ def write_m(pieces: Iterable[Table], path: Path) -> None:
     Raises
     ------
     InputError
-        If the file's name is none that MATLAB can call.
+        If the file's name is none that MATLAB can call, or one that the function itself calls.
     """
     name = path.stem
-    if not is_matlab_name(name) or name in _USED:
+    if not is_matlab_name(name):
         raise InputError(
             f"output: {shown(path.name)}; allowed for a MATLAB function are letters, digits and _, a letter first, and "
             "no word of MATLAB's own"
+        )
+    if name in _USED:
+        raise InputError(
+            f"output: {shown(path.name)}: {name} is a function that the script calls, or a variable of it; allowed is "
+            "another name"
         )
     table = next(iter(pieces))
     text = _TEXT.replace("<<name>>", name).replace("<<made by>>", _MADE_BY + provenance_text(table))
@@ -157,9 +168,13 @@ def provenance_of_m(path: Path) -> str:
     Raises
     ------
     FileProblem, InputError
-        If it cannot be read, or does not tell.
+        If it cannot be read, does not tell, or was cut off.
     """
-    for line in text_of(path, "gait file", "a MATLAB function that gaitgraph wrote").splitlines():
-        if line.startswith(_MADE_BY):
-            return line.removeprefix(_MADE_BY)
-    raise InputError(f"it has no line {_MADE_BY.strip()!r}; allowed is a MATLAB function that gaitgraph wrote")
+    allowed = "a MATLAB function that gaitgraph wrote"
+    lines = text_of(path, "gait file", allowed).rstrip().splitlines()
+    told = next((line for line in lines if line.startswith(_MADE_BY)), None)
+    if told is None:
+        raise InputError(f"it has no line {_MADE_BY.strip()!r}; allowed is {allowed}")
+    if lines[-1].rstrip() != _END:
+        raise InputError(f"it ends early: its last line is not {_END!r}; allowed is {allowed}, all of it")
+    return told.removeprefix(_MADE_BY)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph.formats.columns import check_names
 from gaitgraph.tables import merged, provenance_of, provenance_text
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def _plain(values: Any) -> list[Any]:
 
 
 def write_csv(pieces: Iterable[Table], path: Path) -> None:
-    """Write a new CSV file, piece by piece."""
+    """Write a new CSV file, piece by piece; InputError if a column has the name of the one that tells what made it."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows(_csv_rows(pieces))
 
@@ -41,6 +42,7 @@ def _csv_rows(pieces: Iterable[Table]) -> Iterator[Iterable[Any]]:
     before: tuple[Any, ...] | None = None
     for piece in pieces:
         if before is None:
+            check_names(piece.columns, [MADE_BY], ".csv")
             told = mark = provenance_text(piece)
             yield (*piece.columns, MADE_BY)
         for row in zip(*map(_plain, piece.columns.values()), strict=True):

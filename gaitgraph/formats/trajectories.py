@@ -1,7 +1,7 @@
 """The points of a gait over several periods, and the YAML goal that a joint_trajectory_controller's action takes.
 
 The goal is of control_msgs/action/FollowJointTrajectory. Its first lines are comments, the second of which tells what
-made the file.
+made the file; the last one too, so that a file that was cut off is known.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import FileProblem, InputError
+from gaitgraph.errors import InputError
+from gaitgraph.files import blocks_of
 from gaitgraph.formats.options import FormatOptions
 from gaitgraph.tables import ACCELERATIONS, ANGLES, CLOSED_GAP, RATES, Table, merged, provenance_text
 
@@ -33,6 +34,8 @@ NANOSECONDS = 1_000_000_000
 _LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
 _MARK = "# made_by: "
+_END = "# end"
+_BLOCK = 1 << 16
 _MOST_TOLD = 1 << 24
 
 
@@ -158,7 +161,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions | Non
         fields = [f"{name}: [{', '.join(map(_number, rows[k]))}]" for name, rows in there]
         fields.append(f"time_from_start: {{sec: {time // NANOSECONDS}, nanosec: {time % NANOSECONDS}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text("\n".join([*lines, _END]) + "\n", encoding="utf-8")
 
 
 def _number(value: float) -> str:
@@ -173,21 +176,27 @@ def _number(value: float) -> str:
 
 def provenance_of_yaml(path: Path) -> str:
     """Return the text of what made a trajectory."""
-    return told_after(_MARK, path)
+    return told_after(_MARK, path, end=_END)
 
 
-def told_after(mark: str, path: Path) -> str:
-    """Return the rest of the first line of a text file that begins with a mark; InputError if there is none.
+def told_after(mark: str, path: Path, *, end: str) -> str:
+    """Return the rest of the first line of a text file that begins with a mark.
 
-    Only the beginning of the file is read.
+    What is between the first 16 MiB and the last line is not looked at.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If the file cannot be read, no line begins so, or the last one is not `end`.
     """
-    try:
-        with path.open("rb") as stream:
-            start = stream.read(_MOST_TOLD).decode("utf-8-sig", errors="replace")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"gait file: cannot read {str(path)!r}: {reason}; allowed is what gaitgraph wrote") from error
-    for line in start.splitlines():
-        if line.startswith(mark):
-            return line.removeprefix(mark)
-    raise InputError("it does not tell what made it; allowed is what gaitgraph wrote")
+    start, last = b"", b""
+    for block, _ in blocks_of(path, "gait file", "what gaitgraph wrote"):
+        start += block[: _MOST_TOLD - len(start)]
+        last = (last + block)[-_BLOCK:]
+    found = (line for line in start.decode("utf-8-sig", errors="replace").splitlines() if line.startswith(mark))
+    told = next(found, None)
+    if told is None:
+        raise InputError("it does not tell what made it; allowed is what gaitgraph wrote")
+    if last.rstrip().rpartition(b"\n")[2].rstrip() != end.encode():
+        raise InputError(f"it ends early: its last line is not {end!r}; allowed is all that gaitgraph wrote")
+    return told.removeprefix(mark)

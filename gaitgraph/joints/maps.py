@@ -14,7 +14,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.joints.joint import Joint, hint_at, is_column_name
 from gaitgraph.joints.limits import beyond_limits, refused_value, values_of_joint
 from gaitgraph.joints.presets import preset_for_spin
-from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table, setting_of
+from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, setting_of
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -107,11 +107,14 @@ class JointMap:
             for name in names:
                 if names.count(name) > 1:
                     raise InputError(f"{what}: {name!r} is given twice; allowed are different ones")
+        for name in self.columns:
+            if name in TEXTS:
+                raise InputError(f"column: {name!r} is one of texts in a gait table; allowed is another name")
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, then rates and accelerations of joints that are not told as pulses."""
-        derived = (joint.column + end for joint in self.joints if joint.unit != "us" for end in DERIVATIVE_ENDS)
+        derived = (joint.column + end for end in DERIVATIVE_ENDS for joint in self.joints if joint.unit != "us")
         return (self.time, *(joint.column for joint in self.joints), *derived)
 
     @property

@@ -14,10 +14,12 @@ from gaitgraph.invertibility import level_determinant
 from gaitgraph.reports import Check, Report, lines_of_checks, verdict_line
 from gaitgraph.rules import limit_check
 from gaitgraph.surface import text_from_types, types_of
-from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table
+from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, merged
 from gaitgraph.timing import checked_clock
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gaitgraph.curves.curve import Curve
     from gaitgraph.gait import Gait
 
@@ -169,29 +171,59 @@ class OptimalGait:
         InputError
             If a value is not allowed.
         """
+        return merged(self.pieces(samples=samples, rate=rate))
+
+    def pieces(
+        self, *, samples: int | None = None, rate: float | None = None, rows: int = ROWS_OF_A_PIECE
+    ) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory.
+
+        Parameters
+        ----------
+        samples, rate
+            As for :meth:`table`.
+        rows
+            Of a piece, at least 2; the last one may have one more.
+        """
         curve = self._found()
         count = checked_clock(self.period, "smooth", samples=samples, rate=rate)
-        t = np.arange(count + 1) * (self.period / count)
-        t[-1] = self.period
-        alpha, rates, accelerations = (_closed(curve.at(t * (curve.span / self.period), order)) for order in range(3))
-        third, fourth = types_of("red", alpha[:, 0], alpha[:, 1], curve.coefficients, curve.crossing_tolerance)
-        columns: dict[str, Any] = {"t": t}
-        columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
-        columns |= {
-            "color": (curve.color,) * (count + 1),
-            "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(third, fourth, strict=True)),
-            "R": np.asarray(level_determinant(alpha, curve.coefficients)),
-        }
-        columns |= dict(zip(RATES, rates.T.copy(), strict=True))
-        columns |= dict(zip(ACCELERATIONS, accelerations.T.copy(), strict=True))
         about = {
             "vehicle": curve.vehicle.as_mapping(),
             "coefficients": curve.coefficients.kind,
             "crossing_tolerance": curve.crossing_tolerance,
             "period": self.period,
+            "made_by": "optimize",
             "objective": self.objective,
+            "waypoints": self.waypoints.tolist(),
+            "radius": self.radius.tolist(),
         }
-        return Table(columns=columns, about=about)
+        end = count + 1
+        first: dict[str, Any] = {}
+        for start in range(0, end - 1, rows):
+            stop = end if end - (start + rows) <= 1 else start + rows
+            columns = self._columns(curve, np.arange(start, stop), count)
+            first = first or columns
+            if stop == end:  # the last row is the first again, bit by bit
+                for name in ("R", *ANGLES, *RATES, *ACCELERATIONS):
+                    columns[name][-1] = first[name][0]
+            yield Table(columns=columns, about=about)
+
+    def _columns(self, curve: Curve, rows: npt.NDArray[np.int64], count: int) -> dict[str, Any]:
+        """Return some rows of the table, counted from 0."""
+        t = rows * (self.period / count)
+        t[rows == count] = self.period
+        alpha, rates, accelerations = (curve.at(t * (curve.span / self.period), order) + 0.0 for order in range(3))
+        third, fourth = types_of("red", alpha[:, 0], alpha[:, 1], curve.coefficients, curve.crossing_tolerance)
+        columns: dict[str, Any] = {"t": t}
+        columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
+        columns |= {
+            "color": (curve.color,) * len(rows),
+            "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(third, fourth, strict=True)),
+            "R": np.array(level_determinant(alpha, curve.coefficients)),
+        }
+        columns |= dict(zip(RATES, rates.T.copy(), strict=True))
+        columns |= dict(zip(ACCELERATIONS, accelerations.T.copy(), strict=True))
+        return columns
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
@@ -242,11 +274,6 @@ class OptimalGait:
             *(f"warning: {warning}" for warning in self.warnings),
         ]
         return "\n".join(lines)
-
-
-def _closed(values: FloatArray) -> FloatArray:
-    """Return rows whose last one is the first again, bit by bit."""
-    return np.vstack([values[:-1], values[:1]]) + 0.0
 
 
 def clock_checks(curve: Curve) -> list[Check]:

@@ -6,6 +6,7 @@ A smooth curve is run without a stop, a polyline rests at its corners.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,6 +95,8 @@ class Route:
         elif isinstance(path, Gait):
             self.gait = path.merged()
             self.extent = np.ptp(path.alpha[:, :2], axis=0)
+        if isinstance(path, Gait):
+            self.gait = replace(self.gait, request=path.request)  # what was planned is what is paced
         self.vehicle = self.gait.vehicle
         self.still = bool(self.extent.max() <= _STILL)
 

@@ -145,7 +145,8 @@ def retarget(
         new, placed = _joined(on_sheet, parts[best])
     distance = np.linalg.norm(new[placed] - rows, axis=1)
     middle = (rows[:, :2] + rows[:, 2:]) / 2
-    fresh = _as_table(table, new, placed, closing, chosen, numbers)
+    made = {"made_by": "retarget", "sign": sign, "floor": float(floor), "margin": float(margin)}
+    fresh = _as_table(table, new, placed, closing, chosen, numbers, made)
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     order = [best, *(k for k in np.argsort(totals, kind="stable").tolist() if k != best)]
     return Retargeted(
@@ -302,7 +303,13 @@ def _bends(paths: ShortestPaths, start: FloatArray, end: FloatArray) -> FloatArr
 
 
 def _as_table(
-    table: Table, rows: FloatArray, placed: npt.NDArray[np.int64], closing: bool, vehicle: Vehicle, numbers: Any
+    table: Table,
+    rows: FloatArray,
+    placed: npt.NDArray[np.int64],
+    closing: bool,
+    vehicle: Vehicle,
+    numbers: Any,
+    made: dict[str, Any],
 ) -> Table:
     """Return the new rows as a table, with times if there were any, closed if it was."""
     _, _, tolerance = setting_of(table, vehicle, numbers.kind)
@@ -318,7 +325,7 @@ def _as_table(
         "R": np.asarray(level_determinant(closed, numbers)),
     }
     about = {"vehicle": vehicle.as_mapping(), "coefficients": numbers.kind, "crossing_tolerance": tolerance}
-    return Table(columns=columns, about=about)
+    return Table(columns=columns, about={**about, **made})
 
 
 def _times(t: FloatArray, rows: FloatArray, placed: npt.NDArray[np.int64], closing: bool) -> FloatArray:
