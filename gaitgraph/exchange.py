@@ -372,7 +372,7 @@ def _pieces_to_write(
     timed = parametrize(
         gait,
         _default(period, table.about.get("period"), 1.0),
-        law=_default(law, table.about.get("law"), LAWS[0]),
+        law=_default(law, _stated_law(table), LAWS[0]),
         samples=samples,
         rate=rate,
     )
@@ -405,6 +405,12 @@ def _replayed(source: str | Path, read: Callable[[], Iterator[Table]]) -> Callab
             whole = True
 
     return pieces
+
+
+def _stated_law(table: Table) -> Any:
+    """Return the law that a table tells, unless it is one that only pacing makes."""
+    law = table.about.get("law")
+    return None if table.about.get("made_by") == "pace" else law
 
 
 def _told_request(table: Table, vehicle: Vehicle | None, coefficients: Kind | None) -> dict[str, Any]:

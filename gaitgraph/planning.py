@@ -109,7 +109,7 @@ def plan(
         else:
             more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
         found.take(more)
-    loops = sorted(found.loops, key=lambda loop: _preference(loop, request.objective))
+    loops = _ordered(found.loops, request.objective)
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
     if not loops:
@@ -140,6 +140,19 @@ def plan(
         obstacles=tuple(found.obstacles),
         warnings=tuple(warnings),
     )
+
+
+def _ordered(loops: Sequence[Loop], objective: str) -> list[Loop]:
+    """Return loops, the preferred first.
+
+    Only red can be flyable. A single loop that is not red comes after red ones that all are, whatever its checks say,
+    so that it is judged only when somebody asks.
+    """
+    red = sorted((loop for loop in loops if loop.color == "red"), key=lambda loop: _preference(loop, objective))
+    rest = [loop for loop in loops if loop.color != "red"]
+    if rest and (len(rest) > 1 or not red or not all(loop.report.flyable for loop in red)):
+        return sorted(loops, key=lambda loop: _preference(loop, objective))
+    return [*red, *rest]
 
 
 def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Candidates", "Loop", "Plan", "heuristic_order", "loop_of"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Loop:
     """One closed loop on the surface with its verdict.
 
@@ -35,8 +36,8 @@ class Loop:
         Sign of R: "positive" or "negative".
     order
         The request's waypoints, counted from 0, in the order in which the loop visits them.
-    report
-        All checks, with those of the clock.
+    request
+        What it was sought for.
     lower_bound
         For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
         that was asked of it [rad]; None on the grid.
@@ -48,9 +49,20 @@ class Loop:
     gait: Gait
     sign: str
     order: tuple[int, ...]
-    report: Report
+    request: PlanRequest
     lower_bound: float | None = None
     method: str = "grid"
+
+    @cached_property
+    def report(self) -> Report:
+        """All checks, with those of the clock; judged when first asked for."""
+        clock = self.request
+        return parametrize(self.gait, clock.period, law=clock.law).check(floor=clock.floor)
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether the report is there already."""
+        return "report" in vars(self)
 
     @property
     def color(self) -> str:
@@ -127,12 +139,11 @@ def loop_of(
     lower_bound: float | None = None,
     method: str = "grid",
 ) -> Loop:
-    """Return the loop that a path makes, in the direction that the request asks for, judged with its clock."""
+    """Return the loop that a path makes, in the direction that the request asks for."""
     if request.reverse:
         path, order = path.reversed(), (order[0], *order[:0:-1])
     gait = path.merged()
-    report = parametrize(gait, request.period, law=request.law).check(floor=request.floor)
-    return Loop(path=path, gait=gait, sign=sign, order=order, report=report, lower_bound=lower_bound, method=method)
+    return Loop(path=path, gait=gait, sign=sign, order=order, request=request, lower_bound=lower_bound, method=method)
 
 
 def heuristic_order(number: int) -> str:

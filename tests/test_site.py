@@ -148,9 +148,9 @@ def test_the_api_is_whole(pages: dict[str, Page]) -> None:
 
 
 def test_examples_show_what_they_print_and_no_times(site: Path) -> None:
-    for example in RUN:
-        text = (site / "gallery" / f"{example}.html").read_text()
-        assert "sphx-glr-script-out" in text or "sphx-glr-single-img" in text, example
+    for name in RUN:
+        text = (site / "gallery" / f"{name}.html").read_text()
+        assert "sphx-glr-script-out" in text or "sphx-glr-single-img" in text, name
     for example in (ROOT / "examples").glob("*.py"):
         text = (site / "gallery" / f"{example.stem}.html").read_text()
         assert not re.search("running time|memory usage", text), example.name

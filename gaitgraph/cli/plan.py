@@ -66,7 +66,8 @@ def plan_command(
 ) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
-    The request comes from a TOML or JSON file, from options, or from both: options replace what the file says.
+    The request comes from a TOML or JSON file, or from a gait file of any format, which tells what made it; from
+    options, or from both: options replace what the file says.
     The exit code is 1, with the reason, if there is no such gait. With --watch it is planned again until you interrupt;
     outputs are then replaced as long as nobody else has changed them.
     """

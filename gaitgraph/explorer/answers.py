@@ -165,8 +165,8 @@ def _alternative(loop: Loop) -> dict[str, Any]:
         "color": loop.color,
         "sign": loop.sign,
         "length": loop.length,
-        "valid": loop.report.valid,
-        "flyable": loop.report.flyable,
+        "valid": loop.report.valid if loop.is_judged else None,
+        "flyable": loop.report.flyable if loop.is_judged else None,
         "path": _closed_path(loop),
     }
 

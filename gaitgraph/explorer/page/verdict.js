@@ -137,14 +137,16 @@ function others(report, onTake) {
       "ul",
       { class: "plainlist" },
       ...report.alternatives.map((other) => {
-        const verdict = other.flyable ? "flyable" : other.valid ? "valid, not flyable" : "not valid";
+        // One that would come after a flyable loop anyway is judged only when it is taken.
+        const judged = other.flyable ? "flyable" : other.valid ? "valid, not flyable" : "not valid";
+        const verdict = other.valid === null ? "" : `: ${judged}`;
         const can = ["red", "blue"].includes(other.color);
         const words = `${other.color}, ${SIGNS[other.sign] ?? "no sign of R"}`;
         return html(
           "li",
           { class: "other" },
           html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
-          html("span", {}, `${words}, ${number(other.length)} rad: ${verdict}`),
+          html("span", {}, `${words}, ${number(other.length)} rad${verdict}`),
           can
             ? html(
                 "button",
