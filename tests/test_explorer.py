@@ -947,6 +947,13 @@ class TestCommand:
         assert process.returncode == 130
         assert (out, err) == ("", "gaitgraph: interrupted\n")
 
+    def test_the_address_as_json(self, run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("gaitgraph.explorer.server.Listening.run", lambda _: None)
+        done = run("explore", "--no-browser", "--json")
+        assert (done.code, done.err, done.out.count("\n")) == (0, "", 1)
+        assert list(done.json) == ["address"]
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{20,}/", done.json["address"])
+
     def test_a_port_that_is_taken(self, run: Any) -> None:
         with socket.socket() as taken:
             taken.bind(("127.0.0.1", 0))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import click
 
 from gaitgraph.cli.commands import command
+from gaitgraph.cli.options import json_option
+from gaitgraph.cli.terminal import print_json
 from gaitgraph.errors import InputError, shown
 
 __all__ = ["explore_command"]
@@ -20,7 +22,8 @@ def _port(_: click.Context, __: click.Parameter, text: str) -> int:
 @command("Plan gaits by hand, in the browser.")
 @click.option("--port", callback=_port, default="0", metavar="N", help="Port; 0 for a free one.")
 @click.option("--no-browser", is_flag=True, help="Print the address and open nothing.")
-def explore_command(port: int, no_browser: bool) -> int:
+@json_option
+def explore_command(port: int, no_browser: bool, as_json: bool) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs
@@ -30,7 +33,10 @@ def explore_command(port: int, no_browser: bool) -> int:
 
     server = Listening(port)
     try:
-        click.echo(server.address)
+        if as_json:
+            print_json({"address": server.address})
+        else:
+            click.echo(server.address)
         if not no_browser:
             _open(server.address)
         server.run()
