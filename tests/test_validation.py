@@ -582,7 +582,9 @@ def test_limits_are_checked(limits: dict[str, Any], message: str) -> None:
 
 
 def test_what_is_no_gait_is_refused() -> None:
-    with pytest.raises(gg.InputError, match="gait: 3; allowed is a gait, a timed gait, a table, a frame or a file's path"):
+    with pytest.raises(
+        gg.InputError, match="gait: 3; allowed is a gait, a timed gait, a table, a frame or a file's path"
+    ):
         validate(3)  # type: ignore[arg-type]
     with pytest.raises(gg.InputError, match="vehicle: .* allowed is none beside a gait"):
         validate(lift(G3.angles, "red"), vehicle=gg.PAPER)
