@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,12 @@ ROOT = Path(__file__).parent.parent
 
 BEETLE = gg.vehicle_named("beetle_omni")
 GAIT4 = gg.lift(GAITS[3].angles, "red")
+
+
+@cache
+def drawn(name: str, vehicle: gg.Vehicle = gg.PAPER) -> Any:
+    """Return a figure that tests look at and leave as it is."""
+    return draw(name, vehicle=vehicle)
 
 
 @pytest.fixture
@@ -108,7 +115,7 @@ def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
 )
 def test_figures_fit_a_page_and_no_text_lies_on_another(name: str, vehicle: gg.Vehicle) -> None:
     before = dict(mpl.rcParams)
-    figure = draw(name, vehicle=vehicle)
+    figure = drawn(name, vehicle=vehicle)
     assert round(figure.get_figwidth() * 25.4, 6) in (85.0, 170.0)
     assert figure.get_figheight() * 25.4 < 230
     with paper_style():
@@ -155,7 +162,7 @@ def test_figure_17_holds_three_loops() -> None:
 )
 def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
     """One reading alone looks like all three of the paper's claims: angles of four digits, judged exactly."""
-    told = verdicts(draw(name))
+    told = verdicts(drawn(name))
     assert [lines[0] for lines in told] == [
         "(a) exact coefficients", "(b) four-digit coefficients", "(c) printed vertices",
         "(d) four-digit surface, exact formula",
@@ -166,7 +173,7 @@ def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
 
 
 def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
-    left, middle, right, last = draw(19).axes
+    left, middle, right, last = drawn("19").axes
     assert [patch.get_gid() for patch in left.patches] == ["singular"]
     assert [len(lines_of(ax, "singular")) for ax in (left, middle, right, last)] == [48, 48, 96, 96]
     exact = gg.coefficients_of(kind="exact")
@@ -366,9 +373,9 @@ def test_matplotlib_is_imported_only_when_drawing() -> None:
 
 @pytest.mark.parametrize(("name", "shown"), [("16", "type_map"), ("21", "roll_pitch")])
 def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_path: Path) -> None:
-    drawn = tmp_path / f"{shown}.png"
-    drawn.write_bytes(picture_bytes(draw(name), "png"))
-    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(drawn), tol=8.0)
+    made = tmp_path / f"{shown}.png"
+    made.write_bytes(picture_bytes(draw(name), "png"))
+    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(made), tol=8.0)
     assert found is None
 
 
