@@ -19,7 +19,9 @@ from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
 from gaitgraph.anyangle import meeting_points, region_of, straight_loop_holds
+from gaitgraph.anyangle.meetings import _least_length, mixed_loop
 from gaitgraph.invertibility import coefficients_of, least_singular_value_on_red
+from gaitgraph.planning import _preference
 from gaitgraph.requests import PlanRequest, request_of
 from gaitgraph.segments import keeps_singular_value_above
 from tests.published import GAITS
@@ -688,3 +690,35 @@ def test_a_least_singular_value_is_kept_along_whole_segments(
         assert least >= floor - 1e-12
     else:
         assert least - gap <= floor + 2e-6
+
+
+class TestLateVerdicts:
+    """Loops are judged when somebody asks, and mixed ones sought where they may be shorter: with the same answers."""
+
+    @settings(deadline=None, max_examples=25)
+    @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
+    def test_loops_come_in_the_order_of_all_their_verdicts(self, points: list[tuple[float, float]]) -> None:
+        found = gg.plan_loop(points)
+        loops = [loop for loop in (found.loop, *found.alternatives) if loop is not None]
+        asked = sorted(loops, key=lambda loop: _preference(loop, "shortest"))
+        assert list(map(id, loops)) == list(map(id, asked))
+        assert all(loop.color == "red" for loop in loops if loop.report.flyable)
+
+    def test_what_comes_after_a_flyable_loop_is_judged_when_asked(self) -> None:
+        found = gg.plan_loop([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393)])
+        (other,) = found.alternatives
+        assert (other.color, other.is_judged) == ("blue", False)
+        assert found.as_mapping()["alternatives"][0]["flyable"] is False
+        assert other.is_judged
+
+    @settings(deadline=None, max_examples=25)
+    @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
+    def test_no_mixed_loop_falls_below_its_bound(self, points: list[tuple[float, float]]) -> None:
+        request = PlanRequest(waypoints=points)
+        coefficients = gg.coefficients_of()
+        for sign in ("negative", "positive"):
+            mixed = mixed_loop(request, coefficients, sign)
+            if mixed is not None:
+                meets = meeting_points(coefficients, sign)
+                assert mixed.length >= _least_length(request.waypoints, meets) - 1e-9
+                assert mixed_loop(request, coefficients, sign, below=mixed.length) is None

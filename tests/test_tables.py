@@ -551,3 +551,13 @@ def test_a_table_in_pieces_is_written_like_the_whole(tmp_path: Path) -> None:
         write_tables(whole, [tmp_path / "whole.csv", tmp_path / "whole.json"], force=True)
         for name in names:
             assert name.read_bytes() == (tmp_path / f"whole{name.suffix}").read_bytes()
+
+
+def test_a_paced_table_gets_a_plain_clock_anew(tmp_path: Path) -> None:
+    gait = gg.plan_loop(G3.waypoints).gait
+    paced = gg.least_period(gait, gg.Limits(rate=3.0, acceleration=20.0), rounding=0.05).timed
+    assert paced is not None
+    paced.write(tmp_path / "paced.csv")
+    table = export(tmp_path / "paced.csv", [tmp_path / "plain.csv"], samples=50)
+    assert (len(table), table.about["law"]) == (51, "smooth")
+    assert table.about["period"] == pytest.approx(paced.period)
