@@ -32,6 +32,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
     "Coefficients",
+    "arm_angles",
     "coefficients_of",
     "control_force_matrix",
     "control_moment_matrix",
@@ -46,6 +47,7 @@ __all__ = [
     "pitch_sensitivity",
     "roll_sensitivity",
     "scaled_decoupling_matrix",
+    "thrust_signs",
     "zero_moment_direction",
     "zero_moment_inputs",
 ]
@@ -325,17 +327,20 @@ def determinant(
     )
 
 
-def _per_rotor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """Return each arm's angle from body x and the sign with which w > 0 thrusts upward, both of shape (4,)."""
-    arms = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
-    lift = np.array([-1.0, 1.0, -1.0, 1.0]) * (1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0)
-    return np.asarray(arms, dtype=float), lift
+def arm_angles(vehicle: Vehicle) -> FloatArray:
+    """Return each arm's angle from body x, shape (4,) [rad]."""
+    return np.asarray(vehicle.first_arm_angle + np.arange(4) * (math.pi / 2), dtype=float)
+
+
+def thrust_signs(vehicle: Vehicle) -> FloatArray:
+    """Return the sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins, shape (4,)."""
+    return np.array([-1.0, 1.0, -1.0, 1.0]) * (1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0)
 
 
 def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
     angles = np.stack(_columns(alpha), axis=-1)
-    arms, lift = _per_rotor(vehicle)
+    arms, lift = arm_angles(vehicle), thrust_signs(vehicle)
     sine, cosine = np.sin(angles), np.cos(angles)
     outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)])
     direction = np.stack([np.sin(arms) * sine, -np.cos(arms) * sine, cosine], axis=-2)
@@ -458,8 +463,7 @@ def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Float
     >>> hover_thrust_shares([0, 0, 0, 0]).round(12).tolist()
     [0.25, 0.25, 0.25, 0.25]
     """
-    _, lift = _per_rotor(vehicle)
-    thrust = lift * zero_moment_inputs(alpha, vehicle)
+    thrust = thrust_signs(vehicle) * zero_moment_inputs(alpha, vehicle)
     vertical = np.sum(thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / vertical)

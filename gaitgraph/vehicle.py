@@ -43,6 +43,8 @@ _UNITS = {
     "max_tilt_jerk": "rad/s³",
     "max_thrust": "N",
     "servo_lag": "s",
+    "arm_inertia": "kg m²",
+    "rotor_inertia": "kg m²",
 }
 _ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk"})
 
@@ -90,6 +92,10 @@ class Vehicle:
         Largest thrust of one rotor [N].
     servo_lag
         Time constant of the tilt servos as first-order lags [s].
+    arm_inertia
+        Moment of inertia of one tilting arm with its rotor about its tilt axis [kg m²]; part of `inertia`.
+    rotor_inertia
+        Moment of inertia of one rotor about its spin axis [kg m²].
 
     Raises
     ------
@@ -124,6 +130,8 @@ class Vehicle:
     max_tilt_jerk: float | None = None
     max_thrust: float | None = None
     servo_lag: float | None = None
+    arm_inertia: float | None = None
+    rotor_inertia: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name or not self.name.isprintable():

@@ -1,0 +1,226 @@
+"""A tilt-rotor in the physics engine MuJoCo: a free body, four arms on tilting hinges, four rotors at their ends.
+
+Body axes and signs are those of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's
+drag torques the body about the same axis against its spin; neither has a moment about the hinge, so that arms which
+are held take nothing of them. Servos hold the hinges by stiff position actuators.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError, needs_extra
+from gaitgraph.vehicle import Vehicle
+
+__all__ = ["Engine", "engine_of", "mjcf_of", "mujoco_library"]
+
+FloatArray = npt.NDArray[np.float64]
+
+_LIGHT = 1e-6  # of the vehicle's least moment of inertia, for arms that state none
+_STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of the engine
+_BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
+_MOST_ARM_MASS = 0.02  # of the vehicle's mass
+_AIR = 'density="1.225" viscosity="1.8e-5"'
+
+_NEEDED = ("mass", "inertia", "arm_length")
+
+
+def mujoco_library() -> Any:
+    """Return the module mujoco, or raise MissingExtra."""
+    try:
+        import mujoco
+    except ImportError as error:
+        raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
+    return mujoco
+
+
+class Engine:
+    """A vehicle in the engine: its model, its state, and where in them things are.
+
+    Attributes
+    ----------
+    model, data
+        `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z) and the four tilt
+        angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates; ``ctrl`` four
+        thrusts [N] along the tilted axes, then four servo commands [rad].
+    vehicle
+        What it was built from.
+    """
+
+    __slots__ = ("data", "model", "mujoco", "vehicle")
+
+    def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
+        self.mujoco = mujoco_library()
+        self.vehicle = vehicle
+        self.model = self.mujoco.MjModel.from_xml_string(mjcf_of(vehicle, step=step, air=air))
+        self.data = self.mujoco.MjData(self.model)
+
+    def place(
+        self, alpha: npt.ArrayLike, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0, rates: npt.ArrayLike = 0
+    ) -> None:
+        """Put the vehicle at rest at the origin, at an attitude [rad], with tilt angles [rad] and tilt rates [rad/s]."""
+        data = self.data
+        self.mujoco.mj_resetData(self.model, data)
+        data.qpos[:3] = 0.0
+        data.qpos[3:7] = quaternion_of(roll, pitch, yaw)
+        data.qpos[7:] = alpha
+        data.qvel[6:] = rates
+        data.ctrl[4:] = alpha
+        self.mujoco.mj_forward(self.model, data)
+
+    def servo_commands(self, alpha: FloatArray) -> FloatArray:
+        """Return what the servos are told at every step, so that the hinges are at given angles after each.
+
+        Parameters
+        ----------
+        alpha
+            Angles at the steps, the first one among them, shape (n + 1, 4) [rad].
+
+        Returns
+        -------
+        array of shape (n, 4)
+            [rad]. The engine's integrator, implicit in the servos' damping, makes of them just these angles, but for
+            what the body's own acceleration does to an arm.
+        """
+        moved = np.diff(alpha, axis=0)
+        before = np.concatenate([moved[:1], moved[:-1]])
+        return np.asarray(alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2)
+
+    def wrench(self) -> FloatArray:
+        """Return the force (body axes) [N] and the torque [N m] that the rotors put on the vehicle, shape (6,)."""
+        turned = np.empty(9)
+        self.mujoco.mju_quat2Mat(turned, self.data.qpos[3:7])
+        applied = self.data.qfrc_actuator
+        return np.concatenate([turned.reshape(3, 3).T @ applied[:3], applied[3:6]])
+
+
+def engine_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> Engine:
+    """Return a vehicle in the physics engine.
+
+    Parameters
+    ----------
+    vehicle
+        With mass, inertia and arm length.
+    step
+        Of the engine's integrator (implicit in velocities) [s].
+    air
+        Whether there is air, for wind.
+
+    Raises
+    ------
+    MissingConstant
+        If the vehicle lacks a constant that motion depends on.
+    InputError
+        If its moments of inertia cannot be those of a rigid body.
+    MissingExtra
+        If mujoco is not installed.
+
+    Notes
+    -----
+    Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
+    are taken out of the body's, which is then the same in all about upright arms. An arm's inertia counts alike about
+    all its axes.
+    """
+    return Engine(vehicle, step=step, air=air)
+
+
+def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Return the unit quaternion (w, x, y, z) of z–y–x Euler angles [rad]."""
+    (cr, cp, cy), (sr, sp, sy) = (
+        [function(angle / 2) for angle in (roll, pitch, yaw)] for function in (math.cos, math.sin)
+    )
+    return np.array(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )
+
+
+def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
+    """Return a vehicle as the engine's own model format (MJCF); parameters and errors as for :func:`engine_of`.
+
+    >>> from gaitgraph.vehicle import PAPER
+    >>> mjcf_of(PAPER).count('<joint name="tilt')
+    4
+    """
+    mass, inertia, length = vehicle.require(*_NEEDED, purpose="flight")
+    arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
+    arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)
+    body = [moment - 4.0 * arm for moment in inertia]
+    largest = max(body)
+    if min(body) <= 0.0 or sum(body) < 2.0 * largest * (1.0 - 1e-9):
+        said = f"; four arms take {4 * arm:.4g} of each" if vehicle.arm_inertia is not None else ""
+        raise InputError(
+            f"inertia: {list(inertia)} of vehicle {vehicle.name!r} is not that of a rigid body{said}; allowed are three "
+            "positive moments (kg m²), none of them more than the sum of the others"
+        )
+    stiffness = arm * (_STIFF / step) ** 2
+    damping = 2.0 * arm * _STIFF / step
+    drag = vehicle.drag_ratio * length
+    spin = -1.0 if vehicle.first_rotor_spin == "clockwise" else 1.0
+    arms, thrusts, servos = [], [], []
+    for k in range(4):
+        azimuth = vehicle.first_arm_angle + k * math.pi / 2
+        half = azimuth / 2
+        turning = spin if k % 2 == 0 else -spin
+        tone = "0.85 0.3 0.25 1" if k == 0 else "0.25 0.35 0.45 1"
+        arms.append(
+            f'   <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">\n'
+            f'    <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>\n'
+            f'    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>\n'
+            f'    <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>\n'
+            f'    <geom class="seen" type="capsule" fromto="{0.15 * length!r} 0 0 {length!r} 0 0" '
+            f'size="{0.035 * length!r}" rgba="{tone}"/>\n'
+            f'    <geom class="seen" type="cylinder" pos="{length!r} 0 {0.12 * length!r}" '
+            f'size="{0.55 * length!r} {0.012 * length!r}" rgba="{tone.removesuffix("1")}0.45"/>\n'
+            f'    <geom class="seen" type="cylinder" pos="{length!r} 0 {0.06 * length!r}" '
+            f'size="{0.07 * length!r} {0.08 * length!r}" rgba="{tone}"/>\n'
+            "   </body>"
+        )
+        thrusts.append(f'  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-turning * drag!r}"/>')
+        servos.append(
+            f'  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>'
+        )
+    base = ['<geom class="seen" type="cylinder" ' + f'size="{0.2 * length!r} {0.07 * length!r}" rgba="0.9 0.9 0.92 1"/>']
+    nose = vehicle.first_arm_angle * 0.0
+    base.append(
+        f'<geom class="seen" type="capsule" fromto="{0.15 * length!r} {nose!r} 0 {0.32 * length!r} {nose!r} 0" '
+        f'size="{0.03 * length!r}" rgba="0.95 0.75 0.2 1"/>'
+    )
+    lines = [
+        '<mujoco model="tilt-rotor">',
+        ' <compiler angle="radian" autolimits="true"/>',
+        f' <option timestep="{step!r}" gravity="0 0 {-vehicle.gravity!r}" integrator="implicitfast" {_AIR if air else ""}>',
+        '  <flag contact="disable" constraint="disable"/>',
+        " </option>",
+        ' <visual><headlight ambient="0.45 0.45 0.45"/><global offwidth="1280" offheight="960"/></visual>',
+        ' <default><default class="seen"><geom contype="0" conaffinity="0" mass="0" group="1"/></default></default>',
+        " <asset>",
+        '  <texture name="sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.98" rgb2="0.72 0.8 0.9" width="64" height="64"/>',
+        '  <texture name="grid" type="2d" builtin="checker" rgb1="0.84 0.86 0.88" rgb2="0.78 0.8 0.83" width="256" height="256"/>',
+        '  <material name="grid" texture="grid" texrepeat="1 1" texuniform="true"/>',
+        " </asset>",
+        " <worldbody>",
+        '  <light pos="0 0 6" dir="0.2 0.2 -1" directional="true"/>',
+        f'  <geom class="seen" name="floor" type="plane" pos="0 0 {-8 * length!r}" size="0 0 1" material="grid"/>',
+        '  <body name="vehicle">',
+        '   <freejoint name="base"/>',
+        f'   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{" ".join(repr(one) for one in body)}"/>',
+        *(f"   {line}" for line in base),
+        *arms,
+        "  </body>",
+        " </worldbody>",
+        " <actuator>",
+        *thrusts,
+        *servos,
+        " </actuator>",
+        "</mujoco>",
+    ]
+    return "\n".join(lines) + "\n"
