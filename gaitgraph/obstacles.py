@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gaitgraph.invertibility import Coefficients, noise_of
-from gaitgraph.surface import RootArrays, root_arrays, roots
+from gaitgraph.surface import RootArrays, root_arrays
 
 if TYPE_CHECKING:
     from gaitgraph.requests import PlanRequest, Point
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["RELATION", "Obstacle", "rootless", "waypoint_obstacle"]
 
 RELATION = {"positive": "R > 0", "negative": "R < 0"}
+
+_CODES = {"red": 1, "blue": -1}  # as in :class:`gaitgraph.surface.RootArrays`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +60,8 @@ def rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign:
         return set(range(len(request.waypoints)))
     wanted = 1.0 if sign == "positive" else -1.0
     found = _roots_above(request.waypoints, coefficients)
-    of_color = found.sheet == (1 if color == "red" else -1)
-    rooted = (of_color & (wanted * np.nan_to_num(found.R) > noise_of(coefficients))).any(axis=1)
+    of_color = found.sheet == _CODES[color]
+    rooted = (of_color & (wanted * found.R > noise_of(coefficients))).any(axis=1)
     if request.zones is not None:
         rooted &= request.zones.allow_points(np.array(request.waypoints))
     return set(np.nonzero(~rooted)[0].tolist())
@@ -85,8 +87,9 @@ def waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, 
             R=0.0,
         )
     wanted = 1.0 if sign == "positive" else -1.0
-    values = [root.R for root in roots(point[0], point[1], coefficients) if root.color == color]
-    best = max(values, key=lambda value: wanted * value)
+    found = _roots_above(request.waypoints, coefficients)
+    values = found.R[k][found.sheet[k] == _CODES[color]]
+    best = float(values[np.argmax(wanted * values)])
     if wanted * best > 0 and request.zones is not None:
         message = f"{color}, {RELATION[sign]}: {place} lies where keep_out or keep_in forbids it"
     elif abs(best) < 1e-9:

@@ -30,6 +30,7 @@ from gaitgraph.segments import (
     largest_residual,
     least_level_determinant,
     least_singular_value_of_all,
+    range_of_level_determinant,
     thrust_shares_along,
     where_thrusts_vanish,
 )
@@ -284,18 +285,18 @@ class LevelSign(Rule):
         for sign in self.found:
             self.found[sign] |= bool((sign * value > carried).any())
         resolution = self.resolution()
-        for sign, worst in self.worst.items():
-            found = least_level_determinant(
-                stretch.starts,
-                stretch.ends,
-                coefficients,
-                sign=sign,
-                known=worst.upper,
-                at_ends=(sign * value[:-1], sign * value[1:]),
-            )
-            if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
-                found = _settled(found, stretch, coefficients, sign, resolution)
-            worst.take(found, stretch)
+        positive, negative = self.worst.values()
+        both = range_of_level_determinant(
+            stretch.starts,
+            stretch.ends,
+            coefficients,
+            known=(positive.upper, negative.upper),
+            at_ends=(value[:-1], value[1:]),
+        )
+        for (sign, worst), found in zip(self.worst.items(), both, strict=True):
+            straddles = found.lower.min() <= resolution < min(found.upper.min(), worst.upper)
+            settled = _settled(found, stretch, coefficients, sign, resolution) if straddles else found
+            worst.take(settled, stretch)
 
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on what was seen."""

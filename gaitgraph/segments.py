@@ -8,7 +8,7 @@ alone. Segments are pairs of arrays of shape (m, 4) [rad].
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -18,11 +18,11 @@ import numpy.typing as npt
 
 from gaitgraph.invertibility import (
     Coefficients,
-    hover_thrust_shares,
     least_singular_value,
     least_singular_value_bound,
     level_determinant,
     singular_values_on_red,
+    zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -32,8 +32,10 @@ __all__ = [
     "largest_residual",
     "least_along",
     "least_level_determinant",
+    "least_of_each",
     "least_singular_value_along",
     "least_singular_value_of_all",
+    "range_of_level_determinant",
     "thrust_shares_along",
     "thrusts_push_up",
     "where_thrusts_vanish",
@@ -42,12 +44,17 @@ __all__ = [
 FloatArray = npt.NDArray[np.float64]
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+# Several of one shape, or the rows of an array.
+Several = Sequence[FloatArray] | FloatArray
+Values = Callable[[FloatArray], Several]
+Bounds = Callable[[Several, Several, FloatArray, FloatArray], Sequence[FloatArray]]
 
 _BATCH = 1 << 15
-# A round over fewer open intervals than these costs the same however many there are: each is cut finer than in two.
-_FEW = 64
+# A round over few points costs the same however many there are: few open intervals are cut finer than in two.
+_FEW, _PIECES = 32, 32
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
-_HALF, _SIXTEENTHS = np.array([[0.5]]), np.arange(1, 16)[:, None] / 16
+_TINY = float(np.finfo(float).tiny)
+_NO_LIFT = 1e-300  # divides without an overflow
 _MOST_HALVINGS = 20_000_000
 
 
@@ -112,64 +119,141 @@ def least_along(
     Notes
     -----
     Intervals are halved in batches, the latest first, so that memory stays bounded however many are open; a few are
-    cut into sixteen, which saves rounds. Not guaranteed: that every bracket is as narrow as `tolerance`. Work is
+    cut into 32 pieces, which saves rounds. Not guaranteed: that every bracket is as narrow as `tolerance`. Work is
     bounded; `lower` is always valid.
+    """
+    (found,) = least_of_each(
+        starts,
+        ends,
+        lambda alpha: (value(alpha),),
+        lambda v0, v1, p0, p1: (bound(v0[0], v1[0], p0, p1),),
+        tolerance=tolerance,
+        floor=floor,
+        each=each,
+        enough=enough,
+        known=(known,),
+        at_ends=None if at_ends is None else ((at_ends[0],), (at_ends[1],)),
+    )
+    return found
+
+
+def least_of_each(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    values: Values,
+    bounds: Bounds,
+    *,
+    tolerance: float,
+    known: tuple[float, ...],
+    floor: float = math.inf,
+    each: bool = False,
+    enough: FloatArray | None = None,
+    at_ends: tuple[Several, Several] | None = None,
+) -> tuple[Least, ...]:
+    """Bracket the least of each of a few functions along straight segments, all in one search.
+
+    Parameters
+    ----------
+    starts, ends, tolerance, floor, each, enough
+        As for :func:`least_along`.
+    values
+        From points, shape (k, 4), to the functions, each of shape (k,), as many as `known` has numbers; and behind them
+        what else `bounds` wants to know there, in the same shape.
+    bounds
+        Lower bounds of the functions on intervals, from what `values` gave at both ends and the ends themselves.
+    known
+        For each function a value that is attained elsewhere, or +∞.
+    at_ends
+        What `values` gives at starts and ends, if it is at hand.
+
+    Returns
+    -------
+    tuple
+        A bracket for each function; an interval is cut until it is settled for all of them.
     """
     starts, ends = (
         np.atleast_2d(np.asarray(starts, dtype=float)),
         np.atleast_2d(np.asarray(ends, dtype=float)),
     )
-    steps = ends - starts
-    f0, f1 = at_ends if at_ends is not None else (value(starts), value(ends))
-    best = np.minimum(f0, f1)
-    fraction = np.where(f1 < f0, 1.0, 0.0)
-    lower = best.copy()
-    overall = min(known, float(best.min()))
-    segments = np.arange(len(starts))
-    batches: list[tuple[Any, ...]] = [(segments, np.zeros(len(starts)), np.ones(len(starts)), starts, ends, f0, f1)]
+    steps, functions = ends - starts, range(len(known))
+    v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
+    best = [np.minimum(v0[k], v1[k]) for k in functions]
+    fraction = [np.where(v1[k] < v0[k], 1.0, 0.0) for k in functions]
+    lower = [one.copy() for one in best]
+    overall = [min(known[k], float(best[k].min())) for k in functions]
+    # An interval has its segment and two rows, one for each end: the fraction, the four angles, the values.
+    first = np.column_stack([np.zeros(len(starts)), starts, *v0])
+    last = np.column_stack([np.ones(len(starts)), ends, *v1])
+    batches: list[tuple[Any, FloatArray, FloatArray]] = [(np.arange(len(starts)), first, last)]
     halvings = 0
     while batches:
-        segment, low, high, p0, p1, f0, f1 = batches.pop()
-        least = bound(f0, f1, p0, p1)
-        reference = best[segment] if each else np.full(segment.size, overall)
-        open_ = (least < reference - tolerance) & (least < floor)
-        if math.isfinite(floor):
-            open_ &= reference >= floor
-        if enough is not None:
-            open_ &= least < enough[segment]
-        middle = (low + high) / 2
-        # A fraction that no longer splits the interval is the end of what floats resolve.
-        whole = open_ & ~((middle > low) & (middle < high))
-        least[whole] = np.minimum(f0, f1)[whole]
-        open_ &= ~whole
-        halvings += int(open_.sum())
+        segment, first, last = batches.pop()
+        before, after = first.T[5:], last.T[5:]
+        least = bounds(before, after, first[:, 1:5], last[:, 1:5])
+        open_ = np.zeros(len(segment), dtype=bool)
+        for k in functions:
+            reference: Any = best[k][segment] if each else overall[k]
+            unsettled = least[k] < np.minimum(reference - tolerance, floor)
+            if math.isfinite(floor):
+                unsettled &= reference >= floor
+            if enough is not None:
+                unsettled &= least[k] < enough[segment]
+            open_ |= unsettled
+        width = last[:, 0] - first[:, 0]
+        finely = float(width.min()) > _SHORT
+        if not finely:
+            middle = first[:, 0] + width / 2
+            # A fraction that no longer splits the interval is the end of what floats resolve.
+            whole = open_ & ~((middle > first[:, 0]) & (middle < last[:, 0]))
+            for k in functions:
+                least[k][whole] = np.minimum(before[k], after[k])[whole]
+            open_ &= ~whole
+        count = int(np.count_nonzero(open_))
+        halvings += count
         if halvings > _MOST_HALVINGS:
-            open_[:] = False
-        np.minimum.at(lower, segment[~open_], least[~open_])
-        if not open_.any():
+            open_[:], count = False, 0
+        for k in functions:
+            np.minimum.at(lower[k], segment[~open_], least[k][~open_])
+        if not count:
             continue
-        segment, low, high = segment[open_], low[open_], high[open_]
-        finely = segment.size <= _FEW and float((high - low).min()) > _SHORT
-        cuts = low + (_SIXTEENTHS if finely else _HALF) * (high - low)
-        pm = starts[segment] + cuts[..., None] * steps[segment]
-        fm = value(pm.reshape(-1, 4)).reshape(cuts.shape)
-        number, cut, found = np.tile(segment, len(cuts)), cuts.ravel(), fm.ravel()
-        order = np.argsort(found, kind="stable")[::-1]
-        better = order[found[order] < best[number[order]]]
-        best[number[better]], fraction[number[better]] = found[better], cut[better]
-        overall = min(overall, float(found.min()))
+        segment, first, last, width = segment[open_], first[open_], last[open_], width[open_]
+        pieces = _PIECES if finely and count <= _FEW else 2
+        nodes = np.empty((pieces + 1, *first.shape))
+        nodes[0], nodes[-1], inner = first, last, nodes[1:-1]
+        inner[..., 0] = first[:, 0] + np.arange(1, pieces)[:, None] / pieces * width
+        inner[..., 1:5] = starts[segment] + inner[..., :1] * steps[segment]
+        for k, found in enumerate(values(inner[..., 1:5].reshape(-1, 4)), start=5):
+            inner[..., k] = found.reshape(pieces - 1, count)
+        for k in functions:
+            found = inner[..., 5 + k]
+            better = np.flatnonzero(found.min(axis=0) < best[k][segment])
+            if not better.size:
+                continue
+            lowest = inner[np.argmin(found[:, better], axis=0), better]
+            order = np.argsort(lowest[:, 5 + k], kind="stable")[::-1]  # the last of a segment is its least
+            at = segment[better[order]]
+            best[k][at], fraction[k][at] = lowest[order, 5 + k], lowest[order, 0]
+            overall[k] = min(overall[k], float(lowest[:, 5 + k].min()))
         # The first piece of every interval, then the second: each ends where the next begins.
-        at = np.concatenate([low[None], cuts, high[None]])
-        p = np.concatenate([p0[None, open_], pm, p1[None, open_]])
-        f = np.concatenate([f0[None, open_], fm, f1[None, open_]])
-        pieces = (
-            np.tile(segment, len(cuts) + 1),
-            *(side.ravel() for side in (at[:-1], at[1:])),
-            *(side.reshape(-1, 4) for side in (p[:-1], p[1:])),
-            *(side.ravel() for side in (f[:-1], f[1:])),
-        )
-        batches += [tuple(part[k : k + _BATCH] for part in pieces) for k in range(0, len(pieces[0]), _BATCH)]
-    return Least(lower=np.minimum(lower, best), upper=best, fraction=fraction)
+        pieced = np.tile(segment, pieces)
+        firsts, lasts = (side.reshape(len(pieced), -1) for side in (nodes[:-1], nodes[1:]))
+        for start in range(0, len(pieced), _BATCH):
+            part = slice(start, start + _BATCH)
+            batches.append((pieced[part], firsts[part], lasts[part]))
+    return tuple(Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in functions)
+
+
+def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return a lower bound of functions on intervals from their values at both ends.
+
+    A function stays above its chord minus bend·s·(1 − s)/2, if `bend` bounds |f''| over the interval, whose s goes
+    from 0 to 1. Where the chord is steep that parabola, and so the function, is least at an end.
+
+    >>> least_of_bent(np.array([0.0, 0.0]), np.array([0.0, 1.0]), np.array([8.0, 2.0])).tolist()
+    [-1.0, 0.0]
+    """
+    flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
+    return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
 
 
 def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
@@ -179,30 +263,57 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     second derivative is at most its size times the square of the sum of both frequencies. Where one factor is
     constant along the segment, as on both sheets, its value at the start replaces its size.
     """
-    form, both = _form_of_sums(coefficients)
-    m13, q13 = np.abs(step[:, 0] - step[:, 2]), np.abs(step[:, 0] + step[:, 2])
-    m24, q24 = np.abs(step[:, 1] - step[:, 3]), np.abs(step[:, 1] + step[:, 3])
-
-    def crossed(weights: FloatArray, sums: FloatArray, slow: FloatArray, fast: FloatArray) -> FloatArray:
-        size = math.hypot(*weights)
-        now = np.abs(weights[0] * np.cos(sums) + weights[1] * np.sin(sums))
-        local = fast**2 * (now + size * slow) + size * slow * (2 * fast + slow)
-        return np.asarray(np.minimum(local, size * (slow + fast) ** 2))
-
-    return np.asarray(
-        abs(form[0, 0]) * (m13 + m24) ** 2
-        + crossed(form[0, 1:], start[:, 1] + start[:, 3], q24, m13)
-        + crossed(form[1:, 0], start[:, 0] + start[:, 2], q13, m24)
-        + both * (q13 + q24) ** 2
-    )
+    form, factors, sizes, both = _form_of_sums(coefficients)
+    turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
+    # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
+    slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
+    now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
+    local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
+    crossed = np.minimum(local, sizes * (slow + turns) ** 2)
+    return np.asarray(abs(form[0, 0]) * turns.sum(axis=1) ** 2 + crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2)
 
 
 @lru_cache(maxsize=32)
-def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, float]:
-    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and a norm of its end."""
+def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and norms of its parts.
+
+    The second array has what multiplies cos Δ1, then cos Δ2, as columns; the third their sizes; the last number is a
+    norm of the part without differences.
+    """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
-    return form, float(np.linalg.norm(form[1:, 1:], 2))
+    factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
+    return form, factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+
+
+def range_of_level_determinant(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-6,
+    known: tuple[float, float] = (math.inf, math.inf),
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
+) -> tuple[Least, Least]:
+    """Bracket the least of R and that of −R along segments; see :func:`least_level_determinant`.
+
+    >>> from gaitgraph.invertibility import coefficients_of
+    >>> least, _ = range_of_level_determinant([0, 0, 0, 0], [0.4, 0.4, 0.4, 0.4], coefficients_of())
+    >>> round(least.worst()[0], 3)
+    2.847
+    """
+
+    def values(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+        value = np.asarray(level_determinant(alpha, coefficients))
+        return value, -value
+
+    def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+        curvature = level_determinant_curvature(p0, p1 - p0, coefficients)
+        return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
+
+    both = None if at_ends is None else ((at_ends[0], -at_ends[0]), (at_ends[1], -at_ends[1]))
+    least, minus_largest = least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both)
+    return least, minus_largest
 
 
 def least_level_determinant(
@@ -229,7 +340,7 @@ def least_level_determinant(
         return np.asarray(sign * level_determinant(alpha, coefficients))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, coefficients) / 8
+        return least_of_bent(f0, f1, level_determinant_curvature(p0, p1 - p0, coefficients))
 
     return least_along(
         starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, known=known, at_ends=at_ends
@@ -405,9 +516,10 @@ def _where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
     return np.asarray(np.take_along_axis(fraction, np.argmin(least, axis=1)[:, None], axis=1)[:, 0])
 
 
-def _residual_phases(alpha: FloatArray, delta: float) -> tuple[FloatArray, ...]:
+def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
+    """Return phases whose sines are the factors of Rθ, then those of Rφ, shape (4, k)."""
     a1, a2, a3, a4 = alpha.T
-    return a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta
+    return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])
 
 
 def largest_residual(
@@ -425,36 +537,14 @@ def largest_residual(
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
 
     def value(alpha: FloatArray) -> FloatArray:
-        x, y, u, v = (np.abs(np.sin(phase)) for phase in _residual_phases(alpha, coefficients.delta))
+        x, y, u, v = np.abs(np.sin(_residual_phases(alpha, coefficients.delta)))
         return np.asarray(-scale * np.maximum(x * y, u * v))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        ends0, ends1 = _residual_phases(p0, coefficients.delta), _residual_phases(p1, coefficients.delta)
-        x, y, u, v = (largest_sine(a, b) for a, b in zip(ends0, ends1, strict=True))
-        return -scale * np.maximum(x * y, u * v)
+        x, y, u, v = largest_sine(*(_residual_phases(side, coefficients.delta) for side in (p0, p1)))
+        return np.asarray(-scale * np.maximum(x * y, u * v))
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
-
-
-def _inputs_along(p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, Any]:
-    """Return the least and largest |w₀| of each rotor on intervals, shape (m, 4), and whether all thrusts push up.
-
-    Each entry of w₀ is a product of a sine and a cosine of linear functions of α.
-    """
-    delta = math.atan(vehicle.signed_drag_ratio)
-    shift = np.array([-delta, delta, -delta, delta])
-    b0, b1 = p0 + shift, p1 + shift
-    quarter = math.pi / 2
-    # Two sums of opposite arms, then the four cosines, as sines; the factors of w₀ are one of either.
-    s0, s1 = (np.column_stack([b[:, 1] + b[:, 3], b[:, 0] + b[:, 2], b + quarter]) for b in (b0, b1))
-    sums, opposite = [0, 1, 0, 1], [4, 5, 2, 3]
-    least, largest, sines = _least_sine(s0, s1), largest_sine(s0, s1), np.sin((s0 + s1) / 2)
-    low, high = (side[:, sums] * side[:, opposite] for side in (least, largest))
-    signs = np.array([1, -1, 1, -1]) * np.sign(sines[:, sums] * sines[:, opposite])
-    turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
-    upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= quarter + 1e-9
-    upward = (low > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4) & upright
-    return low, high, upward
 
 
 def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
@@ -464,18 +554,26 @@ def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle
     would push down.
     """
     p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    return np.asarray(_inputs_along(p0, p1, vehicle)[2])
+    s0, s1 = _phases_of_inputs(p0, vehicle), _phases_of_inputs(p1, vehicle)
+    # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+    factors = np.sign(np.sin((s0 + s1) / 2))
+    signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
+    kept = (_least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+    turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
+    upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
+    return np.asarray(kept & upright)
+
+
+def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (m, 6)."""
+    delta = math.atan(vehicle.signed_drag_ratio)
+    beta = alpha + np.array([-delta, delta, -delta, delta])
+    return np.concatenate([beta[:, 1::-1] + beta[:, 3:1:-1], beta + math.pi / 2], axis=-1)
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
     """Return where on a segment, as a fraction, a factor of the zero-moment inputs is least, zero if one vanishes."""
-    delta = math.atan(vehicle.signed_drag_ratio)
-    shift = np.array([-delta, delta, -delta, delta])
-    phases = []
-    for alpha in (start, end):
-        beta = alpha + shift
-        phases.append(np.concatenate([[beta[1] + beta[3], beta[0] + beta[2]], beta + math.pi / 2])[None])
-    return float(_where_least_sine(phases[0], phases[1])[0])
+    return float(_where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
 
 
 def thrust_shares_along(
@@ -502,37 +600,53 @@ def thrust_shares_along(
         np.atleast_2d(np.asarray(starts, dtype=float)),
         np.atleast_2d(np.asarray(ends, dtype=float)),
     )
-    upward = _inputs_along(starts, ends, vehicle)[2]
+    upward = thrusts_push_up(starts, ends, vehicle)
+    lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)
+    fraction[:] = 0.0
+    if upward.any():
 
-    def shares(alpha: FloatArray) -> FloatArray:
-        return hover_thrust_shares(alpha, vehicle)
+        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
+            return _shares_and_parts(alpha, vehicle)
 
-    def extremes(p0: FloatArray, p1: FloatArray, *, smallest: bool) -> FloatArray:
-        low, high, _ = _inputs_along(p0, p1, vehicle)
-        quarter = math.pi / 2
-        cosine = (largest_sine if smallest else _least_sine)(p0 + quarter, p1 + quarter)
-        own, others = (low, high) if smallest else (high, low)
-        carried = others * cosine
-        rest = carried.sum(axis=-1, keepdims=True) - carried
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(own > 0, own / (own * cosine + rest), 0.0))
+        def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+            return _bounds_of_shares(v0, v1, p1 - p0, vehicle)
 
-    def least_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.asarray(extremes(p0, p1, smallest=True).min(axis=-1))
-
-    def largest_bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.asarray(-extremes(p0, p1, smallest=False).max(axis=-1))
-
-    def bracket(value: Value, bound: Bound, attained: float) -> Least:
-        lower, upper = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
-        fraction = np.zeros(len(starts))
-        if upward.any():
-            found = least_along(
-                starts[upward], ends[upward], value, bound, tolerance=tolerance, each=each, known=attained
-            )
-            lower[upward], upper[upward], fraction[upward] = found.lower, found.upper, found.fraction
-        return Least(lower=lower, upper=upper, fraction=fraction)
-
-    least = bracket(lambda alpha: shares(alpha).min(axis=-1), least_bound, known[0])
-    largest = bracket(lambda alpha: -shares(alpha).max(axis=-1), largest_bound, known[1])
+        found = least_of_each(starts[upward], ends[upward], values, bounds, tolerance=tolerance, each=each, known=known)
+        for k, one in enumerate(found):
+            lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
+    least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))
     return upward, least, largest
+
+
+def _shares_and_parts(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
+    """Return the least hover thrust share, minus the largest, then |w₀| of each rotor and V, where all push up.
+
+    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ; see :func:`gaitgraph.invertibility.hover_thrust_shares`.
+    """
+    inputs = np.abs(zero_moment_inputs(alpha, vehicle))
+    lift = (inputs * np.cos(alpha)).sum(axis=-1)
+    return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
+
+
+def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
+    """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
+
+    |wᵢ| and V are products of sines of linear functions, whose second derivatives are bounded. So |wᵢ| − c·V is, where
+    c is the least share at both ends; where that stays positive the share is nowhere below c, and elsewhere below by no
+    more than it lacks over the least of V. The same holds for the largest share, with signs turned.
+    """
+    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
+    # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
+    # differences Δ of opposite arms.
+    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1).T
+    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
+    inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
+    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), _NO_LIFT)
+    out = []
+    for k, sense in enumerate((1.0, -1.0)):
+        c = np.minimum(v0[k], v1[k])
+        apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
+        lacking = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
+        out.append(c + np.minimum(lacking, 0.0) / least_lift)
+    return [np.maximum(out[0], 0.0), out[1]]

@@ -211,6 +211,7 @@ def string_under(curve: Any, start: Point, end: Point) -> float:
     return float(np.hypot(*np.diff(hull[lower], axis=0).T).sum())
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("kappa", [0.2, 0.5, 0.9])
 def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float) -> None:
     vehicle = gg.Vehicle(drag_ratio=kappa)
@@ -300,6 +301,7 @@ def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name:
     assert over[2] < over[0]
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(4))
 def test_robust_is_at_least_as_robust_as_the_grid(seed: int) -> None:
     name, sign = list(VEHICLES)[seed % 5], ("positive", "negative")[seed % 2]
@@ -621,6 +623,7 @@ def served_by_both(points: Any, divisions: int, request_: dict[str, Any]) -> Non
         assert grid.loop.length >= loop.lower_bound - 1e-8
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 @pytest.mark.parametrize("request_", [{"any_order": True}, {"objective": "robust"}])
 def test_the_papers_gaits_are_planned_by_both(gait: Any, request_: dict[str, Any]) -> None:
@@ -630,6 +633,7 @@ def test_the_papers_gaits_are_planned_by_both(gait: Any, request_: dict[str, Any
     assert (planned(plan).color, planned(plan).sign) == (gait.color, gait.sign)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("points", "request_"),
     [

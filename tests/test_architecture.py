@@ -48,7 +48,7 @@ DELEGATIONS = {
 }
 
 
-# The rooms of the sub-packages, in their order. The __init__ of areas and of plots gathers what their rooms offer.
+# The rooms of the sub-packages, in their order. Some gather in their __init__ what their rooms offer.
 INNER = {
     "areas": ("borders", "outlines", "region", "signs", "conditions", "admissible"),
     "anyangle": ("prepared", "straight", "meetings", "loops"),
@@ -62,6 +62,7 @@ INNER = {
         "options", "columns", "texts", "arrays", "matlab", "scripts", "parquet", "trajectories", "storages", "bags",
         "headers", "pictures", "svgs", "gifs",
     ),
+    "reading": ("values", "header", "columns", "lines", "csvs", "jsons", "files"),
     "plots": ("vehicles", "roots", "types", "regions", "gaits"),
     "explorer": ("state", "jobs", "maps", "answers", "tables", "guards", "server"),
 }  # fmt: skip

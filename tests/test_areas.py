@@ -197,6 +197,7 @@ def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> 
 # --- each condition against what it stands for -----------------------------------------------------------------------
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
 def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
@@ -245,6 +246,7 @@ def test_floors_narrower_than_the_accuracy() -> None:
     assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
 def test_thrust_region(vehicle: Vehicle) -> None:
     def margin(share: float) -> Any:
@@ -281,6 +283,7 @@ def test_hover_region(vehicle: Vehicle) -> None:
     assert_encloses(region, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES[::2], ids=names[::2])
 @pytest.mark.parametrize("least", [1e-3, 0.5, 3.0])
 def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
@@ -333,6 +336,7 @@ def test_finer_regions_lie_between_coarser_ones() -> None:
     assert shapely.get_num_coordinates(singular_value_region(0.4).inner) < 3000
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("kappa", KAPPAS)
 def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
     here, there = Vehicle(drag_ratio=kappa), Vehicle(drag_ratio=kappa, first_rotor_spin="counterclockwise")
@@ -346,6 +350,7 @@ def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
 # --- admissible regions and the checks of a gait ---------------------------------------------------------------------
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     "vehicle",
     [

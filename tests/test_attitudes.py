@@ -224,6 +224,7 @@ class TestSingularCurve:
 class TestAgainstARaster:
     """The region in closed form against formula (1) at every cell of a raster, over the period."""
 
+    @pytest.mark.no_cover
     @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
     @pytest.mark.parametrize("eta", [1.0, 0.99, 0.8, 0.3])
     def test_the_four_gaits(self, gait: Any, eta: float) -> None:
@@ -242,6 +243,7 @@ class TestAgainstARaster:
         else:
             assert found.fraction > 0.5
 
+    @pytest.mark.no_cover
     def test_random_gaits_of_random_vehicles(self) -> None:
         seen = set()
         random = np.random.default_rng(4)
@@ -250,6 +252,7 @@ class TestAgainstARaster:
             seen.add((found.polygon.is_empty, found.beyond.is_empty))
         assert seen == {(False, True), (False, False), (True, False), (True, True)}
 
+    @pytest.mark.no_cover
     @settings(deadline=None, max_examples=20)
     @given(
         points=st.lists(st.tuples(ANGLE, ANGLE, ANGLE, ANGLE), min_size=1, max_size=6),
@@ -324,6 +327,7 @@ class TestAgainstARaster:
 class TestError:
     """What the sampling of the period costs is stated, and shrinks as asked."""
 
+    @pytest.mark.no_cover
     def test_it_is_honest_and_converges(self) -> None:
         random = np.random.default_rng(5)
         for number in range(4):
@@ -354,6 +358,7 @@ class TestError:
 class TestMetamorphic:
     """The same gait told otherwise, or another of the same shape."""
 
+    @pytest.mark.no_cover
     @settings(deadline=None, max_examples=6)
     @given(seed=st.integers(0, 10_000))
     def test_the_way_it_is_told_makes_no_difference(self, seed: int) -> None:

@@ -41,6 +41,7 @@ def test_the_four_gaits(gait: PublishedGait) -> None:
     assert report["R_sign"].decided is (gait.color == "red")
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("rounding", [None, 5e-4])
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 def test_the_four_gaits_as_printed(gait: PublishedGait, rounding: float | None) -> None:
@@ -73,6 +74,7 @@ def test_least_singular_values_of_gaits_3_and_4() -> None:
         assert check.value == pytest.approx(expected, abs=5e-4)
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=80)
 @given(
     points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=4),
@@ -713,6 +715,7 @@ def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
     assert bent.check()["R_sign"].limit == bent.check(angle_rounding=0.0)["R_sign"].limit
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("block", [1, 2, 3, 7])
 def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
     gait = lift(np.tile(GAITS[2].angles, (2, 1)), "red", vehicle=gg.PAPER.replace(max_tilt=1.1, max_thrust=2.0))

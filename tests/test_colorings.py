@@ -259,6 +259,7 @@ def test_the_two_ends_of_the_tolerance(loop: Loop) -> None:
 # Long loops, counted without listing
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1), size=st.integers(1, 400), kind=either_kind, repeat=st.integers(1, 5))
 def test_counts_of_long_loops_are_the_product_of_free_choices(
@@ -291,6 +292,7 @@ def test_the_product_of_free_choices_is_brute_force_on_small_loops(loop: Loop, c
             assert list(listed(choices)) == brute(choices)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("pattern", "free"),
     [

@@ -71,6 +71,7 @@ def assert_same_edges(sign: Any, divisions: int, use: Any, **asked: Any) -> int:
     return len(found)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("divisions", "use", "sign"),
     [
@@ -104,6 +105,7 @@ def random_zones(rng: np.random.Generator, number: int) -> Zones:
     return Zones(keep_out=outs, keep_in=[frame] if rng.random() < 0.3 else ())
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(42))
 def test_edges_of_any_vehicle_zones_and_floor(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -207,6 +209,7 @@ def assert_same_walks(first: CompactWalk | Blocked, second: CompactWalk | Blocke
     assert (first.length, first.thrust, first.stops) == (second.length, second.thrust, second.stops)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(45))
 def test_walks_are_as_long_as_those_on_the_networkx_graph(seed: int) -> None:
     rng = np.random.default_rng(seed)

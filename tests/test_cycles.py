@@ -164,6 +164,7 @@ def test_cycles_through_stops_are_those_that_pass_them(
     assert guess is None or (guess in brute_items(edges) and passes(guess[1], stops, any_order))
 
 
+@pytest.mark.no_cover
 def test_long_rings_and_many_stops_need_no_recursion() -> None:
     number = 1200
     ring = {(k, k + 1): 1 for k in range(number - 1)} | {(0, number - 1): 1}
@@ -178,6 +179,7 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
 # Cycles of surface graphs
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize("divisions", [6, 7, 8])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
@@ -191,6 +193,7 @@ def test_against_networkx(sign: Any, divisions: int, use: Any) -> None:
     assert len(found) > 5 or use == "flyable"
 
 
+@pytest.mark.no_cover
 def test_all_of_a_small_graph() -> None:
     graph = surface_graph("positive", 6)
     search = cycles(graph, use="two_color")
@@ -217,6 +220,7 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     assert first.length == pytest.approx(2 * math.pi / 16)
 
 
+@pytest.mark.no_cover
 def test_the_order_is_total_and_nothing_comes_twice() -> None:
     graph = surface_graph("negative")
     found = items_of(graph, islice(cycles(graph, use="two_color"), 20_000))
@@ -224,6 +228,7 @@ def test_the_order_is_total_and_nothing_comes_twice() -> None:
     assert all(path == canonical(path) for _, path in found[::37])
 
 
+@pytest.mark.no_cover
 def test_the_first_cycles_come_at_once() -> None:
     search = cycles(surface_graph("negative", 64))
     first = next(search)
@@ -236,6 +241,7 @@ def test_the_first_cycles_come_at_once() -> None:
     assert few.bound <= next(few).length
 
 
+@pytest.mark.no_cover
 def test_the_same_graph_gives_the_same_cycles() -> None:
     graph = surface_graph("negative", 12, waypoints=[(0.5, -0.6)])
     first, second = (list(islice(cycles(one), 3000)) for one in (graph, graph.copy()))
@@ -262,6 +268,7 @@ def test_max_length_counts_what_is_as_long() -> None:
     assert list(cycles(graph, max_length=0)) == []
 
 
+@pytest.mark.no_cover
 def test_zones_bound_the_cycles() -> None:
     zones = Zones(keep_out=[[(0.5, -0.7), (0.9, -0.7), (0.9, -0.3), (0.5, -0.3)]])
     whole, fenced = surface_graph("negative", 12), surface_graph("negative", 12, zones=zones)
@@ -281,6 +288,7 @@ def test_zones_bound_the_cycles() -> None:
 # The verdict of the edges against the check of the gait
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("sign", "use", "divisions", "waypoints"),
     [
@@ -353,6 +361,7 @@ def small_cases() -> list[tuple[str, Any, int]]:
     return [("positive", "valid", 0), ("positive", "valid", 1), *[("negative", "flyable", seed) for seed in range(6)]]
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(("sign", "use", "seed"), small_cases())
 def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: int) -> None:
     import random
@@ -443,6 +452,7 @@ def test_why_there_is_no_simple_cycle() -> None:
 # Effort, interruption, progress, input
 
 
+@pytest.mark.no_cover
 def test_spent_effort_leaves_a_true_bound() -> None:
     graph = surface_graph("negative")
     whole = list(islice(cycles(graph), 12_000))

@@ -18,6 +18,8 @@ from gaitgraph.reading import read_table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+pytestmark = pytest.mark.no_cover  # what pages show has tests of its own, which are traced
+
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
@@ -47,6 +49,9 @@ EXPECTED = {
     "gait_on_a_fiber": "travel 5.7841 rad on the grid, 5.2589 rad straight; valid True",
     "best_gait": "radius 0.1: least singular value 0.592, at most 0.592, 13.44 rad²/s",
     "retarget_a_gait": "moved by 0.4566 rad at most (row 11), 0.3477 rad rms",
+    "which_drag_ratio": "0.1687      9.57°  2.374  2.374    2.358  0.167  0.886",
+    "which_period": "T = 0.25 s: settles after 0.44 s, peak 2.93 shares, 1.87 after 1 s, where α1 spans 0.53 rad",
+    "best_hover_reserve": "best within 0.2 rad: 1.9644 quarters, any loop needs 1.9643",
     "servo_table": "read back to 1e-12 rad; flyable True",
 }
 

@@ -130,6 +130,7 @@ def is_on_a_family(alpha: np.ndarray, vehicle: gg.Vehicle, tolerance: float) -> 
     return nearest
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", ["paper", "small", "mirrored", "half", "large"])
 def test_a_solver_finds_no_solution_outside_the_four_families(name: str) -> None:
     found = solutions(VEHICLES[name], 180)
@@ -588,6 +589,7 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
     return out
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", ["paper", "mirrored", "half", "on grid"])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_edges_are_exactly_the_steps_on_fibres_and_from_their_lines(name: str, sign: Any) -> None:

@@ -152,6 +152,7 @@ def test_figure_17_holds_three_loops() -> None:
     np.testing.assert_allclose(np.asarray(mirrored.lines[0].get_xydata())[:4], -np.array(GAITS[0].angles))
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("name", "agreeing"),
     [
@@ -197,6 +198,7 @@ def test_another_vehicle_has_one_reading(name: str) -> None:
     assert margin.startswith("tilt margin ")
 
 
+@pytest.mark.no_cover
 def test_the_gait_that_is_given_is_drawn() -> None:
     timed = GAIT4.parametrize(2.0, law="equal-time", samples=20)
     for given in (timed, table_of(timed)):
@@ -211,6 +213,7 @@ def test_the_gait_that_is_given_is_drawn() -> None:
 # The same bytes
 
 
+@pytest.mark.no_cover
 def test_the_same_bytes_whatever_was_drawn_before() -> None:
     for name in ("15", "9", "20"):
         kinds = FORMATS if name == "15" else FORMATS[:2]
@@ -314,6 +317,7 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert row["caption"].startswith(row["title"])
 
 
+@pytest.mark.no_cover
 def test_command_draws_a_gait_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     GAIT4.parametrize(2.0).write("gait4.csv")
     code, _, err = run(capsys, "--only", "gait", "--gait", "gait4.csv", "--format", "svg", "--out", "a")

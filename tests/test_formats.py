@@ -35,7 +35,7 @@ from gaitgraph.exchange import export, export_file, request_of_file
 from gaitgraph.formats import FORMATS, columns, parquet
 from gaitgraph.frames import table_from_frame
 from gaitgraph.gait import lift
-from gaitgraph.reading import read_pieces, read_table
+from gaitgraph.reading import jsons, read_pieces, read_table
 from gaitgraph.tables import ROWS_OF_A_PIECE, Table, merged, pieces_of, provenance_text, table_of
 from gaitgraph.writing import write_pieces, write_tables
 from tests.published import GAITS
@@ -791,7 +791,7 @@ def test_json_that_is_nested_or_wide_is_refused(tmp_path: Path, monkeypatch: pyt
     assert "it is not JSON" in refusal(path)
     path.write_text('{"alpha1": [1' + "0" * 400 + '], "alpha2": [0], "color": "red"}')
     assert "row 1: alpha1 is 10000" in refusal(path)
-    monkeypatch.setattr(reading, "_MOST_BRACKETS", 1000)
+    monkeypatch.setattr(jsons, "_MOST_BRACKETS", 1000)
     path.write_text("[" + "[]," * 1000 + "[]]")
     assert "it has more than 1000 lists and objects" in refusal(path)
 

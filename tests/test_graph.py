@@ -139,6 +139,7 @@ LIMITED = {
 }
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", LIMITED.values(), ids=LIMITED)
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, sign: Any) -> None:
@@ -361,6 +362,7 @@ def test_zones_cut_nodes_and_edges() -> None:
         assert not (0.6 < middle[0] < 0.95 and -0.9 < middle[1] < -0.6)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("divisions", [2, 3, 4, 16, 33])
 @pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
 def test_any_grid_and_vehicle_keeps_the_contract(divisions: int, vehicle: str) -> None:

@@ -131,6 +131,7 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
 # Levels
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.2f}")
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.4, 0.9])
 def test_least_share_region_is_where_the_shares_are(vehicle: Vehicle, share: float) -> None:

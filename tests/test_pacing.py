@@ -221,6 +221,7 @@ def test_a_jerk_limit_is_kept_between_knots_and_costs_time(jerk: float) -> None:
     assert pacing.least < resting
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=8)
 @given(
     points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=2, max_size=5),
@@ -366,6 +367,7 @@ def test_a_period_that_is_too_short_says_which_limit_where_and_what_would_do() -
     assert "needs at least" in hopeless.reason
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("limits", [Limits(acceleration=60, jerk=2000), Limits(rate=5, acceleration=60, jerk=2000)])
 @pytest.mark.parametrize("tolerance", [1e-5, 0.03])
 def test_rounding_is_never_slower_than_resting_at_the_corners(limits: Limits, tolerance: float) -> None:

@@ -133,6 +133,7 @@ def test_separated_waypoints_come_with_the_wall_between_them() -> None:
     assert (gg.level_determinant(line, gg.coefficients_of(kind="exact")) > 0).any()
 
 
+@pytest.mark.no_cover
 def test_a_grid_too_coarse_says_so() -> None:
     plan = on_grid([(-1.45, -0.3), (-1.45, 1.0)], color="red", sign="negative", divisions=4)
     assert plan.status == "infeasible"
@@ -346,6 +347,7 @@ def test_wrong_requests_are_refused(request_: dict[str, Any], message: str) -> N
 points = st.lists(st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)), min_size=1, max_size=3)
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=25)
 @given(points=points, divisions=st.integers(3, 20))
 def test_whatever_is_planned_holds_when_sampled(points: list[tuple[float, float]], divisions: int) -> None:

@@ -459,6 +459,7 @@ def test_given_axes_are_returned_and_nothing_else_changes(draw: Callable[..., An
     assert dict(mpl.rcParams) == before
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
 def test_without_axes_there_is_one_new_figure(draw: Callable[..., Any]) -> None:
     drawn = draw()

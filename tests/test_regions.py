@@ -91,6 +91,7 @@ class TestRedLabel:
         for sign, sizes in expected.items():
             assert sorted(areas[sign]) == pytest.approx(sizes, rel=0.02)
 
+    @pytest.mark.no_cover
     @by_name
     @settings(deadline=None, max_examples=60)
     @given(first=points, second=points)

@@ -124,6 +124,7 @@ def unmatched(shown: list[str], lines: list[str]) -> str:
     return "" if anywhere or at == len(lines) else lines[at]
 
 
+@pytest.mark.no_cover
 def test_the_commands_print_what_is_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

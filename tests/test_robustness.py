@@ -53,6 +53,7 @@ def quick(gait: Any, **options: Any) -> Robustness:
 class TestThePaper:
     """The numbers of the paper's four gaits, biased and not."""
 
+    @pytest.mark.no_cover
     def test_the_sweep_of_gaits_3_and_4(self) -> None:
         for gait, degrees in ((G3, 74.46), (G4, 61.66)):
             report = robustness_of(red(gait), bias=[1.0, 0.9, 0.8], scale=[0.5], curves=3)
@@ -69,6 +70,7 @@ class TestThePaper:
             assert {curve.kind for _, curve in plain.curves} == {"none"}
             assert {curve.kind for _, curve in biased.curves} == {"curve"}
 
+    @pytest.mark.no_cover
     @pytest.mark.parametrize("numbers", ["exact", "published"])
     def test_gaits_1_and_2_have_no_margin(self, numbers: Any) -> None:
         gait = lift(G2.angles, "blue", coefficients=coefficients_of(kind=numbers))
@@ -88,6 +90,7 @@ class TestThePaper:
         assert first.sweep[0].margin.reason == "R changes its sign"
         assert abs(level_determinant(first.sweep[0].where.alpha, EXACT)) < 1e-12
 
+    @pytest.mark.no_cover
     @pytest.mark.parametrize("gait", [G1, G2], ids=["gait1", "gait2"])
     def test_printed_digits_make_no_margin(self, gait: PublishedGait, tmp_path: Path) -> None:
         """Three digits of a blue gait leave up to 44° of noise: as a gait, a table and a file they say none."""
@@ -122,6 +125,7 @@ class TestThePaper:
 class TestAgainstSampling:
     """Each number against the period, sampled densely."""
 
+    @pytest.mark.no_cover
     def test_random_gaits(self) -> None:
         random = np.random.default_rng(0)
         for number in range(8):
@@ -150,6 +154,7 @@ class TestAgainstSampling:
                 at = least_singular_value(found.singular_where.alpha, gg.PAPER, *found.singular_attitude)
                 assert at == pytest.approx(upper, abs=1e-12)
 
+    @pytest.mark.no_cover
     def test_a_long_table_is_searched_like_a_short_one(self) -> None:
         """Rows far from the least are left out, none that matters."""
         random = np.random.default_rng(1)
@@ -172,6 +177,7 @@ class TestAgainstSampling:
 class TestForms:
     """The same gait as a gait, a timed one, a table or a file."""
 
+    @pytest.mark.no_cover
     def test_one_answer(self, tmp_path: Path) -> None:
         gait = red(G3).biased(0.9)
         timed = gait.parametrize(samples=40)
@@ -230,6 +236,7 @@ class TestForms:
 class TestAnswers:
     """What is printed and saved."""
 
+    @pytest.mark.no_cover
     def test_plain_values(self) -> None:
         """JSON that any reader takes: no NaN, the keys of the design, null with a reason."""
         for gait in (red(G3), lift(G2.angles, "blue")):
@@ -314,6 +321,7 @@ class TestWrongInput:
         with pytest.raises(gg.GaitgraphError, match="no rows"):
             robustness_of(tmp_path / "empty.csv")
 
+    @pytest.mark.no_cover
     def test_one_number_or_any_number_of_them(self) -> None:
         gait = red(G3)
         for bias in (0.8, np.float64(0.8), [0.8], (0.8,), np.array([0.8]), iter([0.8])):

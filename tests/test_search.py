@@ -143,6 +143,7 @@ def test_a_blocked_walk_names_its_leg() -> None:
     assert walk == Blocked(leg=1)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(4))
 def test_any_order_against_all_permutations(seed: int) -> None:
     graph = surface_graph("negative")

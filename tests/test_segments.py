@@ -29,9 +29,11 @@ from gaitgraph.segments import (
     largest_residual,
     least_along,
     least_level_determinant,
+    least_of_bent,
     least_singular_value_along,
     least_singular_value_of_all,
     level_determinant_curvature,
+    range_of_level_determinant,
     thrust_shares_along,
     thrusts_push_up,
 )
@@ -388,6 +390,52 @@ class TestEngine:
         assert found.worst() == (-0.3, 0.1, 2, 1.0)
 
 
+class TestBent:
+    """A lower bound from a chord and from how much a function may bend."""
+
+    @settings(deadline=None, max_examples=100)
+    @given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
+    def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
+        self, bend: float, low: float, size: float, at: tuple[float, ...]
+    ) -> None:
+        # f'' = bend·size, least at `low` if that lies on [0, 1].
+        height = at[0]
+        f0, f1 = (np.array([height + bend * size / 2 * (s - low) ** 2]) for s in (0.0, 1.0))
+        least = height + bend * size / 2 * (min(max(low, 0.0), 1.0) - low) ** 2
+        assert least_of_bent(f0, f1, np.array([bend]))[0] <= least + 1e-12
+        assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
+
+    def test_where_the_chord_is_steep_it_is_the_end(self) -> None:
+        f0, f1 = np.array([0.0, 3.0]), np.array([1.0, 2.0])
+        assert least_of_bent(f0, f1, np.array([2.0, 2.0])).tolist() == [0.0, 2.0]
+        assert (least_of_bent(f0, f1, np.array([2.1, 2.1])) < [0.0, 2.0]).all()
+
+
+class TestTogether:
+    """R and −R in one search."""
+
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_each_is_bracketed_as_if_alone(self, kind: str) -> None:
+        start, end = segments(kind, seed=21)
+        values = sampled(QUANTITIES["R"], start, end)
+        found = range_of_level_determinant(start, end, PUBLISHED)
+        for one, sign in zip(found, (1.0, -1.0), strict=True):
+            least = (sign * values).min(axis=1)
+            alone = least_level_determinant(start, end, PUBLISHED, sign=sign).worst()
+            assert (one.lower <= least + 1e-12).all()
+            assert one.worst()[:2] == pytest.approx(alone[:2], abs=2e-6)
+            assert one.worst()[1] - one.worst()[0] <= 1e-6 + 1e-12
+            at = start + one.fraction[:, None] * (end - start)
+            np.testing.assert_allclose(one.upper, sign * level_determinant(at, PUBLISHED), atol=1e-12)
+
+    def test_what_is_known_of_one_leaves_the_other_alone(self) -> None:
+        start, end = segments("anywhere", seed=22)
+        free = range_of_level_determinant(start, end, PUBLISHED)
+        told = range_of_level_determinant(start, end, PUBLISHED, known=(-1e3, math.inf))
+        assert told[1].worst()[:2] == pytest.approx(free[1].worst()[:2], abs=2e-6)
+        assert (told[0].lower <= free[0].upper).all()
+
+
 class TestCurvature:
     @staticmethod
     def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> float:
@@ -528,6 +576,62 @@ class TestThrusts:
             assert (found.lower <= values.min(axis=1) + 1e-12).all()
             assert (found.upper <= values.min(axis=1) + 1e-5 + 1e-12).all()
             assert (found.upper - found.lower <= 1e-5 + 1e-12).all()
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    def test_shares_of_the_search_are_the_hover_thrust_shares(self, vehicle: Vehicle) -> None:
+        point = np.random.default_rng(15).uniform(-1.5, 1.5, (4000, 4))
+        point = point[thrusts_push_up(point, point, vehicle)]
+        assert len(point) >= 50
+        shares = hover_thrust_shares(point, vehicle)
+        _, least, minus_largest = thrust_shares_along(point, point, vehicle, each=True)
+        np.testing.assert_allclose(least.upper, shares.min(axis=1), rtol=1e-12)
+        np.testing.assert_allclose(minus_largest.upper, -shares.max(axis=1), rtol=1e-12)
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    def test_without_any_cut_the_bracket_holds_on_long_segments(
+        self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("gaitgraph.segments._MOST_HALVINGS", 0)
+        start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 4000, 4))
+        end[::2] = start[::2] + 0.1 * (end[::2] - start[::2])
+        upward = thrusts_push_up(start, end, vehicle)
+        start, end = start[upward], end[upward]
+        assert len(start) >= 20
+        shares = hover_thrust_shares(start[:, None] + ALONG[::20, None] * (end - start)[:, None], vehicle)
+        _, least, minus_largest = thrust_shares_along(start, end, vehicle, each=True)
+        assert (least.lower <= shares.min(axis=(1, 2)) + 1e-12).all()
+        assert (minus_largest.lower <= -shares.max(axis=(1, 2)) + 1e-12).all()
+        assert (least.lower > 0).any()
+        assert np.isfinite(minus_largest.lower).all()
+
+    @pytest.mark.parametrize("near", [1e-2, 1e-5, 1e-9])
+    def test_beside_the_point_where_all_rotors_idle(self, near: float) -> None:
+        delta = math.atan(PAPER.signed_drag_ratio)
+        start, end = np.array([delta - near, -delta + near / 3]), np.array([delta - 0.2, -delta + 2 * near])
+        p, q = (np.array([[*side, *side]]) for side in (start, end))
+        shares = hover_thrust_shares(p + (ALONG**6)[:, None] * (q - p))
+        upward, least, minus_largest = thrust_shares_along(p, q)
+        assert upward.all()
+        for found, values in ((least, shares.min(axis=1)), (minus_largest, -shares.max(axis=1))):
+            lower, upper, _, _ = found.worst()
+            assert lower <= values.min() + 1e-12
+            assert upper <= values.min() + 1e-4 + 1e-12
+            assert upper - lower <= 1e-4 + 1e-12
+
+    def test_a_loop_takes_few_rounds(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        asked: list[int] = []
+
+        def counting(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
+            asked.append(len(alpha))
+            return zero_moment_inputs(alpha, vehicle)
+
+        monkeypatch.setattr("gaitgraph.segments.zero_moment_inputs", counting)
+        turn = np.arange(8) * (math.pi / 4)
+        corners = np.column_stack([0.8 + 0.4 * np.cos(turn), -0.8 + 0.4 * np.sin(turn)])[:, [0, 1, 0, 1]]
+        upward, *_ = thrust_shares_along(corners, np.roll(corners, -1, axis=0))
+        assert upward.all()
+        assert len(asked) <= 4
+        assert sum(asked) <= 600
 
     def test_at_rest_each_rotor_carries_a_quarter(self) -> None:
         upward, least, largest = thrust_shares_along([0, 0, 0, 0], [0, 0, 0, 0])

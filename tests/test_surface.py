@@ -188,6 +188,7 @@ def closed_form(a1: float, a2: float, numbers: Coefficients) -> list[tuple[float
 
 
 class TestAgainstIndependentSolvers:
+    @pytest.mark.no_cover
     @every_case
     def test_the_same_roots_as_a_general_root_finder(self, case: str) -> None:
         numbers, kappa = CASES[case]
@@ -197,6 +198,7 @@ class TestAgainstIndependentSolvers:
             assert len(theirs) == 2
             assert_same_solutions(closed_form(a1, a2, numbers), theirs)
 
+    @pytest.mark.no_cover
     @every_case
     @pytest.mark.parametrize("offset", [-1e-3, 1e-3])
     def test_the_same_roots_near_the_singular_lines(self, case: str, offset: float) -> None:
@@ -211,6 +213,7 @@ class TestAgainstIndependentSolvers:
             theirs = found_by_search(a1, a2, kappa, rng.uniform(-HALF_PI, HALF_PI, (60, 2)))
             assert_same_solutions(closed_form(a1, a2, numbers), theirs, tolerance=1e-6)
 
+    @pytest.mark.no_cover
     @every_case
     @settings(deadline=None, max_examples=100)
     @given(a1=angle, a2=angle)
@@ -223,6 +226,7 @@ class TestAgainstIndependentSolvers:
         tolerance = 1e-12 * (1 + 1 / near)
         assert_same_solutions(closed_form(a1, a2, numbers), found_by_elimination(a1, a2, kappa), tolerance)
 
+    @pytest.mark.no_cover
     @every_case
     def test_counts_over_the_papers_grid(self, case: str) -> None:
         numbers, kappa = CASES[case]
@@ -401,6 +405,7 @@ class TestManyAtOnce:
         for i, j in ((0, 0), (0, 8), (16, 3), (8, 8), (9, 7)):
             self.compare(answer, (i, j), roots(float(AXIS[i]), float(AXIS[j])))
 
+    @pytest.mark.no_cover
     @every_case
     @pytest.mark.parametrize(("rows", "columns"), [(17, 17), (5, 9), (1, 1), (0, 3), (64, 3)])
     def test_a_grid_is_an_outer_product_of_the_same_roots(self, case: str, rows: int, columns: int) -> None:

@@ -236,6 +236,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         read_table(tmp_path / "latin.csv")
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     content=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)),
@@ -262,6 +263,7 @@ json_values = st.recursive(
 )
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=json_values)
 def test_any_json_is_read_or_refused(tmp_path: Path, content: Any) -> None:

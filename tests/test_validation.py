@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import gaitgraph as gg
-from gaitgraph import files, reading
+from gaitgraph import files
 from gaitgraph.gait import Gait, lift
 from gaitgraph.invertibility import (
     coefficients_of,
@@ -24,7 +24,7 @@ from gaitgraph.invertibility import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.reading import read_pieces, read_table
+from gaitgraph.reading import csvs, read_pieces, read_table
 from gaitgraph.tables import Table
 from gaitgraph.validation import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
@@ -121,6 +121,7 @@ def verdicts(report: Report) -> list[Any]:
     return [(check.name, check.ok, check.decided) for check in report.checks]
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
 def test_where_a_table_is_cut_makes_no_difference(
@@ -138,6 +139,7 @@ def test_where_a_table_is_cut_makes_no_difference(
     assert whole.reachable_from_hover == pieces.reachable_from_hover
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=100)
 @given(table=tables())
 def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
@@ -152,6 +154,7 @@ def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
         assert mine.reachable_from_hover == theirs.reachable_from_hover
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=60)
 @given(table=tables())
 def test_what_is_reported_holds_between_the_rows(table: Table) -> None:
@@ -372,6 +375,7 @@ class TestClock:
         assert acceleration.message.startswith("peak 1.97 rad/s² (α1), limit 0.219: at row ")
         assert acceleration.message.endswith("; run over at least 6 s instead of 2 s it would do")
 
+    @pytest.mark.no_cover
     @pytest.mark.parametrize("factor", [0.0, 0.2, 0.9, 1.0, 1.1, 3.0, -1.0, 57.3])
     def test_stated_rates_are_compared_whatever_the_pieces(
         self, monkeypatch: pytest.MonkeyPatch, factor: float
@@ -514,10 +518,11 @@ def test_the_fast_and_the_careful_reader_agree(
 
     fast = read()
     with monkeypatch.context() as careful:
-        careful.setattr(reading, "_numeric", lambda lines, header: None)
+        careful.setattr(csvs, "_numeric", lambda lines, header: None)
         assert read() == fast
 
 
+@pytest.mark.no_cover
 def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
     """Judging four times as many rows takes no more memory."""
     timed = lift(G2.angles, "blue").parametrize(law="constant-speed", samples=50_000)

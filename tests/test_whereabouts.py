@@ -98,6 +98,7 @@ def test_an_unknown_use_is_refused() -> None:
         whereabouts_of(PlanRequest(waypoints=[(0, 0)]), use="any")  # type: ignore[arg-type]
 
 
+@pytest.mark.no_cover
 def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> None:
     """Borders are allowed, so two keep-outs that touch leave a way of no width."""
     fence = [[(-1.2, 0.25), (-0.25, 0.25), (-0.25, 1.2), (-1.2, 1.2)]]

@@ -41,13 +41,12 @@ def meeting_points(coefficients: Coefficients, sign: str) -> list[Point]:
     if coefficients.kind == "exact":
         return []
     delta, wanted = coefficients.delta, 1.0 if sign == "positive" else -1.0
-    out: list[Point] = []
-    for a1 in (delta, float(wrapped(delta + HALF_PI))):
-        for a2 in (-delta, float(wrapped(HALF_PI - delta))):
-            alpha = np.array([a1, a2, *map(float, sheet_angles("red", a1, a2, coefficients))])
-            if wanted * level_determinant(alpha, coefficients) > noise_of(coefficients):
-                out.append((a1, a2))
-    return out
+    first, second = (delta, float(wrapped(delta + HALF_PI))), (-delta, float(wrapped(HALF_PI - delta)))
+    points = [(a1, a2) for a1 in first for a2 in second]
+    a1, a2 = np.array(points).T
+    values = level_determinant(np.stack([a1, a2, *sheet_angles("red", a1, a2, coefficients)], axis=-1), coefficients)
+    kept = wanted * values > noise_of(coefficients)
+    return [point for point, keep in zip(points, kept, strict=True) if keep]
 
 
 def _least_length(points: Sequence[Point], meets: Sequence[Point]) -> float:

@@ -41,6 +41,9 @@ _FILES = {
     "vehicles": "vehicles",
     "figures": "write",
     "explore": "exploring",
+    "fly": "flying",
+    "basin": "basins",
+    "study": "study",
 }
 
 

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import hover_thrust_shares, least_singular_value, level_determinant
+from gaitgraph.invertibility import (
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+    level_determinant,
+)
 from gaitgraph.planning import plan
 from gaitgraph.robustness import robustness_of
 from gaitgraph.scenes import scene_of
@@ -209,9 +214,16 @@ def series_answer(
         "alpha": rounded(alpha.T),
         **({} if rates is None else {"rates": rounded(rates.T)}),
         "R": rounded(np.asarray(level_determinant(alpha, coefficients)), _FINE_DIGITS),
-        "least_singular_value": rounded(np.asarray(least_singular_value(alpha, vehicle)), _FINE_DIGITS),
+        "least_singular_value": rounded(_least_singular_values(alpha, vehicle), _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
+
+
+def _least_singular_values(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return the least singular value of rows, shape (n,): on the red sheet in closed form, which is quicker."""
+    if np.array_equal(alpha[:, :2], alpha[:, 2:]):
+        return np.asarray(least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
+    return np.asarray(least_singular_value(alpha, vehicle))
 
 
 def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:

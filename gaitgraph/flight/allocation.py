@@ -12,12 +12,15 @@ needs no division: the squared norm of its inverse is |P|² + (|v·F·P|² + 1)/
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.invertibility import rotor_directions, thrust_signs
-from gaitgraph.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Allocation", "allocation_of", "nearness"]
 

@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.timing import TimedGait, parametrize
 from gaitgraph.transitions import transition
 
 if TYPE_CHECKING:
+    from gaitgraph.gait import Gait
+    from gaitgraph.reports import Report
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Course", "from_hover", "repeated"]
+__all__ = ["Course", "from_hover", "refusal_and_warnings", "repeated"]
 
 FloatArray = npt.NDArray[np.float64]
+
+_MOST_PERIODS = 10_000
+_LONGEST_PAUSE = 1e4
+_SAME_PLACE = 1e-9  # rad
+
+_SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
+"""Rules that are the paper's way to a matrix which no small tilt makes singular; physics asks for none of them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,15 +75,35 @@ class Course:
         return begun[-1] if begun else self.phases[0]
 
 
-def repeated(timed: TimedGait) -> Course:
-    """Return the course of a gait that is flown again and again from its begin."""
-    return Course(pieces=((0.0, 0.0, timed),), duration=np.inf, phases=("gait",))
+def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
+    """Return the course of a gait that is flown again and again, from a moment of it [s]; the first by default."""
+    return Course(pieces=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
+
+
+def refusal_and_warnings(report: Report) -> tuple[str, tuple[str, ...]]:
+    """Return why physics forbids to fly a gait, "" if it does not, and what the paper's rules have against it.
+
+    Physics asks for a matrix that is invertible in level flight, for hover thrusts and tilt angles and rates within
+    the vehicle's limits; not for a place on the surfaces.
+
+    >>> from gaitgraph.gait import lift
+    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+    >>> refusal, warnings = refusal_and_warnings(gait.biased(0.8).parametrize(1.0).check())
+    >>> refusal, len(warnings) > 0
+    ('', True)
+    """
+    held = [check for check in report.checks if check.ok and check.decided]
+    broken = [check for check in report.checks if check not in held]
+    forbidden = [check.message for check in broken if check.name not in _SURFACE_RULES]
+    return forbidden[0] if forbidden else "", tuple(check.message for check in broken if check.name in _SURFACE_RULES)
 
 
 def from_hover(
     timed: TimedGait, *, periods: int = 2, pause: float = 1.0, duration: float | None = None, anyway: bool = False
 ) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
+
+    The way is on the surface where there is one; otherwise, as for a biased gait, it is straight if physics allows that.
 
     Parameters
     ----------
@@ -84,26 +114,52 @@ def from_hover(
     pause
         In hover, before and after [s].
     duration
-        Of the way in, and of the way out [s]; by default what :func:`gaitgraph.transitions.transition` takes.
+        Of the way in, and of the way out [s]; by default 1 s, or what the vehicle's limits of tilt rate and
+        acceleration need if that is more.
     anyway
-        Whether to take the straight way to the gait's first corner where there is no better one.
+        Whether to take the straight way to the gait's first corner although physics forbids it.
+
+    Returns
+    -------
+    Course or str
+        The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their
+        rates jump there.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait import lift
+    >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    >>> from_hover(gait.parametrize(1.0)).duration
+    6.0
+    >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
+    'no flyable way from hover: R = +4 at the'
     """
-    if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= 10_000:
-        raise InputError(f"periods: {shown(periods)}; allowed is a whole number from 1 to 10000")
-    gait = timed.gait
+    if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
+        raise InputError(f"periods: {shown(periods)}; allowed is a whole number from 1 to {_MOST_PERIODS}")
+    if not 0 <= number_of(pause) <= _LONGEST_PAUSE:
+        raise InputError(f"pause: {shown(pause)}; allowed is a number of seconds from 0 to {_LONGEST_PAUSE:g}")
+    gait, times = timed.gait, timed.corner_times
+    passed = timed.at(times[:-1])[0]
+    if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:
+        # A law of its own is left and joined where it has its knots, which need not be corners of a polyline.
+        gait = replace(gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={})
     way = transition("hover", gait, duration=duration)
-    seconds = way.duration
-    if not way or (way.report is not None and not way.report.flyable):
-        if not anyway:
-            return f"no flyable way from hover: {way.reason}"
-        ends = np.stack([np.zeros(4), gait.alpha[0]])
-        straight = replace(gait, alpha=ends, colors=(gait.colors[0],) * 2, request={})
-        ways, corner = parametrize(straight, 2 * seconds), 0
+    flyable = bool(way) and way.report is not None and way.report.flyable
+    straight, seconds = _straight_way(gait, way.duration, stated=duration is not None)
+    if not (flyable or anyway or not refusal_and_warnings(straight.check())[0]):
+        return f"no flyable way from hover: {way.reason}"
+    if flyable:
+        ways, seconds, corner = way.timed, way.duration, way.corners[1] or 0
     else:
-        ways, corner = way.timed, way.corners[1] or 0
+        ways, corner = straight, 0
     still = replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={})
     hover = parametrize(still, 1.0)
-    joined = float(timed.corner_times[corner])
+    joined = float(times[corner])
     entry, around = pause + seconds, pause + seconds + periods * timed.period
     return Course(
         pieces=(
@@ -117,3 +173,15 @@ def from_hover(
         phases=("hover", "entry", "gait", "exit", "hover"),
     )
 
+
+def _straight_way(gait: Gait, duration: float, *, stated: bool) -> tuple[TimedGait, float]:
+    """Return the straight way to a gait's first corner and back, and how long it takes one way [s].
+
+    A duration that is not stated is stretched to what the vehicle's largest tilt rate needs.
+    """
+    ends = np.stack([np.zeros(4), gait.alpha[0]])
+    straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
+    limit = gait.vehicle.max_tilt_rate
+    if limit is not None and not stated:
+        duration = max(duration, float(parametrize(straight, 2.0).peak_rates().max()) / limit)
+    return parametrize(straight, 2 * duration), duration

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.flight.settings import FlightSettings
+if TYPE_CHECKING:
+    from gaitgraph.flight.settings import FlightSettings
 
 __all__ = ["Reference", "reference_of"]
 
@@ -50,7 +52,7 @@ class Reference:
         return place, velocity, acceleration
 
     def rows(self, t: FloatArray, ahead: float = 0.0) -> list[list[float]]:
-        """Return (x, y, z, ẋ, ẏ, ẍ, ÿ) at times of shape (n,) as plain numbers, the accelerations of some time ahead."""
+        """Return (x, y, z, ẋ, ẏ, ẍ, ÿ) at times of shape (n,) as plain numbers; ẍ, ÿ are those of some time ahead."""
         place, velocity, _ = self.at(t)
         acceleration = self.at(t + ahead)[2]
         rows: list[list[float]] = np.hstack([place, velocity[:, :2], acceleration[:, :2]]).tolist()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -106,7 +105,8 @@ class FlightSettings:
     >>> FlightSettings(attitude_damping=3000.0)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.InputError: attitude_damping: 3000.0 is unstable at 1000 Hz; allowed is less than 1949.95 1/s, or a higher control_rate
+    gaitgraph.errors.InputError: attitude_damping: 3000.0 is unstable at 1000 Hz; allowed is less than 1949.95 1/s, or
+    a higher control_rate
     """
 
     duration: float | None = None
@@ -201,8 +201,11 @@ class FlightSettings:
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
             stiffness, damping = getattr(self, f"{loop}_stiffness"), getattr(self, f"{loop}_damping")
-            # z² + (kp·h² + kd·h − 2)·z + 1 − kd·h, as the engine integrates; poles inside |z| < 1 by a margin.
-            largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
+            # Held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so the poles
+            # are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a margin.
+            held = (1.0 + 1.0 / self.steps_per_control) / 2.0
+            least = 1.025 * (1.0 - held) * stiffness * interval
+            largest = 0.975 * (2.0 / interval - (held - 0.5) * stiffness * interval)
             if damping >= largest:
                 known = (f"{loop}_damping", f"less than {largest:g} 1/s") if largest > 0 else (f"{loop}_stiffness", "")
                 less = known[1] or f"less than {4.0 / interval**2:g} 1/s²"
@@ -211,20 +214,33 @@ class FlightSettings:
                     f"{known[0]}: {value!r} is unstable at {self.control_rate:g} Hz; allowed is {less}, or a higher "
                     "control_rate"
                 )
-            if damping <= stiffness * interval / 2.0:
+            if damping <= least:
                 raise InputError(
                     f"{loop}_damping: {damping!r} is unstable at {self.control_rate:g} Hz with {loop}_stiffness "
-                    f"{stiffness!r}; allowed is more than {stiffness * interval / 2.0:g} 1/s"
+                    f"{stiffness!r}; allowed is more than {least:g} 1/s"
                 )
         if self.reference == "attitude":
             return
         kp, kd = self.attitude_stiffness, self.attitude_damping
-        poles = np.roots([1.0, kd, kp, kp * self.position_damping, kp * self.position_stiffness])
-        if max(pole.real for pole in poles) >= 0 or any(cmath.isnan(pole) for pole in poles):
+        gains = np.array([kp * self.position_stiffness, kp * self.position_damping, kp, kd])
+        if not np.all(np.roots([1.0, *gains[::-1]]).real < 0):
             raise InputError(
                 f"position_damping: {self.position_damping!r} with position_stiffness {self.position_stiffness!r} is "
                 f"unstable around attitude gains of {kp!r} and {kd!r}; allowed are gains that make roll and pitch "
                 "faster than x and y"
+            )
+        # From lean to place it is four integrators in a row, whose input is held between two settings of the thrusts.
+        # Poles δ of differences over the interval are stable where |1 + h·δ| < 1.
+        taylor = np.cumprod(interval / np.arange(1, 5)) / interval
+        differences = sum(np.diag(np.full(4 - k, taylor[k - 1]), k) for k in range(1, 4)) - np.outer(
+            taylor[::-1], gains
+        )
+        poles = np.linalg.eigvals(differences)
+        if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
+            raise InputError(
+                f"control_rate: {self.control_rate:g} Hz is too slow for position_stiffness "
+                f"{self.position_stiffness!r} and position_damping {self.position_damping!r}, which make an unstable "
+                "loop; allowed is a higher control_rate, or smaller gains"
             )
 
 

@@ -15,6 +15,8 @@ and this is the attitude–position decoupler of a quadrotor; off them (a biased
 from __future__ import annotations
 
 import math
+import struct
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,18 +25,21 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.allocation import Allocation, allocation_of
-from gaitgraph.flight.courses import Course, repeated
-from gaitgraph.flight.engine import Engine, engine_of, quaternion_of
-from gaitgraph.flight.records import Flight, refused_flight
+from gaitgraph.flight.courses import Course, refusal_and_warnings, repeated
+from gaitgraph.flight.engine import Engine, engine_of, without_log
+from gaitgraph.flight.records import COLUMNS, Flight, Outcome, is_settled, refused_flight
 from gaitgraph.flight.references import Reference, reference_of
 from gaitgraph.flight.servos import served
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.settings import MOST_STEPS, FlightSettings
+from gaitgraph.invertibility import arm_angles, thrust_signs
 from gaitgraph.timing import TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Sequence
 
     from gaitgraph.vehicle import Vehicle
+
+    Ending = tuple[Outcome, str]
 
 __all__ = ["DEFAULT_ATTITUDE", "Cockpit", "fly"]
 
@@ -48,7 +53,10 @@ _AWAY = 1e5  # m
 _UPRIGHT = 1e-3  # cosine of a pitch at which Euler angles are no use
 _LEAN = math.radians(45.0)
 _LEAST_FLOOR = 1e-9
-_GUST_TIME = 1.0
+_GUST_TIME = 1.0  # s
+_FARTHEST_AHEAD = 1.0  # s
+_TOLD = 500  # control steps between two tellings of progress, and whose matrices are made plain numbers at once
+_LOOKS = 50  # control steps between two looks at whether a flight has settled
 
 
 class Cockpit:
@@ -63,16 +71,22 @@ class Cockpit:
         self.engine: Engine = engine_of(vehicle, step=settings.step, air=not settings.is_calm)
         self.reference: Reference = reference_of(settings)
         every = settings.steps_per_control
-        seconds = min(settings.seconds, course.duration)
+        whole = settings.duration is None and math.isfinite(course.duration)
+        seconds = course.duration if whole else min(settings.seconds, course.duration)
+        if seconds / settings.step > MOST_STEPS:
+            raise InputError(f"duration: {seconds:g} s; allowed is {MOST_STEPS} steps of {settings.step:g} s at most")
         self.controls = max(round(seconds * settings.control_rate), 1)
-        steps = np.arange(self.controls * every + 1) * settings.step
+        # Roll and pitch lag behind what they are asked for by kd/kp, so places are followed by looking as far ahead.
+        lead = min(settings.attitude_damping / settings.attitude_stiffness, _FARTHEST_AHEAD)
+        self.ahead = round(lead * settings.control_rate) if settings.reference != "attitude" else 0
+        steps: FloatArray = np.arange((self.controls + self.ahead) * every + 1, dtype=float) * settings.step
         lag = settings.servo_lag if settings.servo_lag is not None else vehicle.servo_lag or 0.0
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         command = course.at(steps)
         self.planned: FloatArray = command[::every]
         self.actual: FloatArray = served(command, settings.step, lag=lag, rate=rate)
         self.servos: FloatArray = self.engine.servo_commands(self.actual)
-        self.allocation: Allocation = allocation_of(self.actual[::every], vehicle)
+        self.allocation: Allocation = allocation_of(self.actual[::every], vehicle)  # and so many rows more
         limit = settings.thrust_limit if settings.thrust_limit is not None else vehicle.max_thrust
         self.limits = (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
 
@@ -82,7 +96,11 @@ class Cockpit:
         return self.course.vehicle
 
     def flown(
-        self, attitude: tuple[float, float] = (0.0, 0.0), progress: Callable[[float], None] | None = None
+        self,
+        attitude: tuple[float, float] = (0.0, 0.0),
+        progress: Callable[[float], None] | None = None,
+        *,
+        until_settled: float | None = None,
     ) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end.
 
@@ -92,9 +110,12 @@ class Cockpit:
             Roll and pitch [rad].
         progress
             Called now and then with the part that is flown.
+        until_settled
+            Stop once the flight has settled, but not before so many seconds; None flies on to the end.
         """
-        rows, reason = _flown(self, attitude, progress)
-        return Flight.of(rows, cockpit=self, attitude=attitude, failure=reason)
+        with without_log() as warnings:
+            rows, ending = _flown(self, attitude, progress, until_settled, warnings)
+        return Flight.of(rows, cockpit=self, attitude=attitude, ending=ending)
 
 
 def fly(
@@ -124,7 +145,8 @@ def fly(
     Returns
     -------
     Flight
-        Truthy when it settled. A gait that is not flyable is refused before take-off, with the reason.
+        Truthy when it settled. A gait that physics forbids is refused before take-off, with the reason; one that is
+        only off the surfaces, as a biased gait is, flies, and `warnings` say so.
 
     Raises
     ------
@@ -160,11 +182,11 @@ def fly(
         attitude = DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
     start = checked_attitude(attitude)
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-    if not anyway:
-        report = course.timed.check()
-        if not report.flyable:
-            return refused_flight(course, settings, start, f"refused before take-off: {report.reason}")
-    return Cockpit(course, settings).flown(start, progress)
+    refusal, warnings = refusal_and_warnings(course.timed.check())
+    if refusal and not anyway:
+        reason = f"refused before take-off: {refusal}"
+        return replace(refused_flight(course, settings, start, reason), warnings=warnings)
+    return replace(Cockpit(course, settings).flown(start, progress), warnings=warnings)
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:
@@ -180,9 +202,13 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
 
 
 def _flown(
-    cockpit: Cockpit, attitude: tuple[float, float], progress: Callable[[float], None] | None
-) -> tuple[list[tuple[float, ...]], str | None]:
-    """Return the rows of a flight (see records.COLUMNS) and why it ended early, if it did.
+    cockpit: Cockpit,
+    attitude: tuple[float, float],
+    progress: Callable[[float], None] | None,
+    until_settled: float | None,
+    warnings: list[str],
+) -> tuple[FloatArray, Ending | None]:
+    """Return the rows of a flight (see records.COLUMNS) and why it failed, if it did.
 
     One flight is a loop of many thousand short steps, so this is written in plain numbers: arrays of three or four
     would take several times as long.
@@ -198,27 +224,27 @@ def _flown(
     every, count = settings.steps_per_control, cockpit.controls
     interval = every * settings.step
     tracks = settings.reference != "attitude"
-    # Roll and pitch lag behind what they are asked for by kd/kp, so accelerations are asked for as much ahead.
-    wanted = cockpit.reference.rows(np.arange(count + 1) * interval, ahead=kd / kp)
+    wanted = cockpit.reference.rows(np.arange(count + 1, dtype=float) * interval, ahead=cockpit.ahead * interval)
+    leading = cockpit.allocation.direction[cockpit.ahead :].tolist() if tracks else []
     noise, gusts = _noise(settings, count), _gusts(settings, count)
-    allocation = cockpit.allocation
-    force_rows = allocation.force.reshape(-1, 9).tolist()
-    direction_rows = allocation.direction.tolist()
-    thrust_rows = allocation.thrusts.reshape(-1, 12).tolist()
-    free_rows, squared_rows = allocation.free.tolist(), allocation.squared.tolist()
     spin = _spin_of(vehicle)
     first = (cockpit.actual[1] - cockpit.actual[0]) / settings.step
     engine.place(cockpit.actual[0], roll=attitude[0], pitch=attitude[1], rates=first)
     model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
     qpos, qvel, ctrl = data.qpos, data.qvel, data.ctrl
-    servos, command = cockpit.servos, ctrl[4:]
-    sin, cos, asin, atan2, hypot = math.sin, math.cos, math.asin, math.atan2, math.hypot
+    servos, thrust, command = cockpit.servos, ctrl[:4], ctrl[4:]
+    sin, cos, asin, atan2, hypot, sqrt = math.sin, math.cos, math.asin, math.atan2, math.hypot, math.sqrt
     sign = 0.0
-    rows: list[tuple[float, ...]] = []
-    keep = rows.append
-    reason: str | None = None
-    k = 0
-    while True:
+    table = np.empty((count + 1, len(COLUMNS)))
+    width, keep = len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
+    kept = 0
+    ending: Ending | None = None
+    look = math.inf if until_settled is None else math.ceil(until_settled / interval)
+    for k, row in enumerate(_plain_rows(cockpit.allocation)):
+        if warnings and engine.gave_up:
+            words = "thrusts or accelerations are beyond what the physics engine can follow"
+            ending = "tumbling", f"it tumbles just before {k * interval:.3f} s: {words}"
+            break
         place, speed = qpos.tolist(), qvel.tolist()
         x, y, z, qw, qx, qy, qz, *tilts = place
         vx, vy, vz, p, q, r, *_ = speed
@@ -227,29 +253,30 @@ def _flown(
         roll, pitch = atan2(v2, v3), -asin(max(-1.0, min(1.0, v1)))
         yaw = atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
         true = (x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r)
-        if not abs(p) + abs(q) + abs(r) < _TUMBLING or not abs(x) + abs(y) + abs(z) < _AWAY:
-            reason = f"it tumbles at {k * interval:.3f} s: it turns by more than {_TUMBLING:g} rad/s"
+        if not abs(p) + abs(q) + abs(r) < _TUMBLING:
+            ending = "tumbling", f"it tumbles at {k * interval:.3f} s: it turns by more than {_TUMBLING:g} rad/s"
+            break
+        if not abs(x) + abs(y) + abs(z) < _AWAY:
+            ending = "tumbling", f"it is lost at {k * interval:.3f} s: it is farther than {_AWAY:g} m from the start"
             break
         if noise is not None:
-            x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = (
-                a + b for a, b in zip(true, noise[k], strict=True)
-            )
+            x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = (a + b for a, b in zip(true, noise[k], strict=True))
             v1, v2, v3 = -sin(pitch), sin(roll) * cos(pitch), cos(roll) * cos(pitch)
         sr, cr, sp, cp = sin(roll), cos(roll), sin(pitch), cos(pitch)
         if cp < _UPRIGHT:
-            reason = f"its nose points straight up or down at {k * interval:.3f} s, where roll and yaw are not defined"
+            words = "where roll and yaw are not defined"
+            ending = "upended", f"its nose points straight up or down at {k * interval:.3f} s, {words}"
             break
         # How near the decoupling matrix is to a singular one, before anything is divided by it.
-        f1, f2, f3, f4, f5, f6, f7, f8, f9 = force_rows[k]
-        n1, n2, n3 = direction_rows[k]
+        f1, f2, f3, f4, f5, f6, f7, f8, f9, n1, n2, n3, squared = row[:13]
         g1, g2, g3 = v1 * f1 + v2 * f4 + v3 * f7, v1 * f2 + v2 * f5 + v3 * f8, v1 * f3 + v2 * f6 + v3 * f9
         along = v1 * n1 + v2 * n2 + v3 * n3
-        bottom = squared_rows[k] * along * along + g1 * g1 + g2 * g2 + g3 * g3 + 1.0
+        bottom = squared * along * along + g1 * g1 + g2 * g2 + g3 * g3 + 1.0
         near = along * along / bottom if along else 0.0
         if not sign:
             sign = along
         if near < floor_squared or along * sign < 0.0:
-            reason = _singular(k * interval, near, settings.floor, along * sign < 0.0)
+            ending = _singular(k * interval, near, settings.floor, along * sign < 0.0)
             break
         # What attitude is wanted.
         xd, yd, zd, ux, uy, ax, ay = wanted[k]
@@ -257,7 +284,7 @@ def _flown(
         if tracks:
             ax += kp_x * (xd - x) + kd_x * (ux - vx)
             ay += kp_x * (yd - y) + kd_x * (uy - vy)
-            roll_d, pitch_d = _lean(ax, ay, gravity, yaw, (n1, n2, n3), (sin, cos, asin, atan2, hypot))
+            roll_d, pitch_d = _lean(ax, ay, gravity, yaw, leading[k], (sin, cos, asin, atan2, hypot))
         # Rates of the Euler angles, what they are to become, and the torque and lift that this takes.
         turn = q * sr + r * cr
         roll_rate, pitch_rate, yaw_rate = p + turn * sp / cp, q * cr - r * sr, turn / cp
@@ -266,11 +293,15 @@ def _flown(
         a3 = -kp * yaw - kd * yaw_rate
         w1 = a1 - a3 * sp - yaw_rate * pitch_rate * cp
         w2 = (
-            a2 * cr - pitch_rate * roll_rate * sr + a3 * sr * cp
+            a2 * cr
+            - pitch_rate * roll_rate * sr
+            + a3 * sr * cp
             + yaw_rate * (roll_rate * cr * cp - pitch_rate * sr * sp)
         )
         w3 = (
-            -a2 * sr - pitch_rate * roll_rate * cr + a3 * cr * cp
+            -a2 * sr
+            - pitch_rate * roll_rate * cr
+            + a3 * cr * cp
             - yaw_rate * (roll_rate * sr * cp + pitch_rate * cr * sp)
         )
         t1 = (ix * w1 + (iz - iy) * q * r) / length
@@ -278,34 +309,47 @@ def _flown(
         t3 = (iz * w3 + (iy - ix) * p * q) / length
         lift = mass * (gravity + kp_z * (zd - z) - kd_z * vz)
         scale = (lift - g1 * t1 - g2 * t2 - g3 * t3) / along
-        b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12 = thrust_rows[k]
-        e1, e2, e3, e4 = free_rows[k]
+        b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, e1, e2, e3, e4 = row[13:]
         asked = (
             b1 * t1 + b2 * t2 + b3 * t3 + scale * e1,
             b4 * t1 + b5 * t2 + b6 * t3 + scale * e2,
             b7 * t1 + b8 * t2 + b9 * t3 + scale * e3,
             b10 * t1 + b11 * t2 + b12 * t3 + scale * e4,
         )
-        given = tuple([low if one < low else min(one, high) for one in asked])
-        keep((k * interval, *true, *tilts, *given, float(given != asked), near, xd, yd, zd, roll_d, pitch_d))
+        given = tuple([low if one < low else high if one > high else one for one in asked])
+        cut, nearness = given != asked, sqrt(near)
+        keep(table, kept * width, k * interval, *true, *tilts, *given, cut, nearness, xd, yd, zd, roll_d, pitch_d)
+        kept += 1
         if k == count:
             break
-        ctrl[:4] = given
+        if k >= look:
+            look += _LOOKS
+            if is_settled(table[:kept], settings):
+                break
+        thrust[:] = given
         if gusts is not None:
             model.opt.wind[:] = gusts[k]
         if spin is not None:
-            spin(engine, given)
+            spin(engine, tilts, speed, given)
         for step in range(k * every, (k + 1) * every):
             command[:] = servos[step]
             mj_step(model, data)
-        k += 1
-        if progress is not None and k % 500 == 0:
-            progress(k / count)
-    return rows, reason
+        if progress is not None and (k + 1) % _TOLD == 0:
+            progress((k + 1) / count)
+    return table[:kept].copy(), ending
+
+
+def _plain_rows(allocation: Allocation) -> Iterator[list[float]]:
+    """Return F·P, N, |P|², P and w (see Allocation) at every control step as plain numbers, a block at a time."""
+    count = len(allocation.squared)
+    parts = (allocation.force, allocation.direction, allocation.squared, allocation.thrusts, allocation.free)
+    flat = [part.reshape(count, -1) for part in parts]
+    for begin in range(0, count, _TOLD):
+        yield from np.hstack([part[begin : begin + _TOLD] for part in flat]).tolist()
 
 
 def _lean(
-    ax: float, ay: float, gravity: float, yaw: float, force: tuple[float, float, float], functions: Any
+    ax: float, ay: float, gravity: float, yaw: float, force: Sequence[float], functions: Any
 ) -> tuple[float, float]:
     """Return roll and pitch at which a body force points along an acceleration that is wanted, and against gravity."""
     sin, cos, asin, atan2, hypot = functions
@@ -323,11 +367,12 @@ def _lean(
     return roll, pitch
 
 
-def _singular(t: float, near: float, floor: float, passed: bool) -> str:
+def _singular(t: float, near: float, floor: float, passed: bool) -> Ending:
     if passed:
-        return f"the decoupling matrix is singular just before {t:.3f} s: its determinant has changed sign"
+        told = f"the decoupling matrix is singular just before {t:.3f} s: its determinant has changed sign"
+        return "sign change", told
     size = math.sqrt(near)
-    return (
+    return "near singular", (
         f"the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between {size:.2g} and "
         f"{2 * size:.2g}, and flight stops where it may be below {floor:g}"
     )
@@ -355,25 +400,27 @@ def _gusts(settings: FlightSettings, count: int) -> FloatArray | None:
     return np.asarray(np.asarray(settings.wind) + gusts)
 
 
-def _spin_of(vehicle: Vehicle) -> Callable[[Engine, tuple[float, ...]], None] | None:
-    """Return what puts the gyroscopic torques of the rotors on the arms, where the vehicle states what they need."""
+def _spin_of(vehicle: Vehicle) -> Callable[[Engine, list[float], list[float], tuple[float, ...]], None] | None:
+    """Return what puts the gyroscopic torques of the rotors on the body, where the vehicle states what they need.
+
+    What is about a hinge is borne by its servo, which passes it on to the body too.
+    """
     if vehicle.rotor_inertia is None:
         return None
     (coefficient,) = vehicle.require("thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia")
-    from gaitgraph.invertibility import thrust_signs
+    momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
+    arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in arm_angles(vehicle).tolist()]
+    sin, cos, sqrt = math.sin, math.cos, math.sqrt
 
-    momentum = thrust_signs(vehicle) * vehicle.rotor_inertia
-
-    def put(engine: Engine, thrusts: tuple[float, ...]) -> None:
-        speeds = momentum * np.sqrt(np.maximum(thrusts, 0.0) / coefficient)
-        data = engine.data
-        axes = data.site_xmat.reshape(4, 3, 3)[:, :, 2]
-        # Arms are bodies 2 to 5; the engine tells angular velocities about the world's axes.
-        for k in range(4):
-            angular = np.empty(6)
-            engine.mujoco.mj_objectVelocity(
-                engine.model, data, engine.mujoco.mjtObj.mjOBJ_BODY, 2 + k, angular, 0
-            )
-            data.xfrc_applied[2 + k, 3:] = -np.cross(angular[:3], speeds[k] * axes[k])
+    def put(engine: Engine, tilts: list[float], speed: list[float], thrusts: tuple[float, ...]) -> None:
+        _, _, _, p, q, r, *tilt_rates = speed
+        t1 = t2 = t3 = 0.0
+        for (cz, sz), momentum, tilt, rate, thrust in zip(arms, momenta, tilts, tilt_rates, thrusts, strict=True):
+            spun = momentum * math.copysign(sqrt(abs(thrust) / coefficient), thrust)
+            # −ω × h in body axes: ω of the arm, h along the tilted rotor axis.
+            w1, w2, across, up = p + rate * cz, q + rate * sz, spun * sin(tilt), spun * cos(tilt)
+            h1, h2 = sz * across, -cz * across
+            t1, t2, t3 = t1 + r * h2 - w2 * up, t2 + w1 * up - r * h1, t3 + w2 * h1 - w1 * h2
+        engine.data.qfrc_applied[3:6] = t1, t2, t3
 
     return put

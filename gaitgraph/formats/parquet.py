@@ -52,7 +52,9 @@ def write_parquet(pieces: Iterable[Table], path: Path) -> None:
                 schema = _schema(piece, pa)
                 writer = pa.parquet.ParquetWriter(path, schema, write_page_checksum=True)
             arrays = [
-                pa.array(list(values)).dictionary_encode() if name in TEXTS else pa.array(values, pa.float64())
+                pa.array(list(values)).dictionary_encode()
+                if _holds_text(piece, name)
+                else pa.array(values, pa.float64())
                 for name, values in piece.columns.items()
             ]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema), row_group_size=ROWS_OF_A_PIECE)
@@ -74,11 +76,15 @@ def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
         yield merged(held)
 
 
+def _holds_text(table: Table, name: str) -> bool:
+    return name in TEXTS or isinstance(table[name], tuple)
+
+
 def _schema(table: Table, pa: Any) -> Any:
     """Return the types and units of the columns, and what made them."""
     fields = []
     for name, unit in table.units.items():
-        kind = pa.dictionary(pa.int32(), pa.string()) if name in TEXTS else pa.float64()
+        kind = pa.dictionary(pa.int32(), pa.string()) if _holds_text(table, name) else pa.float64()
         fields.append(pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None))
     attributes = json.dumps({"gaitgraph": provenance_of(table)}, allow_nan=False)
     return pa.schema(fields, metadata={_OURS: provenance_text(table), _OF_PANDAS: attributes})

@@ -1,0 +1,81 @@
+"""The command basin: from which roll and pitch a gait settles, found by flying from each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.flights import clock_options, flight_options, settings_from_options
+from gaitgraph.cli.options import a_file, force_option, json_option, vehicle_or_none
+from gaitgraph.cli.terminal import print_json, print_text, working
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["basin_command"]
+
+
+@command("From which roll and pitch a gait settles, by flight.")
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
+@click.option("--bias", type=float, multiple=True, metavar="ETA", help="Also α3 and α4 scaled by η; repeatable.")
+@click.option("--resolution", type=int, metavar="N", help="Attitudes along each side of the grid.  [default: 17]")
+@click.option("--extent", metavar="ANGLE", help="Largest roll and pitch at the start.  [default: 80deg]")
+@click.option("--begins", type=int, metavar="N", help="Moments of the period to take off at.  [default: 1]")
+@click.option("--anyway", is_flag=True, help="Fly what physics forbids.")
+@clock_options
+@flight_options
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="FILE",
+    shell_complete=a_file(),
+    help="Write one row a flight (.csv, .json, .npz, .mat, .parquet) or the picture (.png, .svg, .pdf); repeatable.",
+)
+@force_option
+@json_option
+def basin_command(
+    gait_file: str,
+    bias: Sequence[float],
+    anyway: bool,
+    vehicle: str | None,
+    coefficients: Any,
+    period: float | None,
+    law: str | None,
+    outputs: Sequence[str],
+    force: bool,
+    as_json: bool,
+    **options: Any,
+) -> int:
+    """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and say from which it settles.
+
+    Beside it stands what the determinant says: the acceptable attitudes, at which the gait is never singular. The
+    exit code is 1 if physics forbids one of the gaits.
+    """
+    from gaitgraph.flight.basins import basins_of, check_basin_outputs, write_basins
+    from gaitgraph.flight.clocks import timed_of_file
+    from gaitgraph.flight.engine import mujoco_library
+
+    check_basin_outputs(outputs, force=force)
+    mujoco_library()  # MissingExtra, before anything is read
+    settings = settings_from_options(options)
+    asked = {name: value for name, value in options.items() if value is not None}
+    with working(f"reading {gait_file}") as progress:
+        timed = timed_of_file(
+            gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients, period=period, law=law
+        )
+        progress("flying")
+        basins = basins_of(
+            timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
+        )
+        if outputs:
+            progress("writing")
+            write_basins(basins, outputs, force=force)
+    if as_json:
+        about = {"vehicle": timed.gait.vehicle.name, "settings": settings.as_mapping(), "outputs": list(outputs)}
+        print_json({"basins": [basin.as_mapping() for basin in basins], **about})
+    else:
+        print_text("\n".join([*map(str, basins), *(f"wrote {name}" for name in outputs)]))
+    return 1 if any(basin.refusal for basin in basins) else 0

@@ -1,0 +1,147 @@
+"""Options that the commands of flight share, and the settings of a flight that they make."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.options import a_file, name_option, setting_options
+from gaitgraph.errors import InputError, did_you_mean, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.flight.settings import FlightSettings
+
+__all__ = ["angles_from_text", "clock_options", "flight_options", "settings_from_options"]
+
+
+def clock_options(command: Callable[..., int]) -> Callable[..., int]:
+    """Add the clock, the vehicle and the coefficients: what :func:`gaitgraph.flight.clocks.timed_of_file` takes."""
+    options = (
+        click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: what the file says]"),
+        name_option("--law", "smooth, constant-speed or equal-time.  [default: what the file says]"),
+        setting_options,
+    )
+    return _with(command, options)
+
+
+def flight_options(command: Callable[..., int]) -> Callable[..., int]:
+    """Add the settings that every flight has, and ``--settings``: what :func:`settings_from_options` takes.
+
+    The reference, noise and wind are the command's own.
+    """
+    gains = {
+        "attitude-stiffness": ("kp of roll, pitch, yaw, per s².", "100"),
+        "attitude-damping": ("kd of roll, pitch, yaw, per s.", "20"),
+        "altitude-stiffness": ("kp of altitude, per s².", "100"),
+        "altitude-damping": ("kd of altitude, per s.", "20"),
+    }
+    options = (
+        click.option(
+            "--settings",
+            "settings_file",
+            metavar="FILE",
+            shell_complete=a_file(),
+            help="A TOML file with a table [flight] of settings; options go before it.",
+        ),
+        click.option(
+            "--duration", type=float, metavar="SECONDS", help="How long is flown.  [default: 3, more to a place]"
+        ),
+        click.option("--tolerance", type=float, metavar="X", help="Settled within (rad, m).  [default: 0.02]"),
+        *(
+            click.option(f"--{name}", type=float, metavar="X", help=f"{text}  [default: {default}]")
+            for name, (text, default) in gains.items()
+        ),
+        click.option("--no-saturation", is_flag=True, help="Let rotors push and pull without limit."),
+        click.option(
+            "--thrust-limit", type=float, metavar="NEWTON", help="Of a rotor.  [default: the vehicle's, if any]"
+        ),
+        click.option(
+            "--servo-lag", type=float, metavar="SECONDS", help="Time constant.  [default: the vehicle's, if any]"
+        ),
+        click.option("--servo-rate", metavar="ANGLE", help="Largest tilt rate per second.  [default: the vehicle's]"),
+        click.option("--floor", type=float, metavar="X", help="Stop near a least singular value of.  [default: 0.01]"),
+        click.option("--step", type=float, metavar="SECONDS", help="Of the engine.  [default: 0.001]"),
+        click.option("--control-rate", type=float, metavar="HZ", help="How often thrusts are set.  [default: 1000]"),
+    )
+    return _with(command, options)
+
+
+def settings_from_options(options: dict[str, Any], **defaults: Any) -> FlightSettings:
+    """Take the settings of a flight out of a command's options, and return them.
+
+    Parameters
+    ----------
+    options
+        The command's options by name; those of :func:`flight_options`, and any other that is named as a field of
+        :class:`~gaitgraph.flight.settings.FlightSettings`, are taken out. None, a flag that is not set, and no value of
+        a repeatable option leave the field as it is.
+    defaults
+        What the command has in place of the fields' own defaults.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If a value is not allowed, naming the option or the file that gave it.
+    """
+    from gaitgraph.flight.settings import FlightSettings
+
+    settings = FlightSettings(**defaults)
+    file = options.pop("settings_file", None)
+    if file is not None:
+        settings = settings.replace(**_settings_in(Path(file), settings))
+    stated = {field.name: options.pop(field.name, None) for field in fields(FlightSettings)}
+    stated = {name: value for name, value in stated.items() if value is not None and value != ()}
+    if options.pop("no_saturation", False):
+        stated["saturation"] = False
+    try:
+        return settings.replace(**stated)
+    except InputError as error:
+        field, colon, rest = str(error).partition(": ")
+        if not colon or field not in stated:
+            raise
+        flag = "--no-saturation" if field == "saturation" else f"--{field.replace('_', '-')}"
+        raise InputError(f"{flag}: {rest}") from error
+
+
+def angles_from_text(text: str, flag: str, what: str) -> tuple[float, float]:
+    """Return two angles [rad] of an option such as ``ROLL,PITCH``; InputError if it is none."""
+    from gaitgraph.angles import angle_from_text
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"{flag}: {shown(text)}; allowed is {what}, two angles with a comma between")
+    first, second = (angle_from_text(part.strip(), flag) for part in parts)
+    return first, second
+
+
+def _with(command: Callable[..., int], options: tuple[Callable[..., Any], ...]) -> Callable[..., int]:
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _settings_in(path: Path, settings: FlightSettings) -> dict[str, Any]:
+    """Return the table ``[flight]`` of a file, each setting checked by itself and all together."""
+    from gaitgraph.files import table_from_toml, text_of
+
+    try:
+        content = table_from_toml(text_of(path, "settings file", "a TOML file with a table [flight]"))
+        names = list(content)
+        for name in names:
+            if name != "flight":
+                hint = did_you_mean(name, ["flight"])
+                raise InputError(f"{shown(name)}; allowed is one table [flight]{hint}")
+        told = content.get("flight", {})
+        if not isinstance(told, dict):
+            raise InputError(f"flight: {shown(told)}; allowed is a table of settings by name")
+        settings.replace(**told)
+    except InputError as error:
+        if str(error).startswith("settings file"):
+            raise
+        raise InputError(f"settings file {str(path)!r}: {error}") from error
+    return told

@@ -1,0 +1,85 @@
+"""The command study: plan, check and fly many cases, on as many processes as there are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.options import a_file, json_option
+from gaitgraph.cli.terminal import print_json, print_problem, print_text, working
+
+if TYPE_CHECKING:
+    from gaitgraph.study.designs import Study
+
+__all__ = ["study_command"]
+
+
+@command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
+@click.argument("study_file", metavar="STUDY.toml", shell_complete=a_file())
+@click.option(
+    "--output", metavar="FOLDER", shell_complete=a_file(), help="Of the rows.  [default: the file's name without .toml]"
+)
+@click.option("--workers", type=int, metavar="N", help="Processes here; 0 for this one.  [default: one a core]")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler whose workers fly instead: tcp://HOST:PORT.")
+@click.option("--yes", is_flag=True, help="Fly more than 10,000 cases, or for more than an hour.")
+@click.option("--dry-run", is_flag=True, help="Count the cases and fly none.")
+@json_option
+def study_command(
+    study_file: str,
+    output: str | None,
+    workers: int | None,
+    scheduler: str | None,
+    yes: bool,
+    dry_run: bool,
+    as_json: bool,
+) -> int:
+    """Fly every case of a study, and write a row for each to a Parquet dataset.
+
+    The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
+    Interrupted or killed, the same command goes on where it stopped. The exit code is 0 once all rows are there,
+    whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
+    """
+    from gaitgraph.study.designs import read_study
+    from gaitgraph.study.running import run_study
+
+    study = read_study(study_file)
+    if dry_run:
+        _print_counts(study, as_json)
+        return 0
+    folder = Path(output) if output is not None else Path(Path(study_file).stem)
+    try:
+        with working(f"study {study.name}") as progress:
+            run = run_study(study, folder, workers=workers, scheduler=scheduler, yes=yes, progress=progress)
+    except KeyboardInterrupt:
+        parts = len(list((folder / "rows").glob("part-*.parquet")))
+        print_problem(
+            f"interrupted; {parts} of {study.batches} parts are in {str(folder)!r}, and the same command goes on from "
+            "there"
+        )
+        return 130
+    if as_json:
+        print_json(run.as_mapping())
+    else:
+        print_text(str(run))
+    return 0
+
+
+def _print_counts(study: Study, as_json: bool) -> None:
+    from gaitgraph.study.running import time_text
+
+    seconds = study.seconds(1)
+    if as_json:
+        print_json(
+            {
+                "study": study.name,
+                "fingerprint": study.fingerprint,
+                "cases": len(study),
+                "parts": study.batches,
+                "seconds_on_one_process": seconds,
+            }
+        )
+    else:
+        print_text(f"{study}\nabout {time_text(seconds)} on one process; nothing was flown")

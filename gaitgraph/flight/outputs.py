@@ -1,0 +1,107 @@
+"""What a flight is written as, by suffix: tables of one row a control step, plots over time, a film."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.drawing import FORMATS as PICTURES
+from gaitgraph.drawing import blank_figure, paper_style, picture_bytes, require_matplotlib
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
+from gaitgraph.files import target_of, write_whole
+from gaitgraph.flight.films import write_film
+from gaitgraph.formats import FORMATS
+from gaitgraph.plots.flights import PANELS, axes_of_panels, plot_flight, size_of_panels
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gaitgraph.flight.records import Flight
+
+__all__ = ["FILM", "PLOTS", "TABLES", "check_flight_outputs", "write_flight"]
+
+TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
+"""Suffixes of tables that a flight is written to. Those for robots and microcontrollers are of gaits alone."""
+
+PLOTS = tuple(f".{name}" for name in PICTURES)
+FILM = ".gif"
+_ALLOWED = (*TABLES, *PLOTS, FILM)
+
+
+def check_flight_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before a flight if an output cannot be: its suffix, an extra, a folder, a name taken or given twice.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`gaitgraph.writing.check_outputs` does for gaits.
+    """
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix not in _ALLOWED:
+            told = f" is a {FORMATS[suffix].name}, which is of gaits alone" if suffix in FORMATS else ""
+            hint = did_you_mean(suffix, list(_ALLOWED)) if suffix and not told else ""
+            raise InputError(f"output: {str(path)!r}{told}; allowed for a flight are {', '.join(_ALLOWED)}{hint}")
+        if suffix in PLOTS:
+            require_matplotlib()
+        else:
+            FORMATS[suffix].writer()  # MissingExtra, if that is so
+        try:
+            resolved = target_of(path)
+            if resolved in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(resolved)
+            if resolved.exists() and not resolved.is_file():
+                what = "a folder" if resolved.is_dir() else "no regular file"
+                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a file")
+            if os.path.lexists(path) and not force:
+                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+            if not path.parent.is_dir():
+                what = "is no folder" if path.parent.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(path.parent)!r} {what}; allowed is an existing folder")
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:  # a name that the file system refuses
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
+
+
+def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a flight to files, each whole or not at all; the suffix says what.
+
+    Parameters
+    ----------
+    flight
+        One with rows.
+    paths
+        Tables (:data:`TABLES`), plots over time (:data:`PLOTS`), or a film (:data:`FILM`).
+    force
+        Overwrite files that exist.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`check_flight_outputs` does, or if nothing was flown or the disk is full.
+    """
+    check_flight_outputs(paths, force=force)
+    if paths and not len(flight.rows):
+        raise InputError(f"output: {str(paths[0])!r}: nothing was flown; allowed is a flight with rows")
+    write_whole([(Path(path), _content(flight, Path(path).suffix.lower())) for path in paths], force=force)
+
+
+def _content(flight: Flight, suffix: str) -> Any:
+    if suffix == FILM:
+        return partial(write_film, flight)
+    if suffix in PLOTS:
+        return _plot(flight, suffix.removeprefix("."))
+    return partial(FORMATS[suffix].writer(), [flight.table()])
+
+
+def _plot(flight: Flight, kind: Any) -> bytes:
+    with paper_style():
+        figure = blank_figure(*size_of_panels(PANELS))
+        plot_flight(flight, axes=axes_of_panels(figure, PANELS))
+        return picture_bytes(figure, kind)

@@ -1,0 +1,713 @@
+"""The flight controller against mathematics that does not know it: linear loops, decompositions, quadratures."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as effort
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.flight import REFERENCES, Cockpit, Course, FlightSettings, fly, settings_from_mapping
+from gaitgraph.flight import simulation as simulation_module
+from gaitgraph.flight.allocation import allocation_of, nearness
+from gaitgraph.flight.courses import repeated
+from gaitgraph.flight.engine import Engine, engine_of
+from gaitgraph.flight.records import COLUMNS
+from gaitgraph.flight.references import Reference
+from gaitgraph.flight.servos import served
+from gaitgraph.gait import lift
+from gaitgraph.invertibility import (
+    arm_angles,
+    body_vertical,
+    coefficients_of,
+    decoupling_matrix,
+    least_singular_value,
+    scaled_decoupling_matrix,
+    thrust_signs,
+)
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from gaitgraph.timing import TimedGait
+
+    FloatArray = npt.NDArray[np.float64]
+
+pytest.importorskip("mujoco")
+
+RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
+HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
+VEHICLES = {
+    "paper": PAPER,
+    "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
+    "strong drag": PAPER.replace(drag_ratio=1.3, first_arm_angle=0.4),
+}
+
+
+def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
+    """Return the same angles and clock for another vehicle."""
+    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+
+
+def short(**changes: Any) -> FlightSettings:
+    return FlightSettings(**{"duration": 0.3, **changes})
+
+
+class TestServos:
+    T = np.linspace(0.0, 1.0, 401)
+    ASKED = np.sin(2 * math.pi * T)[:, None] * [1.0, 0.5, 0.2, -1.0] + [0.0, 0.1, 0.0, 0.3]
+
+    def integrated(self, lag: float, rate: float, parts: int = 20) -> FloatArray:
+        """Return the solution of lag·α̇ = asked − α, its rate limited, by Runge–Kutta in parts of a step."""
+
+        def slope(asked: FloatArray, angle: FloatArray) -> FloatArray:
+            return np.asarray(np.clip((asked - angle) / lag, -rate, rate))
+
+        h, angle = 0.0025 / parts, self.ASKED[0]
+        out = [angle]
+        for before, after in zip(self.ASKED[:-1], self.ASKED[1:], strict=True):
+            for k in range(parts):
+                first, middle, last = (before + (after - before) * (k + part) / parts for part in (0, 0.5, 1))
+                k1 = slope(first, angle)
+                k2 = slope(middle, angle + h / 2 * k1)
+                k3 = slope(middle, angle + h / 2 * k2)
+                k4 = slope(last, angle + h * k3)
+                angle = angle + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            out.append(angle)
+        return np.array(out)
+
+    def test_a_lag_is_exact(self) -> None:
+        np.testing.assert_allclose(served(self.ASKED, 0.0025, lag=0.05), self.integrated(0.05, math.inf, 2), atol=1e-9)
+
+    def test_a_lag_with_a_limit_is_right_to_first_order(self) -> None:
+        exact = self.integrated(0.05, 3.0)
+        coarse, fine = (
+            np.abs(served(self.ASKED[::k], 0.0025 * k, lag=0.05, rate=3.0) - exact[::k]).max() for k in (4, 1)
+        )
+        assert coarse < 0.01
+        assert fine < 0.5 * coarse
+        assert np.abs(np.diff(served(self.ASKED, 0.0025, lag=0.05, rate=3.0), axis=0)).max() <= 3.0 * 0.0025 * (
+            1 + 1e-12
+        )
+
+    def test_a_limit_alone_follows_as_fast_as_it_may(self) -> None:
+        out = served(self.ASKED, 0.0025, rate=2.0)
+        moved = np.diff(out, axis=0)
+        there = np.abs(out[1:] - self.ASKED[1:]) < 1e-12
+        assert there.any()
+        assert not there.all()
+        np.testing.assert_allclose(np.abs(moved[~there]), 2.0 * 0.0025, rtol=1e-9)
+        assert (np.sign(moved[~there]) == np.sign((self.ASKED[1:] - out[:-1])[~there])).all()
+
+    def test_what_is_not_limited_passes_unchanged(self) -> None:
+        np.testing.assert_array_equal(served(self.ASKED, 0.0025), self.ASKED)
+        np.testing.assert_array_equal(served(self.ASKED, 0.0025, rate=100.0), self.ASKED)
+        np.testing.assert_array_equal(
+            served(self.ASKED, 0.0025, lag=0.05, rate=100.0), served(self.ASKED, 0.0025, lag=0.05)
+        )
+
+    def test_a_tiny_lag_is_none(self) -> None:
+        np.testing.assert_allclose(served(self.ASKED, 0.0025, lag=1e-9), self.ASKED, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+class TestAllocation:
+    ALPHA = np.random.default_rng(5).uniform(-math.pi, math.pi, (2000, 4))
+
+    def matrices(self, vehicle: Vehicle, roll: Any = 0.0, pitch: Any = 0.0) -> FloatArray:
+        """Return the scaled decoupling matrix for thrusts along the axes instead of rotor inputs."""
+        return np.asarray(scaled_decoupling_matrix(self.ALPHA, vehicle, roll, pitch) * thrust_signs(vehicle))
+
+    def test_it_is_the_pseudo_inverse_and_the_null_direction(self, name: str) -> None:
+        vehicle = VEHICLES[name]
+        allocation, moment = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle)[:, :3]
+        inverse = np.linalg.pinv(moment)
+        scale = np.linalg.norm(inverse, axis=(1, 2))
+        assert (np.abs(allocation.thrusts - inverse).max(axis=(1, 2)) <= 1e-11 * scale**2).all()
+        np.testing.assert_allclose(allocation.squared, scale**2, rtol=1e-6)
+        np.testing.assert_allclose(np.linalg.norm(allocation.free, axis=1), 1.0, rtol=1e-12)
+        np.testing.assert_allclose((moment @ allocation.free[..., None])[..., 0], 0.0, atol=1e-12 * scale.max())
+        assert allocation.direction[0, 2] >= 0
+
+    def test_thrusts_are_those_of_the_inverse(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(6)
+        roll, pitch = rng.uniform(-1.5, 1.5, (2, len(self.ALPHA)))
+        allocation, matrix = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle, roll, pitch)
+        regular = np.linalg.svd(matrix, compute_uv=False)[:, -1] > 1e-3
+        assert regular.mean() > 0.9
+        torque, lift = rng.normal(size=(len(self.ALPHA), 3)), rng.normal(size=len(self.ALPHA))
+        up = body_vertical(roll, pitch)
+        along = np.sum(up * allocation.direction, axis=-1)
+        across = np.sum((up[:, None] @ allocation.force)[:, 0] * torque, axis=-1)
+        got = (allocation.thrusts @ torque[..., None])[..., 0] + ((lift - across) / along)[:, None] * allocation.free
+        expected = np.linalg.solve(matrix, np.hstack([torque, lift[:, None]])[..., None])[..., 0]
+        np.testing.assert_allclose(got[regular], expected[regular], rtol=1e-6, atol=1e-6)
+
+    def test_nearness_is_between_half_the_least_singular_value_and_all_of_it(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(7)
+        roll, pitch = rng.uniform(-math.pi, math.pi, len(self.ALPHA)), rng.uniform(-1.5, 1.5, len(self.ALPHA))
+        near = nearness(allocation_of(self.ALPHA, vehicle), body_vertical(roll, pitch))
+        least = np.linalg.svd(self.matrices(vehicle, roll, pitch), compute_uv=False)[:, -1]
+        assert (near <= least * (1 + 1e-7)).all()
+        assert (near >= least / 2 * (1 - 1e-7)).all()
+        inverse = 1.0 / np.linalg.norm(np.linalg.inv(self.matrices(vehicle, roll, pitch)), axis=(1, 2))
+        np.testing.assert_allclose(near, inverse, rtol=1e-6)
+
+
+def test_nothing_is_divided_where_the_moment_matrix_has_lost_rank() -> None:
+    quarter = math.pi / 2
+    delta = math.atan(PAPER.drag_ratio)
+    alpha = np.array([[quarter + delta, quarter - delta, quarter + delta, quarter - delta]])
+    allocation = allocation_of(alpha, PAPER)
+    assert allocation.squared[0] == math.inf
+    assert not allocation.free.any()
+    assert not allocation.thrusts.any()
+    assert nearness(allocation, np.array([[0.0, 0.0, 1.0]])) == 0.0
+
+
+def sampled(stiffness: float, damping: float, start: float, speed: float, step: float, count: int) -> FloatArray:
+    """Return the exact solution of ë = −kp·e − kd·ė, sampled at each step and integrated as the engine does."""
+    x, v, out = start, speed, [start]
+    for _ in range(count):
+        v += step * (-stiffness * x - damping * v)
+        x += step * v
+        out.append(x)
+    return np.array(out)
+
+
+def continuous(stiffness: float, damping: float, start: float, t: FloatArray) -> FloatArray:
+    done = solve_ivp(
+        lambda _, e: [e[1], -stiffness * e[0] - damping * e[1]],
+        (0, t[-1]),
+        [start, 0.0],
+        t_eval=t,
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    return np.asarray(done.y[0])
+
+
+class TestLinearisation:
+    """Roll, pitch, yaw and altitude each obey their own linear equation, whatever the gait does."""
+
+    START: ClassVar = {"roll": 0.3, "pitch": -0.2, "yaw": 0.25, "z": -0.15}
+
+    def flight(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait, **changes: Any) -> Any:
+        place = Engine.place
+
+        def elsewhere(engine: Engine, alpha: Any, **others: Any) -> None:
+            place(engine, alpha, **{**others, "yaw": self.START["yaw"]})
+            engine.data.qpos[2] = self.START["z"]
+
+        monkeypatch.setattr(Engine, "place", elsewhere)
+        settings = FlightSettings(
+            duration=0.5, saturation=False, altitude_stiffness=60.0, altitude_damping=9.0, **changes
+        )
+        return Cockpit(repeated(timed), settings).flown((self.START["roll"], self.START["pitch"]))
+
+    @pytest.mark.parametrize(
+        "timed", [RED, ASCENDING, flown_by(ASCENDING, VEHICLES["beetle"])], ids=["3", "4", "beetle"]
+    )
+    def test_each_error_obeys_its_own_linear_equation(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait) -> None:
+        worst: dict[str, list[float]] = {name: [] for name in self.START}
+        for every in (1e-3, 2.5e-4):
+            flight = self.flight(monkeypatch, timed, step=every, control_rate=1 / every)
+            t = flight.column("t")
+            for name, start in self.START.items():
+                gains = (60.0, 9.0) if name == "z" else (100.0, 20.0)
+                off = np.abs(flight.column(name) - sampled(*gains, start, 0.0, every, len(t) - 1))
+                worst[name].append(float(off.max()))
+                exact = np.abs(flight.column(name) - continuous(*gains, start, t)).max()
+                assert exact < 12 * every * abs(start)
+        # What is left vanishes with the step, to first order at least.
+        for name, (coarse, fine) in worst.items():
+            assert coarse < 2e-3, name
+            assert fine < 0.3 * coarse, name
+
+    def test_a_slower_controller_still_does_to_first_order(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        flight = self.flight(monkeypatch, RED, control_rate=250.0)
+        assert len(flight.rows) == 126
+        for name in ("roll", "pitch", "yaw"):
+            exact = continuous(100.0, 20.0, self.START[name], flight.column("t"))
+            assert np.abs(flight.column(name) - exact).max() < 0.1 * abs(self.START[name])
+
+
+def turned(roll: float, pitch: float, yaw: float) -> FloatArray:
+    (cr, cp, cy), (sr, sp, sy) = ([f(a) for a in (roll, pitch, yaw)] for f in (math.cos, math.sin))
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+class TestDecoupler:
+    FUNCTIONS = (math.sin, math.cos, math.asin, math.atan2, math.hypot)
+
+    def test_the_force_points_where_it_is_wanted(self) -> None:
+        rng = np.random.default_rng(8)
+        for _ in range(200):
+            ax, ay, yaw = *rng.uniform(-5, 5, 2), rng.uniform(-3, 3)
+            force = rng.normal(size=3) * 0.3 + [0, 0, 2]
+            roll, pitch = simulation_module._lean(ax, ay, 9.8, yaw, tuple(force), self.FUNCTIONS)
+            pushed = turned(roll, pitch, yaw) @ force
+            np.testing.assert_allclose(pushed / pushed[2] * 9.8, [ax, ay, 9.8], rtol=1e-9, atol=1e-9)
+
+    def test_it_leans_by_45_degrees_at_most(self) -> None:
+        roll, pitch = simulation_module._lean(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0), self.FUNCTIONS)
+        pushed = turned(roll, pitch, 0.0) @ [0, 0, 1.0]
+        np.testing.assert_allclose(pushed, np.array([0.6, -0.8, 1.0]) / math.sqrt(2), atol=1e-12)
+
+    @pytest.mark.parametrize("eta", [1.0, 0.9])
+    def test_red_and_biased_gaits_are_held_in_place(self, eta: float) -> None:
+        timed = replace(ASCENDING, gait=ASCENDING.gait.biased(eta), period=4.0)
+        flight = Cockpit(repeated(timed), FlightSettings(reference="line", lap=2.0, size=0.5, duration=2.5)).flown()
+        assert flight.tracking_error is not None
+        assert flight.tracking_error < 0.03
+        assert flight.column("x_wanted").max() == pytest.approx(0.5)
+        assert flight.column("x")[-1] == pytest.approx(0.5, abs=0.02)
+        if eta < 1:
+            # N is not along body z: it hovers askew.
+            assert np.abs(flight.column("roll")[-300:]).max() + np.abs(flight.column("pitch")[-300:]).max() > 0.01
+
+
+class TestReferences:
+    @pytest.mark.parametrize("kind", REFERENCES)
+    def test_derivatives_are_those_of_the_place(self, kind: str) -> None:
+        reference, h = Reference(kind=kind, size=1.7, lap=5.0), 1e-4
+        t = np.linspace(0.05, 4.95, 99)
+        before, now, after = (reference.at(t + by) for by in (-h, 0.0, h))
+        np.testing.assert_allclose((after[0] - before[0]) / (2 * h), now[1], atol=1e-6)
+        np.testing.assert_allclose((after[0] - 2 * now[0] + before[0]) / h**2, now[2], atol=1e-5)
+
+    @pytest.mark.parametrize("kind", ["line", "circle"])
+    def test_laps_are_from_rest_to_rest(self, kind: str) -> None:
+        reference = Reference(kind=kind, size=1.7, lap=5.0)
+        place, velocity, acceleration = reference.at([0.0, 5.0, 9.0])
+        np.testing.assert_allclose(place, [[0, 0, 0], *[[1.7 if kind == "line" else 0, 0, 0]] * 2], atol=1e-12)
+        np.testing.assert_allclose(velocity, 0, atol=1e-12)
+        np.testing.assert_allclose(acceleration, 0, atol=1e-12)
+
+    def test_a_circle_keeps_its_radius(self) -> None:
+        place, _, _ = Reference(kind="circle", size=1.7, lap=5.0).at(np.linspace(0, 5, 50))
+        np.testing.assert_allclose(np.hypot(place[:, 0] - 1.7, place[:, 1]), 1.7, rtol=1e-12)
+
+    def test_only_accelerations_are_told_ahead(self) -> None:
+        reference = Reference(kind="line", size=1.0, lap=5.0)
+        rows = np.array(reference.rows(np.array([1.0, 2.0]), ahead=0.3))
+        place, velocity, _ = reference.at([1.0, 2.0])
+        np.testing.assert_array_equal(rows[:, :5], np.hstack([place, velocity[:, :2]]))
+        np.testing.assert_array_equal(rows[:, 5:], reference.at([1.3, 2.3])[2][:, :2])
+
+
+ROUGH = {
+    "attitude_noise": 0.003, "rate_noise": 0.02, "position_noise": 0.01, "velocity_noise": 0.02,
+    "wind": (2.0, -1.0, 0.5), "gust": 0.5, "servo_lag": 0.02, "servo_rate": 2.0,
+}  # fmt: skip
+
+
+class TestRepeatability:
+    def test_a_seed_is_a_flight(self) -> None:
+        first, again, other = (fly(RED, settings=short(seed=seed, **ROUGH)) for seed in (3, 3, 4))
+        np.testing.assert_array_equal(first.rows, again.rows)
+        assert first.rows.shape == other.rows.shape
+        assert not np.array_equal(first.rows, other.rows)
+
+    def test_a_cockpit_forgets_what_it_flew(self) -> None:
+        cockpit = Cockpit(repeated(RED), short(**ROUGH))
+        first = cockpit.flown((0.3, -0.2))
+        cockpit.flown((-0.4, 0.1))
+        np.testing.assert_array_equal(cockpit.flown((0.3, -0.2)).rows, first.rows)
+
+    def test_a_longer_flight_begins_with_the_shorter_one(self) -> None:
+        brief, long = (fly(RED, settings=short(duration=seconds, **ROUGH)) for seconds in (0.2, 0.4))
+        np.testing.assert_allclose(long.rows[: len(brief.rows)], brief.rows, rtol=0, atol=1e-12)
+
+    def test_noise_and_gusts_have_the_size_that_is_asked_for(self) -> None:
+        noise = np.array(simulation_module._noise(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
+        np.testing.assert_allclose(noise.std(axis=0), [0] * 3 + [0.1] * 3 + [2.0] * 3 + [0] * 3, rtol=0.05)
+        gusts = simulation_module._gusts(short(wind=(5, 0, -1), gust=0.7, duration=400), 400_000)
+        assert gusts is not None
+        np.testing.assert_allclose(gusts.mean(axis=0), [5, 0, -1], atol=0.15)
+        np.testing.assert_allclose(gusts.std(axis=0), 0.7, rtol=0.15)
+        off = gusts[:, 0] - gusts[:, 0].mean()
+        assert np.mean(off[1000:] * off[:-1000]) / off.var() == pytest.approx(math.exp(-1), abs=0.12)
+        assert simulation_module._gusts(short(), 10) is None
+        assert simulation_module._noise(short(), 10) is None
+
+    def test_wind_carries_it_away(self) -> None:
+        still, blown = (fly(HOVER, attitude=(0, 0), settings=short(wind=wind)) for wind in ((0, 0), (0, 8.0)))
+        assert np.abs(still.rows[:, COLUMNS.index("y")]).max() < 1e-9
+        assert blown.column("y")[-1] > 1e-3
+
+
+class TestThrusts:
+    def test_limits_are_kept_and_counted(self) -> None:
+        weight = PAPER.mass * PAPER.gravity if PAPER.mass else 0.0
+        flight = fly(RED, settings=short(thrust_limit=0.4 * weight, duration=1.0), attitude=(0.2, -0.1))
+        assert flight.thrusts.min() >= 0.0
+        assert flight.peak_thrust == pytest.approx(0.4 * weight)
+        at_limit = (flight.thrusts <= 0.0) | (flight.thrusts >= 0.4 * weight)
+        np.testing.assert_array_equal(flight.column("saturated") == 1, at_limit.any(axis=1))
+        assert flight.saturated_fraction == pytest.approx(at_limit.any(axis=1).mean())
+        assert 0 < flight.saturated_fraction < 1
+
+    def test_the_vehicles_limit_counts_unless_another_is_given(self) -> None:
+        strong = flown_by(RED, PAPER.replace(max_thrust=2.0))
+        assert fly(strong, anyway=True, settings=short()).peak_thrust == 2.0
+        assert fly(strong, anyway=True, settings=short(thrust_limit=1.9)).peak_thrust == 1.9
+
+    def test_without_saturation_rotors_may_pull(self) -> None:
+        flight = fly(RED, settings=short(saturation=False, attitude_stiffness=2500.0, attitude_damping=100.0))
+        assert flight.thrusts.min() < 0
+        assert flight.saturated_fraction == 0
+
+    def test_thrusts_change_as_often_as_the_controller_runs(self) -> None:
+        flight = fly(RED, settings=short(control_rate=100.0))
+        np.testing.assert_allclose(np.diff(flight.column("t")), 0.01)
+        assert len(flight.rows) == 31
+
+    def test_energy_in_hover_is_that_of_the_drag(self) -> None:
+        """Four rotors, a quarter of the weight each: T = Kf·ω², power Km·ω³ each."""
+        assert PAPER.mass
+        assert PAPER.thrust_coefficient
+        assert PAPER.drag_coefficient
+        omega = math.sqrt(PAPER.mass * PAPER.gravity / 4 / PAPER.thrust_coefficient)
+        flight = fly(HOVER, attitude=(0, 0), settings=short())
+        assert flight.energy == pytest.approx(0.3 * 4 * PAPER.drag_coefficient * omega**3, rel=1e-9)
+        assert fly(flown_by(HOVER, PAPER.replace(thrust_coefficient=None)), settings=short()).energy is None
+
+
+@pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+def test_spinning_rotors_push_back_when_they_are_turned(spin: Any) -> None:
+    """−ω × h of each arm, with h of the rotor along its tilted axis; servos pass on what is about a hinge."""
+    inertia, coefficient = 3e-5, PAPER.thrust_coefficient or 0.0
+    vehicle = PAPER.replace(rotor_inertia=inertia, first_rotor_spin=spin, first_arm_angle=0.3)
+    engine, rng = engine_of(vehicle), np.random.default_rng(9)
+    put = simulation_module._spin_of(vehicle)
+    assert put is not None
+    for _ in range(5):
+        alpha, rates, omega, thrusts = (rng.normal(size=size) for size in (4, 4, 3, 4))
+        engine.place(alpha, rates=rates)
+        engine.data.qvel[3:6] = omega
+        put(engine, engine.data.qpos[7:].tolist(), engine.data.qvel.tolist(), tuple(thrusts))
+        total = np.zeros(3)
+        senses = np.array([-1, 1, -1, 1]) * (1 if spin == "clockwise" else -1)
+        for k, arm in enumerate(arm_angles(vehicle)):
+            out = np.array([math.cos(arm), math.sin(arm), 0.0])
+            axis = math.cos(alpha[k]) * np.array([0, 0, 1.0]) + math.sin(alpha[k]) * np.cross(out, [0, 0, 1.0])
+            speed = senses[k] * np.sign(thrusts[k]) * math.sqrt(abs(thrusts[k]) / coefficient)
+            total -= np.cross(omega + rates[k] * out, inertia * speed * axis)
+        np.testing.assert_allclose(engine.data.qfrc_applied, [0, 0, 0, *total, 0, 0, 0, 0], rtol=1e-12, atol=1e-12)
+    assert simulation_module._spin_of(PAPER) is None
+    turned = fly(flown_by(RED, vehicle), settings=short(), anyway=True)
+    plain = fly(flown_by(RED, vehicle.replace(rotor_inertia=None)), settings=short(), anyway=True)
+    assert 1e-6 < np.abs(turned.column("roll") - plain.column("roll")).max() < 0.05
+
+
+class TestEndings:
+    """Each way to stop, with one line that says which."""
+
+    @staticmethod
+    def check(flight: Any, outcome: str, said: str) -> None:
+        assert (flight.outcome, flight.settled, flight.failed) == (outcome, False, True)
+        assert said in flight.reason
+        assert "\n" not in flight.reason
+        assert flight.settling_time is None
+        assert np.isfinite(flight.rows).all()
+
+    def test_near_a_singularity(self) -> None:
+        timed = flown_by(RED, PAPER.replace(drag_ratio=1.0))
+        flight = fly(timed, settings=short(duration=1.0), anyway=True)
+        self.check(flight, "near singular", "and flight stops where it may be below 0.01")
+        later = fly(timed, settings=short(duration=1.0, floor=0.3), anyway=True)
+        assert later.flown < flight.flown
+
+    def test_at_once(self) -> None:
+        flight = fly(
+            lift(GAITS[1].angles, "blue", coefficients=coefficients_of(PAPER, "exact")).parametrize(1.0), anyway=True
+        )
+        self.check(flight, "near singular", "nears singularity at 0.000 s")
+        assert len(flight.rows) == 0
+        assert flight.peak_thrust is None
+        assert flight.energy is None
+        assert flight.flown == 0
+        json.dumps(flight.as_mapping(), allow_nan=False)
+        assert "nears singularity" in str(flight)
+
+    def test_after_a_change_of_sign(self) -> None:
+        """Sensors that err by a radian see the vertical on the other side of the singular plane."""
+        flight = fly(RED, settings=short(attitude_noise=1.0, floor=0.0))
+        self.check(flight, "sign change", "its determinant has changed sign")
+
+    def test_when_it_tumbles(self) -> None:
+        flight = fly(flown_by(RED, PAPER.replace(rotor_inertia=1e-2)), settings=short(), anyway=True)
+        self.check(flight, "tumbling", "turns by more than 200 rad/s")
+
+    def test_when_it_is_far_away(self) -> None:
+        heavy = flown_by(HOVER, PAPER.replace(gravity=1e7))
+        self.check(fly(heavy, settings=short(thrust_limit=1.0), attitude=(0, 0)), "tumbling", "farther than 100000 m")
+
+    def test_with_its_nose_up(self) -> None:
+        self.check(
+            fly(HOVER, attitude=(0.0, math.pi / 2 - 1e-4)), "upended", "nose points straight up or down at 0.000 s"
+        )
+
+    @pytest.mark.parametrize(
+        "vehicle",
+        [PAPER.replace(rotor_inertia=1e20), PAPER.replace(mass=1e20), PAPER.replace(gravity=1e20)],
+        ids=["rotors", "mass", "gravity"],
+    )
+    def test_when_the_engine_gives_up_and_no_log_is_left(
+        self, vehicle: Vehicle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        flight = fly(flown_by(RED, vehicle), settings=short(), anyway=True)
+        self.check(flight, "tumbling", "beyond what the physics engine can follow")
+        assert list(tmp_path.iterdir()) == []
+        assert capfd.readouterr() == ("", "")
+
+    def test_upside_down_it_falls_until_the_sign_changes(self) -> None:
+        flight = fly(HOVER, attitude=(math.pi, 0.0), settings=short(duration=3.0))
+        assert not flight.settled
+        assert flight.outcome in ("sign change", "near singular")
+
+    def test_being_slow_is_no_failure(self) -> None:
+        flight = fly(RED, settings=short(duration=0.1))
+        assert (flight.outcome, flight.failed) == ("not settled", False)
+        assert "did not settle within 0.1 s: roll (rad) is still off by" in flight.reason
+
+
+class TestRecords:
+    def test_settling_is_to_come_within_tolerance_and_stay(self) -> None:
+        flight = fly(RED, settings=short(duration=1.0))
+        errors = np.stack([np.abs(flight.column(name)) for name in ("roll", "pitch", "yaw", "z")])
+        inside = (errors <= 0.02).all(axis=0)
+        since = next(k for k in range(len(inside)) if inside[k:].all())
+        assert flight.settling_time == flight.column("t")[since]
+        assert 0.2 < flight.settling_time < 0.7
+        last = flight.settling_time
+        assert not fly(RED, settings=short(duration=last + 0.05 * last)).settled
+        assert fly(RED, settings=short(duration=round(last + 0.21, 3))).settling_time == last
+
+    @pytest.mark.parametrize("changes", [{}, {"attitude_noise": 0.02, "floor": 0.0}, {"servo_lag": 0.1}])
+    @pytest.mark.parametrize("name", VEHICLES)
+    def test_the_least_singular_value_is_that_of_all_rows(self, name: str, changes: dict[str, Any]) -> None:
+        vehicle = VEHICLES[name]
+        timed = flown_by(HOVER if name == "strong drag" else RED, vehicle)
+        flight = fly(timed, settings=short(**changes), anyway=True)
+        alpha = flight.rows[:, COLUMNS.index("alpha1") : COLUMNS.index("alpha4") + 1]
+        each = least_singular_value(alpha, vehicle, flight.column("roll"), flight.column("pitch"))
+        assert flight.least_singular_value == float(each.min())
+        if not changes.get("attitude_noise"):
+            near = flight.column("nearness")
+            assert (near <= each * (1 + 1e-3)).all()
+            assert (near >= each / 2 * (1 - 1e-3)).all()
+
+    def test_the_torque_asked_for_is_the_torque_made(self) -> None:
+        """The thrusts of the first row, through the decoupling matrix, make the accelerations that were asked for."""
+        flight = fly(RED, settings=short(saturation=False))
+        coefficient = PAPER.thrust_coefficient or 0.0
+        inputs = flight.thrusts[0] * thrust_signs(PAPER) / coefficient
+        made = decoupling_matrix(RED.at(0.0)[0], PAPER, 0.3, -0.2) @ inputs - [PAPER.gravity, 0, 0, 0]
+        np.testing.assert_allclose(made, [0.0, -30.0, 20.0, 0.0], atol=1e-9)
+
+    def test_columns_are_in_the_table(self) -> None:
+        flight = fly(RED, settings=short(duration=0.05))
+        assert list(flight.table().columns) == list(COLUMNS)
+        assert flight.rows.shape == (51, len(COLUMNS))
+
+
+EXTREME = [
+    Vehicle(
+        name=f"{mass:g} kg, κ {ratio:g}",
+        mass=mass,
+        arm_length=length,
+        drag_ratio=ratio,
+        inertia=(0.1 * mass * length**2, 0.12 * mass * length**2, 0.18 * mass * length**2),
+        thrust_coefficient=1e-6,
+    )
+    for mass, length in ((1e-6, 0.01), (1e-3, 0.05), (1e3, 10.0), (1e20, 1e3))
+    for ratio in (0.01, 5.0)
+]
+
+
+@pytest.mark.parametrize("vehicle", EXTREME, ids=lambda vehicle: vehicle.name)
+def test_extreme_vehicles_fly_or_say_why_not(vehicle: Vehicle) -> None:
+    for gait in (RED, HOVER):
+        try:
+            flight = fly(flown_by(gait, vehicle), settings=short(duration=0.1), anyway=True)
+        except InputError as error:
+            assert vehicle.mass == 1e-6
+            assert "too small for the physics engine" in str(error)
+            assert "\n" not in str(error)
+        else:
+            json.dumps(flight.as_mapping(), allow_nan=False)
+            assert np.isfinite(flight.rows).all()
+            assert str(flight).count("\n") >= (5 if len(flight.rows) else 0)
+
+
+class TestGains:
+    @pytest.mark.parametrize("loop", ["attitude", "altitude"])
+    @pytest.mark.parametrize(
+        ("changes", "said"),
+        [
+            ({"damping": 2100.0}, "damping: 2100.0 is unstable at 1000 Hz; allowed is less than 19"),
+            (
+                {"stiffness": 5e6, "damping": 100.0},
+                "stiffness: 5000000.0 is unstable at 1000 Hz; allowed is less than 4e+06",
+            ),
+            ({"damping": 1e-3, "control_rate": 100.0}, "damping: 0.001 is unstable at 100 Hz with"),
+        ],
+    )
+    def test_unstable_ones_are_refused_by_name(self, loop: str, changes: dict[str, Any], said: str) -> None:
+        named = {name if name == "control_rate" else f"{loop}_{name}": value for name, value in changes.items()}
+        with pytest.raises(InputError) as caught:
+            FlightSettings(**named)
+        assert f"{loop}_{said}" in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize("every", [1, 4, 20])
+    def test_the_limit_is_that_of_the_sampled_loop(self, every: int) -> None:
+        """Poles of the map from one setting to the next, by brute force: n steps of the engine under a held input."""
+        rng, rate = np.random.default_rng(10), 1000.0 / every
+        allowed = 0
+        for _ in range(200):
+            kp, kd = 10 ** rng.uniform(0, math.log10(6 * rate**2)), rate * rng.uniform(0, 2.2)
+            one = np.array([[1, 1e-3], [0, 1.0]]), np.array([1e-6, 1e-3])
+            move, push = np.eye(2), np.zeros(2)
+            for _ in range(every):
+                move, push = one[0] @ move, one[0] @ push + one[1]
+            radius = np.abs(np.linalg.eigvals(move - np.outer(push, [kp, kd]))).max()
+            try:
+                FlightSettings(attitude_stiffness=kp, attitude_damping=kd, control_rate=rate, saturation=False)
+            except InputError:
+                assert radius > 0.9
+            else:
+                allowed += 1
+                assert radius < 1
+        assert allowed > 20
+
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {"attitude_damping": 1900.0},
+            {"attitude_stiffness": 3.5e6, "attitude_damping": 190.0},
+            {"attitude_damping": 0.5, "altitude_damping": 0.5},
+            {"control_rate": 50.0, "attitude_damping": 90.0},
+        ],
+    )
+    def test_those_just_stable_fly(self, changes: dict[str, Any]) -> None:
+        flight = Cockpit(repeated(HOVER), short(saturation=False, **changes)).flown((0.01, -0.01))
+        assert flight.outcome in ("settled", "not settled")
+        assert np.abs(flight.column("roll")).max() < 0.05
+
+    def test_position_gains_must_be_slower_than_attitude(self) -> None:
+        with pytest.raises(InputError, match="position_damping: 30.0 with position_stiffness 900.0 is unstable around"):
+            FlightSettings(reference="hover", position_stiffness=900.0, position_damping=30.0)
+        assert FlightSettings(position_stiffness=900.0, position_damping=30.0).reference == "attitude"
+        slow = {
+            **{"control_rate": 10.0, "attitude_stiffness": 100.0, "attitude_damping": 12.0, "altitude_stiffness": 4.0},
+            **{"altitude_damping": 4.0, "position_stiffness": 4.9, "position_damping": 10.0},
+        }
+        with pytest.raises(InputError, match=r"control_rate: 10 Hz is too slow for position_stiffness 4\.9"):
+            FlightSettings(reference="hover", **slow)
+        assert FlightSettings(reference="hover", **{**slow, "control_rate": 100.0}).is_calm
+
+
+class TestSettings:
+    NUMBERS = (
+        "duration", "tolerance", "step", "control_rate", "attitude_stiffness", "attitude_damping", "altitude_stiffness",
+        "altitude_damping", "position_stiffness", "position_damping", "floor", "size", "lap", "thrust_limit", "servo_lag",
+        "servo_rate", "attitude_noise", "rate_noise", "position_noise", "velocity_noise", "gust",
+    )  # fmt: skip
+
+    @given(
+        st.sampled_from(NUMBERS),
+        st.sampled_from(
+            [math.nan, math.inf, -math.inf, -1.0, 1e300, True, "fast", [], 1j, b"1", {}, (1.0,), -(10**400)]
+        ),
+    )
+    def test_bad_numbers_are_refused_by_name(self, name: str, value: object) -> None:
+        with pytest.raises(GaitgraphError) as caught:
+            FlightSettings(**{name: value})
+        assert str(caught.value).startswith(name)
+        assert "allowed" in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("name", "value", "said"),
+        [
+            ("reference", "hoover", "allowed are attitude, hover, step, line, circle; did you mean 'hover'"),
+            ("reference", 3, "allowed are attitude"),
+            ("saturation", 1, "allowed are true and false"),
+            ("seed", -1, "allowed is a whole number from 0"),
+            ("seed", True, "allowed is a whole number from 0"),
+            ("seed", 1.0, "allowed is a whole number from 0"),
+            ("wind", 3.0, "allowed are two or three numbers"),
+            ("wind", (1, math.nan), "allowed are two or three numbers"),
+            ("wind", (1, 2, 101), "each up to 100"),
+            ("wind", "12", "allowed are two or three numbers"),
+            (
+                "control_rate",
+                300.0,
+                "300 Hz does not fit steps of 0.001 s; allowed is 1000 Hz divided by a whole number",
+            ),
+            ("control_rate", 2000.0, "does not fit steps"),
+            ("duration", 9000.0, "allowed is"),
+        ],
+    )
+    def test_other_bad_ones_too(self, name: str, value: object, said: str) -> None:
+        with pytest.raises(InputError) as caught:
+            settings_from_mapping({name: value})
+        assert str(caught.value).startswith(name)
+        assert said in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    def test_unknown_names_are_refused_with_the_nearest(self) -> None:
+        with pytest.raises(InputError, match=r"atitude_noise: no setting of a flight; did you mean 'attitude_noise'"):
+            settings_from_mapping({"atitude_noise": 0.1})
+        for content in (None, [], {1: 2}):
+            with pytest.raises(InputError, match="flight: .*allowed is a table of settings by name"):
+                settings_from_mapping(content)
+
+    @effort(max_examples=30)
+    @given(
+        st.fixed_dictionaries(
+            {},
+            optional={
+                "duration": st.floats(0.01, 100),
+                "reference": st.sampled_from(REFERENCES),
+                "wind": st.tuples(*[st.floats(-100, 100)] * 3),
+                "seed": st.integers(0, 2**64 - 1),
+                "servo_lag": st.none() | st.floats(0, 1),
+                "saturation": st.booleans(),
+                "attitude_noise": st.floats(0, 1),
+            },
+        )
+    )
+    def test_they_come_back_from_their_mapping(self, values: dict[str, Any]) -> None:
+        settings = FlightSettings(**values)
+        assert settings_from_mapping(json.loads(json.dumps(settings.as_mapping()))) == settings
+
+    @pytest.mark.parametrize("attitude", [(0.1,), 0.1, "level", (math.nan, 0), (4.0, 0.0), (0.0, 1.6), (0, None)])
+    def test_bad_attitudes_are_refused(self, attitude: Any) -> None:
+        with pytest.raises(InputError, match="^attitude: ") as caught:
+            fly(RED, attitude=attitude)
+        assert "\n" not in str(caught.value)
+
+    def test_only_timed_gaits_and_courses_fly(self) -> None:
+        with pytest.raises(InputError, match="gait: .*allowed is a timed gait"):
+            fly(RED.gait)  # type: ignore[arg-type]
+        assert isinstance(repeated(RED), Course)

@@ -1,0 +1,406 @@
+"""The engine against the package's matrices, and against mechanics derived here without it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from gaitgraph.errors import InputError, MissingConstant, MissingExtra
+from gaitgraph.flight.engine import Engine, engine_of, mjcf_of, quaternion_of, without_log
+from gaitgraph.invertibility import (
+    coefficients_of,
+    control_force_matrix,
+    control_moment_matrix,
+    decoupling_matrix,
+    determinant,
+    thrust_signs,
+)
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+pytest.importorskip("mujoco")
+
+
+def drawn_vehicle(rng: np.random.Generator, **more: Any) -> Vehicle:
+    sides = rng.uniform(0.2, 1.0, 3) ** 2
+    mass, length = 10 ** rng.uniform(-1.5, 2.0), 10 ** rng.uniform(-1.0, 0.5)
+    inertia = 0.1 * mass * length**2 * (sides.sum() - sides)
+    return Vehicle(
+        name="drawn",
+        mass=mass,
+        gravity=rng.uniform(1.0, 20.0),
+        arm_length=length,
+        thrust_coefficient=10 ** rng.uniform(-7, -4),
+        drag_ratio=10 ** rng.uniform(-2, 0.7),
+        inertia=tuple(inertia),
+        first_arm_angle=rng.uniform(-math.pi, math.pi),
+        first_rotor_spin="clockwise" if rng.random() < 0.5 else "counterclockwise",
+        **more,
+    )
+
+
+RNG = np.random.default_rng(7)
+_INERTIA = 0.02 * min(PAPER.inertia or (0.0,))
+VEHICLES = {
+    "paper": PAPER,
+    "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
+    "paper with arms": PAPER.replace(arm_inertia=_INERTIA),
+    **{f"drawn {k}": drawn_vehicle(RNG) for k in range(4)},
+    "drawn with arms": drawn_vehicle(RNG).replace(mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3),
+}
+
+
+def held(engine: Engine) -> Engine:
+    """Hold the arms: their hinges get an armature that nothing moves."""
+    engine.model.dof_armature[6:] = 1e12
+    return engine
+
+
+def turned(engine: Engine) -> FloatArray:
+    """Return the matrix that takes body axes to the world's."""
+    matrix = np.empty(9)
+    engine.mujoco.mju_quat2Mat(matrix, engine.data.qpos[3:7])
+    return matrix.reshape(3, 3)
+
+
+def step(engine: Engine, count: int = 1) -> None:
+    for _ in range(count):
+        engine.mujoco.mj_step(engine.model, engine.data)
+
+
+def accelerations(engine: Engine) -> FloatArray:
+    engine.mujoco.mj_forward(engine.model, engine.data)
+    return np.array(engine.data.qacc)
+
+
+def angular_momentum(engine: Engine) -> FloatArray:
+    """Return the whole vehicle's angular momentum about its centre of mass, in the world."""
+    engine.mujoco.mj_subtreeVel(engine.model, engine.data)
+    return np.array(engine.data.subtree_angmom[1])
+
+
+def energy_of(engine: Engine) -> tuple[float, float]:
+    engine.mujoco.mj_energyPos(engine.model, engine.data)
+    engine.mujoco.mj_energyVel(engine.model, engine.data)
+    return float(engine.data.energy[0]), float(engine.data.energy[1])
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+class TestWrench:
+    def test_force_and_torque_are_those_of_the_control_matrices(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(1)
+        engine = held(engine_of(vehicle))
+        for _ in range(40):
+            alpha = rng.uniform(-math.pi, math.pi, 4)
+            inputs = rng.normal(size=4) * 1e6
+            engine.place(alpha, roll=rng.uniform(-3, 3), pitch=rng.uniform(-1.5, 1.5), yaw=rng.uniform(-3, 3))
+            engine.data.ctrl[:4] = thrust_signs(vehicle) * vehicle.thrust_coefficient * inputs
+            accelerations(engine)
+            force = control_force_matrix(alpha, vehicle) @ inputs
+            torque = control_moment_matrix(alpha, vehicle) @ inputs
+            wrench = engine.wrench()
+            np.testing.assert_allclose(wrench[:3], force, rtol=0, atol=1e-9 * np.linalg.norm(force))
+            np.testing.assert_allclose(wrench[3:], torque, rtol=0, atol=1e-9 * np.linalg.norm(torque))
+            # Neither thrust nor drag turns an arm about its hinge.
+            hinges = np.abs(engine.data.qfrc_actuator[6:] - engine.data.actuator_force[4:])
+            assert hinges.max() <= 1e-9 * np.linalg.norm(force) * vehicle.arm_length
+
+    def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(2)
+        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
+        engine = held(engine_of(vehicle))
+        arms = vehicle.first_arm_angle + np.arange(4) * math.pi / 2
+        spins = np.array([1, -1, 1, -1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
+        for _ in range(20):
+            alpha, thrusts = rng.uniform(-1.5, 1.5, 4), rng.uniform(-1, 4, 4) * mass * vehicle.gravity / 4
+            omega, speed = rng.normal(size=3) * 3, rng.normal(size=3)
+            engine.place(alpha, roll=rng.uniform(-3, 3), pitch=rng.uniform(-1.5, 1.5), yaw=rng.uniform(-3, 3))
+            engine.data.ctrl[:4] = thrusts
+            engine.data.qvel[:3], engine.data.qvel[3:6] = speed, omega
+            got = accelerations(engine)
+            force, torque = np.zeros(3), np.zeros(3)
+            for arm, tilt, thrust, sense in zip(arms, alpha, thrusts, spins, strict=True):
+                out = np.array([math.cos(arm), math.sin(arm), 0.0])
+                axis = math.cos(tilt) * np.array([0, 0, 1.0]) + math.sin(tilt) * np.cross(out, [0, 0, 1.0])
+                force += thrust * axis
+                torque += thrust * (length * np.cross(out, axis) + sense * vehicle.drag_ratio * length * axis)
+            moments = np.array(inertia)
+            linear = turned(engine) @ force / mass - [0, 0, vehicle.gravity]
+            angular = (torque - np.cross(omega, moments * omega)) / moments
+            np.testing.assert_allclose(got[:3], linear, rtol=0, atol=1e-9 * np.linalg.norm(linear))
+            np.testing.assert_allclose(got[3:6], angular, rtol=0, atol=1e-9 * np.linalg.norm(angular))
+
+    def test_formula_1_is_the_determinant_of_the_engines_own_dynamics(self, name: str) -> None:
+        """∂(z̈, φ̈, θ̈, ψ̈)/∂w is measured; at rest Euler angles accelerate by the kinematic matrix times ω̇."""
+        vehicle, rng = VEHICLES[name], np.random.default_rng(3)
+        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
+        coefficient, kappa = vehicle.thrust_coefficient, vehicle.signed_drag_ratio
+        assert coefficient is not None
+        engine = held(engine_of(vehicle))
+        for _ in range(10):
+            alpha = rng.uniform(-math.pi / 2, math.pi / 2, 4)
+            roll, pitch = rng.uniform(-1.2, 1.2, 2)
+            engine.place(alpha, roll=roll, pitch=pitch, yaw=rng.uniform(-3, 3))
+            unit = mass * vehicle.gravity / coefficient
+
+            def outputs(inputs: FloatArray, engine: Engine = engine, roll: float = roll, pitch: float = pitch) -> Any:
+                engine.data.ctrl[:4] = thrust_signs(engine.vehicle) * engine.vehicle.thrust_coefficient * inputs
+                qacc = accelerations(engine)
+                p, q, r = qacc[3:6]
+                turn = math.sin(roll) * q + math.cos(roll) * r
+                return np.array(
+                    [
+                        qacc[2],
+                        p + turn * math.tan(pitch),
+                        math.cos(roll) * q - math.sin(roll) * r,
+                        turn / math.cos(pitch),
+                    ]
+                )
+
+            at_rest = outputs(np.zeros(4))
+            columns = [(outputs(unit * np.eye(4)[k]) - at_rest) / unit for k in range(4)]
+            measured = np.stack(columns, axis=-1)
+            expected = decoupling_matrix(alpha, vehicle, roll, pitch)
+            scale = np.abs(expected).max(axis=1, keepdims=True)
+            np.testing.assert_allclose(measured / scale, expected / scale, rtol=0, atol=1e-9)
+            constant = -2 * kappa * coefficient**4 * length**3 / (mass * np.prod(inertia) * math.cos(pitch))
+            formula = float(determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch))
+            rows = np.prod(np.linalg.norm(measured, axis=1))
+            assert np.linalg.det(measured) / rows == pytest.approx(constant * formula / rows, rel=1e-9, abs=1e-9)
+
+    def test_mass_inertia_and_centre_of_mass_are_the_vehicles(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(4)
+        mass, inertia = vehicle.require("mass", "inertia", purpose="test")
+        engine = engine_of(vehicle)
+        assert engine.model.body_mass.sum() == pytest.approx(mass, rel=1e-12)
+        for _ in range(3):
+            engine.place(rng.uniform(-1.5, 1.5, 4))
+            np.testing.assert_allclose(engine.data.subtree_com[1], 0.0, atol=1e-12)
+            full = np.empty((10, 10))
+            engine.mujoco.mj_fullM(*full_inertia_arguments(engine, full))
+            # The upper left of the mass matrix is that of the whole with its arms held.
+            block = np.diag([mass, mass, mass, *inertia])
+            np.testing.assert_allclose(full[:6, :6], block, rtol=0, atol=1e-12 * np.abs(block).max())
+
+
+def full_inertia_arguments(engine: Engine, full: FloatArray) -> tuple[Any, ...]:
+    """Return what mj_fullM takes, which is not the same in all versions of mujoco."""
+    version = tuple(int(part) for part in engine.mujoco.__version__.split(".")[:2])
+    return (engine.model, engine.data, full) if version >= (4, 0) else (engine.model, full, engine.data.qM)
+
+
+class TestMechanics:
+    def test_it_falls_freely(self) -> None:
+        engine = engine_of(PAPER)
+        engine.place([0.3, -0.2, 0.1, 0.4], roll=0.5, pitch=0.3)
+        step(engine, 1000)
+        # The engine takes the new speed for the way of a step: half a step's way more.
+        assert engine.data.qpos[2] == pytest.approx(-PAPER.gravity / 2 * (1 + 1e-3), rel=1e-9)
+        np.testing.assert_allclose(engine.data.qpos[:2], 0.0, atol=1e-12)
+        np.testing.assert_allclose(engine.data.qpos[3:7], quaternion_of(0.5, 0.3, 0.0), atol=1e-12)
+
+    @pytest.mark.parametrize("arm_inertia", [None, 1e-4])
+    def test_without_thrust_angular_momentum_stays_although_the_arms_swing(self, arm_inertia: float | None) -> None:
+        """Servos act between body and arms only; what is left is the engine's own error, of first order in its step."""
+        lost = []
+        for every in (1e-3, 5e-4):
+            engine = engine_of(PAPER.replace(arm_inertia=arm_inertia), step=every)
+            engine.place([0.1, 0.2, -0.3, 0.4])
+            engine.data.qvel[3:6] = 2.0, -1.0, 1.5
+            accelerations(engine)
+            before = angular_momentum(engine)
+            for k in range(round(0.5 / every)):
+                engine.data.ctrl[4:] = [math.sin(6 * k * every), 0.2, -0.3 + 0.5 * math.sin(9 * k * every), 0.4]
+                step(engine)
+            accelerations(engine)
+            lost.append(np.linalg.norm(angular_momentum(engine) - before) / np.linalg.norm(before))
+        assert lost[1] < 0.7 * lost[0] < 0.01
+
+    def test_energy_drifts_little_and_less_with_smaller_steps(self) -> None:
+        drift = []
+        for every in (1e-3, 2.5e-4):
+            engine = engine_of(PAPER, step=every)
+            engine.place([0.0, 0.0, 0.0, 0.0])
+            engine.data.qvel[:6] = 1.0, 0.0, 5.0, 4.0, 0.3, -3.0
+            accelerations(engine)
+            potential, kinetic = energy_of(engine)
+            before, scale = potential + kinetic, kinetic
+            step(engine, round(1.0 / every))
+            accelerations(engine)
+            drift.append(abs(sum(energy_of(engine)) - before) / scale)
+        assert drift[1] < 0.4 * drift[0] < 0.01
+
+    def test_a_swinging_arm_pushes_back_on_the_body(self) -> None:
+        """Arms 1 and 3 swing alike in their own outward senses, arms 2 and 4 are held: I·ω̇ = −J·α̈·(axis), summed."""
+        arm, (ix, iy, _) = 1e-4, PAPER.inertia or (0.0, 0.0, 0.0)
+        engine = engine_of(PAPER.replace(arm_inertia=arm))
+        for k, axis in enumerate(([1, 0], [0, 1], [-1, 0], [0, -1])):
+            engine.place(np.zeros(4))
+            engine.data.ctrl[4 + k] = 1e-3
+            qacc = accelerations(engine)
+            swing = qacc[6:]
+            # Held arms are carried along: they turn as the body does, about their own axes too.
+            assert swing[k] > 10.0
+            total = sum(swing[i] * np.array(a) for i, a in enumerate(([1, 0], [0, 1], [-1, 0], [0, -1])))
+            assert swing[k] == pytest.approx(np.dot(total, axis), rel=0.2)
+            np.testing.assert_allclose(qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12)
+
+    def test_light_arms_do_not(self) -> None:
+        engine = engine_of(PAPER)
+        engine.place(np.zeros(4))
+        engine.data.ctrl[4] = 1e-3
+        qacc = accelerations(engine)
+        assert abs(qacc[3]) < 2e-6 * abs(qacc[6])
+
+    def test_without_wind_there_is_no_air(self) -> None:
+        for air, drags in ((False, False), (True, True)):
+            engine = engine_of(PAPER, air=air)
+            engine.place(np.zeros(4))
+            engine.data.qvel[0] = 20.0
+            assert bool(accelerations(engine)[0] < -1e-3) is drags
+
+    def test_wind_pushes_along_itself(self) -> None:
+        engine = engine_of(PAPER, air=True)
+        engine.model.opt.wind[:] = 3.0, -4.0, 0.0
+        engine.place(np.zeros(4))
+        pushed = accelerations(engine)
+        assert pushed[0] > 0 > pushed[1]
+        assert pushed[2] == pytest.approx(-PAPER.gravity)
+        np.testing.assert_allclose(pushed[3:6], 0.0, atol=1e-9)
+
+
+class TestServos:
+    @staticmethod
+    def flown(engine: Engine, every: float, thrust: FloatArray) -> tuple[float, float]:
+        """Return how far the hinges were from a plan at most [rad], and the body's largest acceleration [rad/s²]."""
+        steps = round(0.5 / every)
+        plan = np.sin(2 * math.pi * every * np.arange(steps + 1)[:, None] + np.arange(4)) * [1.0, 0.5, 0.7, -0.9]
+        commands = engine.servo_commands(plan)
+        assert commands.shape == (steps, 4)
+        engine.place(plan[0], rates=(plan[1] - plan[0]) / every)
+        off = fastest = 0.0
+        for k in range(steps):
+            engine.data.ctrl[4:] = commands[k]
+            engine.data.ctrl[:4] = thrust * (1 if k * every % 0.04 < 0.02 else -1)
+            step(engine)
+            off = max(off, np.abs(engine.data.qpos[7:] - plan[k + 1]).max())
+            fastest = max(fastest, float(np.linalg.norm(engine.data.qacc[3:5])))
+        return off, fastest
+
+    @pytest.mark.parametrize("every", [1e-3, 5e-4])
+    @pytest.mark.parametrize("arm_inertia", [None, 1e-5, 1e-4])
+    def test_hinges_are_where_they_are_planned(self, arm_inertia: float | None, every: float) -> None:
+        """Exactly, but for what the body's own angular acceleration ω̇ does to an arm: up to |ω̇|·step²/0.09."""
+        engine = engine_of(PAPER.replace(arm_inertia=arm_inertia), step=every)
+        off, fastest = self.flown(engine, every, np.array([1.0, -1.0, -1.0, 1.0]))
+        assert fastest > 100.0
+        assert off < 1.15 * fastest * every**2 / 0.09
+
+    def test_a_body_at_rest_leaves_them_there(self) -> None:
+        off, fastest = self.flown(engine_of(PAPER), 1e-3, np.zeros(4))
+        assert off < 1e-8
+        assert fastest < 1e-3
+
+    def test_two_angles_are_enough(self) -> None:
+        engine = engine_of(PAPER)
+        np.testing.assert_allclose(engine.servo_commands(np.zeros((2, 4))), np.zeros((1, 4)))
+
+
+class TestModels:
+    def test_the_same_vehicle_is_the_same_text(self) -> None:
+        assert mjcf_of(PAPER) == mjcf_of(PAPER.replace(name="another"))
+        assert "density" not in mjcf_of(PAPER)
+        assert "density" in mjcf_of(PAPER, air=True)
+
+    @pytest.mark.parametrize("constant", ["mass", "inertia", "arm_length"])
+    def test_what_is_missing_is_named(self, constant: str) -> None:
+        vehicle = PAPER.replace(**{constant: None, "drag_ratio": 0.17})
+        with pytest.raises(MissingConstant, match=f"states no {constant}.*flight needs"):
+            engine_of(vehicle)
+
+    @pytest.mark.parametrize(
+        ("changes", "said"),
+        [
+            ({"inertia": (1.0, 1.0, 3.0)}, "not that of a rigid body; allowed are three positive moments"),
+            ({"arm_inertia": 1e-3}, "not that of a rigid body; four arms take 0.004 of each"),
+            ({"inertia": (1e-10, 1e-10, 1e-10)}, "too small for the physics engine; allowed is 1e-09"),
+            ({"mass": 1e-18}, "the physics engine does not take its constants .*; allowed are"),
+        ],
+    )
+    def test_what_cannot_be_built_is_refused_in_one_line(self, changes: dict[str, Any], said: str) -> None:
+        with pytest.raises(InputError, match=said) as caught:
+            engine_of(PAPER.replace(**changes))
+        assert "\n" not in str(caught.value)
+
+    def test_without_mujoco_the_extra_is_named(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import sys
+
+        monkeypatch.setitem(sys.modules, "mujoco", None)
+        with pytest.raises(MissingExtra, match=r"gaitgraph\[sim\]"):
+            engine_of(PAPER)
+
+
+class TestWarnings:
+    """The engine writes a file into the working folder when something is too fast, unless somebody listens."""
+
+    @staticmethod
+    def diverge(engine: Engine, thrust: float = 9e9) -> None:
+        engine.place(np.zeros(4))
+        engine.data.ctrl[0] = thrust
+        step(engine)
+
+    @pytest.mark.parametrize("thrust", [9e9, 1e13, math.nan])
+    def test_they_are_heard_and_written_nowhere(
+        self, thrust: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        engine, calm = engine_of(PAPER), engine_of(PAPER)
+        before = engine.mujoco.get_mju_user_warning()
+        with without_log() as heard:
+            self.diverge(engine, thrust)
+            step(calm)
+        assert engine.gave_up
+        assert not calm.gave_up
+        assert "unstable" in heard[0]
+        assert list(tmp_path.iterdir()) == []
+        assert engine.mujoco.get_mju_user_warning() is before
+        engine.place(np.zeros(4))
+        assert not engine.gave_up
+
+    def test_flights_side_by_side_do_not_unhear_each_other(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        engine = engine_of(PAPER)
+        before = engine.mujoco.get_mju_user_warning()
+        inside, done = threading.Event(), threading.Event()
+
+        def other() -> None:
+            with without_log():
+                inside.set()
+                done.wait()
+
+        thread = threading.Thread(target=other)
+        with without_log() as heard:
+            thread.start()
+            inside.wait()
+        done.set()
+        thread.join()
+        assert engine.mujoco.get_mju_user_warning() is before
+        with without_log() as outer:
+            with without_log():
+                pass
+            self.diverge(engine)
+        assert len(outer) == 1
+        assert heard == []
+        assert list(tmp_path.iterdir()) == []
