@@ -300,7 +300,7 @@ def range_of_level_determinant(
     >>> from gaitgraph.invertibility import coefficients_of
     >>> least, _ = range_of_level_determinant([0, 0, 0, 0], [0.4, 0.4, 0.4, 0.4], coefficients_of())
     >>> round(least.worst()[0], 3)
-    2.847
+    2.864
     """
 
     def values(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:

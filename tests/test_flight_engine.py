@@ -60,6 +60,11 @@ VEHICLES = {
 }
 
 
+def coefficient_of(vehicle: Vehicle) -> float:
+    assert vehicle.thrust_coefficient is not None
+    return vehicle.thrust_coefficient
+
+
 def held(engine: Engine) -> Engine:
     """Hold the arms: their hinges get an armature that nothing moves."""
     engine.model.dof_armature[6:] = 1e12
@@ -89,31 +94,43 @@ def angular_momentum(engine: Engine) -> FloatArray:
     return np.array(engine.data.subtree_angmom[1])
 
 
+def mass_matrix(engine: Engine) -> FloatArray:
+    """Return the full mass matrix, by whichever arguments this version of the engine takes."""
+    full = np.empty((10, 10))
+    try:
+        engine.mujoco.mj_fullM(engine.model, engine.data, full)
+    except TypeError:
+        engine.mujoco.mj_fullM(engine.model, full, engine.data.qM)
+    return full
+
+
 def energy_of(engine: Engine) -> tuple[float, float]:
-    engine.mujoco.mj_energyPos(engine.model, engine.data)
-    engine.mujoco.mj_energyVel(engine.model, engine.data)
-    return float(engine.data.energy[0]), float(engine.data.energy[1])
+    """Return potential and kinetic energy [J]."""
+    vehicle, speed = engine.vehicle, engine.data.qvel
+    (mass,) = vehicle.require("mass", purpose="test")
+    return mass * vehicle.gravity * float(engine.data.qpos[2]), float(speed @ mass_matrix(engine) @ speed) / 2
 
 
 @pytest.mark.parametrize("name", VEHICLES)
 class TestWrench:
     def test_force_and_torque_are_those_of_the_control_matrices(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(1)
+        (length,) = vehicle.require("arm_length", purpose="test")
         engine = held(engine_of(vehicle))
         for _ in range(40):
             alpha = rng.uniform(-math.pi, math.pi, 4)
             inputs = rng.normal(size=4) * 1e6
             engine.place(alpha, roll=rng.uniform(-3, 3), pitch=rng.uniform(-1.5, 1.5), yaw=rng.uniform(-3, 3))
-            engine.data.ctrl[:4] = thrust_signs(vehicle) * vehicle.thrust_coefficient * inputs
+            engine.data.ctrl[:4] = thrust_signs(vehicle) * coefficient_of(vehicle) * inputs
             accelerations(engine)
             force = control_force_matrix(alpha, vehicle) @ inputs
             torque = control_moment_matrix(alpha, vehicle) @ inputs
             wrench = engine.wrench()
-            np.testing.assert_allclose(wrench[:3], force, rtol=0, atol=1e-9 * np.linalg.norm(force))
-            np.testing.assert_allclose(wrench[3:], torque, rtol=0, atol=1e-9 * np.linalg.norm(torque))
+            np.testing.assert_allclose(wrench[:3], force, rtol=0, atol=1e-9 * float(np.linalg.norm(force)))
+            np.testing.assert_allclose(wrench[3:], torque, rtol=0, atol=1e-9 * float(np.linalg.norm(torque)))
             # Neither thrust nor drag turns an arm about its hinge.
             hinges = np.abs(engine.data.qfrc_actuator[6:] - engine.data.actuator_force[4:])
-            assert hinges.max() <= 1e-9 * np.linalg.norm(force) * vehicle.arm_length
+            assert hinges.max() <= 1e-9 * np.linalg.norm(force) * length
 
     def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(2)
@@ -137,15 +154,14 @@ class TestWrench:
             moments = np.array(inertia)
             linear = turned(engine) @ force / mass - [0, 0, vehicle.gravity]
             angular = (torque - np.cross(omega, moments * omega)) / moments
-            np.testing.assert_allclose(got[:3], linear, rtol=0, atol=1e-9 * np.linalg.norm(linear))
-            np.testing.assert_allclose(got[3:6], angular, rtol=0, atol=1e-9 * np.linalg.norm(angular))
+            np.testing.assert_allclose(got[:3], linear, rtol=0, atol=1e-9 * float(np.linalg.norm(linear)))
+            np.testing.assert_allclose(got[3:6], angular, rtol=0, atol=1e-9 * float(np.linalg.norm(angular)))
 
     def test_formula_1_is_the_determinant_of_the_engines_own_dynamics(self, name: str) -> None:
         """∂(z̈, φ̈, θ̈, ψ̈)/∂w is measured; at rest Euler angles accelerate by the kinematic matrix times ω̇."""
         vehicle, rng = VEHICLES[name], np.random.default_rng(3)
         mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
-        coefficient, kappa = vehicle.thrust_coefficient, vehicle.signed_drag_ratio
-        assert coefficient is not None
+        coefficient, kappa = coefficient_of(vehicle), vehicle.signed_drag_ratio
         engine = held(engine_of(vehicle))
         for _ in range(10):
             alpha = rng.uniform(-math.pi / 2, math.pi / 2, 4)
@@ -154,7 +170,7 @@ class TestWrench:
             unit = mass * vehicle.gravity / coefficient
 
             def outputs(inputs: FloatArray, engine: Engine = engine, roll: float = roll, pitch: float = pitch) -> Any:
-                engine.data.ctrl[:4] = thrust_signs(engine.vehicle) * engine.vehicle.thrust_coefficient * inputs
+                engine.data.ctrl[:4] = thrust_signs(engine.vehicle) * coefficient_of(engine.vehicle) * inputs
                 qacc = accelerations(engine)
                 p, q, r = qacc[3:6]
                 turn = math.sin(roll) * q + math.cos(roll) * r
@@ -186,17 +202,9 @@ class TestWrench:
         for _ in range(3):
             engine.place(rng.uniform(-1.5, 1.5, 4))
             np.testing.assert_allclose(engine.data.subtree_com[1], 0.0, atol=1e-12)
-            full = np.empty((10, 10))
-            engine.mujoco.mj_fullM(*full_inertia_arguments(engine, full))
             # The upper left of the mass matrix is that of the whole with its arms held.
             block = np.diag([mass, mass, mass, *inertia])
-            np.testing.assert_allclose(full[:6, :6], block, rtol=0, atol=1e-12 * np.abs(block).max())
-
-
-def full_inertia_arguments(engine: Engine, full: FloatArray) -> tuple[Any, ...]:
-    """Return what mj_fullM takes, which is not the same in all versions of mujoco."""
-    version = tuple(int(part) for part in engine.mujoco.__version__.split(".")[:2])
-    return (engine.model, engine.data, full) if version >= (4, 0) else (engine.model, full, engine.data.qM)
+            np.testing.assert_allclose(mass_matrix(engine)[:6, :6], block, rtol=0, atol=1e-12 * np.abs(block).max())
 
 
 class TestMechanics:

@@ -446,7 +446,10 @@ def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> N
     assert "$torn_{$ &lt;i&gt;" in page
     assert not re.search(r"<script|<link|<img|@import|url\((?!#)", page)
     assert all(not to or to.startswith("data:image/png") for to in re.findall(r'(?:href|src)="([^#"]*)', page))
-    assert set(re.findall(r"https?://[^\"\s<]+", page)) <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    assert set(re.findall(r"https?://[^\"\s<]+", page)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
     assert page.count("<svg") == 3
     assert "#010203" not in page
     ids = re.findall(r'\bid="([^"]+)"', page)

@@ -122,7 +122,7 @@ def verdicts(report: Report) -> list[Any]:
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=70, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
 def test_where_a_table_is_cut_makes_no_difference(
     monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
@@ -140,7 +140,7 @@ def test_where_a_table_is_cut_makes_no_difference(
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=60)
 @given(table=tables())
 def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
     if "color" not in table:

@@ -39,6 +39,8 @@ POSITIVE = (
     "max_tilt_jerk",
     "max_thrust",
     "servo_lag",
+    "arm_inertia",
+    "rotor_inertia",
 )
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -0.0, -1.0, math.inf, -math.inf),
@@ -72,6 +74,8 @@ other_statements = st.fixed_dictionaries(
         "max_tilt_jerk": maybe,
         "max_thrust": maybe,
         "servo_lag": maybe,
+        "arm_inertia": maybe,
+        "rotor_inertia": maybe,
     },
 )
 vehicles = st.builds(lambda drag, rest: Vehicle(**drag, **rest), drag_statements, other_statements)

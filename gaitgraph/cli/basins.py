@@ -74,7 +74,11 @@ def basin_command(
             progress("writing")
             write_basins(basins, outputs, force=force)
     if as_json:
-        about = {"vehicle": timed.gait.vehicle.name, "settings": settings.as_mapping(), "outputs": list(outputs)}
+        about = {
+            "vehicle": timed.gait.vehicle.name,
+            "settings": basins[0].settings.as_mapping(),
+            "outputs": list(outputs),
+        }
         print_json({"basins": [basin.as_mapping() for basin in basins], **about})
     else:
         print_text("\n".join([*map(str, basins), *(f"wrote {name}" for name in outputs)]))

@@ -135,7 +135,7 @@ def _settings_in(path: Path, settings: FlightSettings) -> dict[str, Any]:
         for name in names:
             if name != "flight":
                 hint = did_you_mean(name, ["flight"])
-                raise InputError(f"{shown(name)}; allowed is one table [flight]{hint}")
+                raise InputError(f"{shown(name)}; allowed is one table [flight]{hint or ', with settings in it'}")
         told = content.get("flight", {})
         if not isinstance(told, dict):
             raise InputError(f"flight: {shown(told)}; allowed is a table of settings by name")

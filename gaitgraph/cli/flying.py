@@ -186,11 +186,16 @@ def _timed(
 
 def _hovering(vehicle: str | None) -> Course:
     """Return what stands for a gait that there is none of, in the record of a flight that was not begun."""
-    from gaitgraph.gait import Gait
-    from gaitgraph.timing import parametrize
+    import numpy as np
 
-    model = vehicle_or_none(vehicle)
-    return _course(parametrize(Gait(alpha=[[0.0] * 4], **({} if model is None else {"vehicle": model})), 1.0))
+    from gaitgraph.gait import Gait
+    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.timing import parametrize
+    from gaitgraph.vehicle import PAPER
+
+    model = vehicle_or_none(vehicle) or PAPER
+    still = Gait(alpha=np.zeros((1, 4)), vehicle=model, coefficients=coefficients_of(model))
+    return _course(parametrize(still, 1.0))
 
 
 def _course(flown: Course | TimedGait) -> Course:
@@ -203,7 +208,7 @@ def _course(flown: Course | TimedGait) -> Course:
 def _notes(flight: Any, anyway: bool) -> list[str]:
     """Return what a reader should know beside the verdict."""
     from gaitgraph.flight.clocks import ROW_BY_ROW
-    from gaitgraph.flight.simulation import refusal_and_warnings
+    from gaitgraph.flight.courses import refusal_and_warnings
 
     timed = flight.course.timed
     notes = []

@@ -21,7 +21,6 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.attitudes import acceptable_attitudes
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import write_whole
 from gaitgraph.flight.clocks import biased
@@ -33,6 +32,7 @@ from gaitgraph.flight.simulation import Cockpit
 from gaitgraph.formats import FORMATS
 from gaitgraph.invertibility import coefficients_of
 from gaitgraph.margins import attitude_sensitivities
+from gaitgraph.robustness import robustness_of
 from gaitgraph.tables import Table
 from gaitgraph.timing import TimedGait
 
@@ -66,6 +66,7 @@ CASES = ("inside_settled", "inside_lost", "outside_settled", "outside_lost")
 """Whether an attitude is acceptable, and whether it settled."""
 
 _MOST_FLIGHTS = 100_000
+_AFTER = 2.0  # s beyond the period, where no duration is stated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,11 +90,11 @@ class Basin:
     seconds
         Since when a flight had settled, or when it ended, shape (b, m, m) [s].
     peak_share
-        Largest thrust of a rotor over a quarter of the weight, shape (b, m, m); 0 where nothing was flown.
+        Largest thrust of a rotor over a quarter of the weight, shape (b, m, m); 0 where a flight ended as it began.
     same_side
         Whether the determinant at take-off has the sign that it has in level flight then, shape (b, m, m).
     acceptable
-        The attitudes at which the gait is never singular, with exact coefficients.
+        The attitudes at which the gait is never singular, as :func:`gaitgraph.robustness.robustness_of` finds them.
     inside
         Which of the grid are among them, shape (m, m).
     refusal
@@ -247,8 +248,9 @@ def basin_of(
     eta
         Fly the gait biased by it instead: α3 and α4 scaled, in (0, 1].
     settings
-        How. A flight ends once it has settled, since physics allows level flight at every moment of the gait (that is
-        what :func:`~gaitgraph.flight.courses.refusal_and_warnings` asks); one that is flown `anyway` takes a period at least.
+        How. Where they state no duration, a flight may take two seconds more than the gait's period, and 3 s at least.
+        It ends once it has settled, but not before one period: what a thrust limit or a slow servo allows at one moment
+        of the gait it may forbid at another.
     resolution
         Attitudes along each side of the square grid, odd or even, 1 for level alone.
     extent
@@ -320,7 +322,7 @@ def basins_of(
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
         raise InputError(f"extent: {shown(extent)}; allowed is an angle above 0 and below pi/2")
-    settings = FlightSettings() if settings is None else settings
+    settings = _settings_for(timed, FlightSettings() if settings is None else settings)
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     # The middle of an odd count is zero exactly.
     angles = span * (2.0 * np.arange(count) - (count - 1)) / max(count - 1, 1)
@@ -412,7 +414,7 @@ def _flown(
 
     gait = timed.gait
     numbers = coefficients_of(gait.vehicle, "exact")
-    acceptable = acceptable_attitudes(gait.alpha, numbers)
+    acceptable = robustness_of(timed, curves=0).gait.acceptable
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
     refusal, warnings = refusal_and_warnings(timed.check())
     shape = (len(begins), *roll.shape)
@@ -424,7 +426,7 @@ def _flown(
             if index[1:] == (0, 0):
                 cockpit = Cockpit(repeated(timed, begin=float(begins[index[0]])), settings)
             attitude = float(roll[index[1:]]), float(pitch[index[1:]])
-            flight = cockpit.flown(attitude, until_settled=timed.period if refusal else 0.0)
+            flight = cockpit.flown(attitude, until_settled=timed.period)
             outcome[index] = OUTCOMES.index(flight.outcome)
             seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
             peak[index] = flight.peak_thrust_share or 0.0
@@ -451,6 +453,18 @@ def _same_side(alpha: FloatArray, roll: FloatArray, pitch: FloatArray, numbers: 
     x, y, z = attitude_sensitivities(alpha, numbers)
     tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
     return np.asarray(tilted * z > 0)
+
+
+def _settings_for(timed: TimedGait, settings: FlightSettings) -> FlightSettings:
+    """Return settings under which a flight lasts a period at least."""
+    if settings.duration is None:
+        return settings.replace(duration=max(settings.seconds, timed.period + _AFTER))
+    if settings.duration < timed.period:
+        raise InputError(
+            f"duration: {settings.duration!r} s; allowed is the gait's period, {timed.period:g} s, or more: what holds "
+            "at one moment of it need not hold at another"
+        )
+    return settings
 
 
 def _checked_eta(eta: Any) -> float:

@@ -103,7 +103,7 @@ def from_hover(
 ) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
-    The way is on the surface where there is one; otherwise, as for a biased gait, it is straight if physics allows that.
+    The way is on the surface where there is one; otherwise, as to a biased gait, straight if physics allows that.
 
     Parameters
     ----------

@@ -174,7 +174,7 @@ class _Drawing:
         onto = aslant * (self.scale / scene.scale)
 
         def moved(points: FloatArray) -> FloatArray:
-            return (points - scene.hub) @ onto.T + self.centre
+            return np.asarray((points - scene.hub) @ onto.T + self.centre)
 
         shares = np.clip(flight.thrusts[row] / self.quarter, -_MOST_SHARE, _MOST_SHARE)
         centres = scene.discs[:, :, 4:]
@@ -196,7 +196,8 @@ class _Drawing:
     def _on_screen(self, points: FloatArray, row: int) -> FloatArray:
         """Return places of the world [m] on the screen [px], shape (n, 2)."""
         from_here = (points - self.place[row]) / self.arm * self.scale
-        return self.centre + np.array(SCENE[:2]) + np.stack([from_here @ self.right, -(from_here @ self.up)], axis=-1)
+        offset = np.stack([from_here @ self.right, -(from_here @ self.up)], axis=-1)
+        return np.asarray(self.centre + np.array(SCENE[:2]) + offset)
 
     def _ground(self, row: int) -> Any:
         """Return what is behind the vehicle, and all that is not of it."""
@@ -223,7 +224,7 @@ class _Drawing:
         steps = np.unique(np.linspace(0, row, min(row + 1, _CURVE_POINTS)).astype(int))
         trail = self.place[steps]
         near = np.abs(trail - here).max(axis=1) < 3 * reach
-        for k in np.flatnonzero(near[1:] & near[:-1]):
+        for k in np.flatnonzero(near[1:] & near[:-1]).tolist():
             _line(draw, self._on_screen(trail[k : k + 2], row).tolist(), GREY, 1.5)
         if self.tracks:
             place = self._on_screen(self.wanted[row : row + 1], row)[0]

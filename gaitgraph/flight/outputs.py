@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.drawing import FORMATS as PICTURES
-from gaitgraph.drawing import blank_figure, paper_style, picture_bytes, require_matplotlib
+from gaitgraph.drawing import paper_style, picture_bytes, require_matplotlib
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import target_of, write_whole
 from gaitgraph.flight.films import write_film
 from gaitgraph.formats import FORMATS
-from gaitgraph.plots.flights import PANELS, axes_of_panels, plot_flight, size_of_panels
+from gaitgraph.plots.flights import figure_of_panels, plot_flight
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,6 +102,6 @@ def _content(flight: Flight, suffix: str) -> Any:
 
 def _plot(flight: Flight, kind: Any) -> bytes:
     with paper_style():
-        figure = blank_figure(*size_of_panels(PANELS))
-        plot_flight(flight, axes=axes_of_panels(figure, PANELS))
+        figure, axes = figure_of_panels()
+        plot_flight(flight, axes=axes)
         return picture_bytes(figure, kind)

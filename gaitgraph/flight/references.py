@@ -21,8 +21,8 @@ FloatArray = npt.NDArray[np.float64]
 class Reference:
     """A place for every time; see :class:`FlightSettings` for what the kinds are.
 
-    >>> Reference(kind="circle", size=2.0, lap=6.0).at(np.array([0.0, 3.0, 9.0]))[0].round(9).tolist()
-    [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    >>> Reference(kind="circle", size=2.0, lap=6.0).at([0.0, 3.0, 9.0])[0][:, 0].round(9).tolist()
+    [0.0, 4.0, 0.0]
     """
 
     kind: str

@@ -16,7 +16,7 @@ __all__ = ["REFERENCES", "FlightSettings", "settings_from_mapping"]
 REFERENCES = ("attitude", "hover", "step", "line", "circle")
 """What is followed: the level attitude alone, or places in the plane by way of the attitude."""
 
-MOST_STEPS = 5_000_000
+MOST_STEPS = 1_000_000  # which take about 1.5 GB
 
 _RANGES = {
     "duration": (1e-3, 1e4, "s"),

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     Ending = tuple[Outcome, str]
 
-__all__ = ["DEFAULT_ATTITUDE", "Cockpit", "fly"]
+__all__ = ["DEFAULT_ATTITUDE", "Cockpit", "fly", "refusal_and_warnings"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -168,9 +168,11 @@ def fly(
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
     >>> flight = fly(gait.parametrize(1.0), settings=FlightSettings(duration=1.5))
     >>> flight.settled, round(flight.settling_time, 1), round(flight.peak_thrust_share, 1)
-    (True, 0.6, 2.9)
+    (True, 0.4, 2.9)
     """
     settings = FlightSettings() if settings is None else settings
+    if not isinstance(settings, FlightSettings):
+        raise InputError(f"settings: {shown(settings)}; allowed are FlightSettings")
     if isinstance(gait, TimedGait):
         course = repeated(gait)
     elif isinstance(gait, Course):
@@ -236,7 +238,7 @@ def _flown(
     sin, cos, asin, atan2, hypot, sqrt = math.sin, math.cos, math.asin, math.atan2, math.hypot, math.sqrt
     sign = 0.0
     table = np.empty((count + 1, len(COLUMNS)))
-    width, keep = len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
+    memory, width, keep = table.data, len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
     kept = 0
     ending: Ending | None = None
     look = math.inf if until_settled is None else math.ceil(until_settled / interval)
@@ -250,7 +252,8 @@ def _flown(
         vx, vy, vz, p, q, r, *_ = speed
         # The vertical in body axes, and Euler angles.
         v1, v2, v3 = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
-        roll, pitch = atan2(v2, v3), -asin(max(-1.0, min(1.0, v1)))
+        cp = hypot(v2, v3)
+        roll, pitch = atan2(v2, v3), atan2(-v1, cp)
         yaw = atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
         true = (x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r)
         if not abs(p) + abs(q) + abs(r) < _TUMBLING:
@@ -261,14 +264,18 @@ def _flown(
             break
         if noise is not None:
             x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = (a + b for a, b in zip(true, noise[k], strict=True))
-            v1, v2, v3 = -sin(pitch), sin(roll) * cos(pitch), cos(roll) * cos(pitch)
-        sr, cr, sp, cp = sin(roll), cos(roll), sin(pitch), cos(pitch)
+            cp = cos(pitch)
+            v1, v2, v3 = -sin(pitch), sin(roll) * cp, cos(roll) * cp
         if cp < _UPRIGHT:
             words = "where roll and yaw are not defined"
             ending = "upended", f"its nose points straight up or down at {k * interval:.3f} s, {words}"
             break
+        sr, cr, sp = v2 / cp, v3 / cp, -v1
         # How near the decoupling matrix is to a singular one, before anything is divided by it.
-        f1, f2, f3, f4, f5, f6, f7, f8, f9, n1, n2, n3, squared = row[:13]
+        (
+            f1, f2, f3, f4, f5, f6, f7, f8, f9, n1, n2, n3, squared,
+            b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, e1, e2, e3, e4,
+        ) = row  # fmt: skip
         g1, g2, g3 = v1 * f1 + v2 * f4 + v3 * f7, v1 * f2 + v2 * f5 + v3 * f8, v1 * f3 + v2 * f6 + v3 * f9
         along = v1 * n1 + v2 * n2 + v3 * n3
         bottom = squared * along * along + g1 * g1 + g2 * g2 + g3 * g3 + 1.0
@@ -309,16 +316,16 @@ def _flown(
         t3 = (iz * w3 + (iy - ix) * p * q) / length
         lift = mass * (gravity + kp_z * (zd - z) - kd_z * vz)
         scale = (lift - g1 * t1 - g2 * t2 - g3 * t3) / along
-        b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, e1, e2, e3, e4 = row[13:]
-        asked = (
-            b1 * t1 + b2 * t2 + b3 * t3 + scale * e1,
-            b4 * t1 + b5 * t2 + b6 * t3 + scale * e2,
-            b7 * t1 + b8 * t2 + b9 * t3 + scale * e3,
-            b10 * t1 + b11 * t2 + b12 * t3 + scale * e4,
-        )
-        given = tuple([low if one < low else high if one > high else one for one in asked])
-        cut, nearness = given != asked, sqrt(near)
-        keep(table, kept * width, k * interval, *true, *tilts, *given, cut, nearness, xd, yd, zd, roll_d, pitch_d)
+        h1 = b1 * t1 + b2 * t2 + b3 * t3 + scale * e1
+        h2 = b4 * t1 + b5 * t2 + b6 * t3 + scale * e2
+        h3 = b7 * t1 + b8 * t2 + b9 * t3 + scale * e3
+        h4 = b10 * t1 + b11 * t2 + b12 * t3 + scale * e4
+        given: tuple[float, ...] = h1, h2, h3, h4
+        cut = not (low <= h1 <= high and low <= h2 <= high and low <= h3 <= high and low <= h4 <= high)
+        if cut:
+            given = tuple([low if one < low else high if one > high else one for one in given])
+        nearness = sqrt(near)
+        keep(memory, kept * width, k * interval, *true, *tilts, *given, cut, nearness, xd, yd, zd, roll_d, pitch_d)
         kept += 1
         if k == count:
             break

@@ -51,10 +51,10 @@ def show_flight(flight: Flight) -> None:
     tilts = np.stack([flight.column(f"alpha{k + 1}") for k in range(4)], axis=-1)
     times = flight.column("t")
     try:
-        window = viewer.launch_passive(engine.model, engine.data, show_left_ui=False, show_right_ui=False)
+        opened = viewer.launch_passive(engine.model, engine.data, show_left_ui=False, show_right_ui=False)
     except RuntimeError as error:  # on macOS it wants to be run by mjpython
         raise InputError(f"--view: the viewer does not open ({error}); allowed is where it does") from error
-    with window:
+    with opened as window:
         window.cam.trackbodyid, window.cam.type = 1, engine.mujoco.mjtCamera.mjCAMERA_TRACKING
         window.cam.distance = 8.0 * (flight.vehicle.arm_length or 1.0)
         begin = time.monotonic()

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.drawing import axes_or_new, blank_figure, legend_below, paper_style
 from gaitgraph.errors import InputError
-from gaitgraph.flight.records import OUTCOMES, Outcome
 from gaitgraph.invertibility import coefficients_of
 from gaitgraph.plots.gaits import roll_pitch_diagram
 
@@ -19,10 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.basins import Basin
+    from gaitgraph.flight.records import Outcome
 
 __all__ = ["basin_map", "basins_figure"]
 
-# Each outcome has its own shape, so that colors, which those see alike who lack a cone, are not needed.
+# Each outcome has its own shape, so that colors, which those see alike who lack a cone, are not needed; in the order of
+# flight.records.OUTCOMES, whose codes count them.
 _LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
@@ -58,7 +59,7 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     roll_pitch_diagram(gait, coefficients=exact, name=name or basin.name, count=24, tolerance=1e-4, ax=ax)
     worst = basin.worst
     smaller = min(1.0, _MOST / len(basin.angles))
-    for code, outcome in enumerate(OUTCOMES):
+    for code, outcome in enumerate(_LOOKS):
         roll, pitch = (worst == code).nonzero()
         if len(roll):
             look = _LOOKS[outcome]

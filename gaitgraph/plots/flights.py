@@ -15,16 +15,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from gaitgraph.flight import Flight
 
-__all__ = ["PANELS", "axes_of_panels", "flights_side_by_side", "plot_flight", "size_of_panels"]
+__all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "plot_flight"]
 
 PANELS = ("attitude", "place", "thrusts", "tilts", "singular_value")
 """What a flight is drawn as, from the top."""
 
-_HEIGHTS = {"attitude": 38.0, "place": 36.0, "thrusts": 40.0, "tilts": 36.0, "singular_value": 36.0}  # mm
-_MARGINS = 20.0
+_HEIGHTS = {"attitude": 40.0, "place": 38.0, "thrusts": 42.0, "tilts": 38.0, "singular_value": 38.0}  # mm
+_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 9.0, 12.0
+_LEGEND = 8.0  # above each panel, part of its height
 _INK = "#23262b"
 _HELD = "#7b3294"  # what is asked for
 
@@ -76,7 +78,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
             ax.set(xlim=(0.0, flight.settings.seconds))
             continue
         ax.set(xlim=(0.0, max(_end_of(flight), 1e-9)))
-        _mark_phases(ax, flight)
+        _mark_phases(ax, flight, named=ax is axes[0])
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
@@ -105,8 +107,8 @@ def flights_side_by_side(
     require_matplotlib()
     from matplotlib import pyplot
 
-    height = size_of_panels(panels)[1] + 12.0
-    figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) / 25.4, height / 25.4), layout="constrained")
+    height = _size_of(panels)[1] + 12.0 / 25.4
+    figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) / 25.4, height), layout="constrained")
     axes = figure.subplots(len(panels), len(flights), sharex=True, sharey="row", squeeze=False)
     for k, (name, flight) in enumerate(flights.items()):
         verdict = "\n".join(wrap(_verdict(flight), 38))
@@ -125,24 +127,42 @@ def flights_side_by_side(
     return axes
 
 
-def size_of_panels(panels: Sequence[str] = PANELS) -> tuple[float, float]:
-    """Return width and height of a figure of panels, one below another [mm]."""
-    return 170.0, _MARGINS + sum(_HEIGHTS[name] for name in panels)
+def figure_of_panels(panels: Sequence[str] = PANELS) -> tuple[Figure, Any]:
+    """Return an empty figure apart from pyplot and any window, and the axes that :func:`plot_flight` draws on.
+
+    Its layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
+    """
+    require_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_size_of(panels))
+    return figure, _axes_of(figure, panels)
 
 
-def axes_of_panels(figure: Any, panels: Sequence[str] = PANELS) -> Any:
-    """Return the axes that :func:`plot_flight` draws on, new ones of a figure."""
-    heights = [_HEIGHTS[name] for name in panels]
-    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+def _size_of(panels: Sequence[str]) -> tuple[float, float]:
+    """Return width and height of a figure of panels, one below another [inch]."""
+    return _WIDTH / 25.4, (_TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)) / 25.4
+
+
+def _axes_of(figure: Figure, panels: Sequence[str]) -> Any:
+    height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)
+    top = height - _TOP
+    axes: list[Any] = []
+    for name in panels:
+        low = top - _HEIGHTS[name]
+        place = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_HEIGHTS[name] - _LEGEND) / height)
+        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
+        top = low
+    for ax in axes[:-1]:
+        ax.tick_params(labelbottom=False)
+    return np.array(axes, dtype=object)
 
 
 def _new_axes(panels: Sequence[str]) -> Any:
     require_matplotlib()
     from matplotlib import pyplot
 
-    width, height = size_of_panels(panels)
-    figure = pyplot.figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
-    return axes_of_panels(figure, panels)
+    return _axes_of(pyplot.figure(figsize=_size_of(panels)), panels)
 
 
 def _end_of(flight: Flight) -> float:
@@ -159,8 +179,8 @@ def _verdict(flight: Flight) -> str:
     return f"{'stopped' if flight.failed else 'not settled'}: {flight.reason}"
 
 
-def _mark_phases(ax: Axes, flight: Flight) -> None:
-    """Shade every other phase of a flight from hover, and name them in the first panel."""
+def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
+    """Shade every other phase of a flight from hover."""
     course = flight.course
     if len(course.pieces) < 2:
         return
@@ -171,9 +191,9 @@ def _mark_phases(ax: Axes, flight: Flight) -> None:
             continue
         if k % 2:
             ax.axvspan(begin, end, color="#f0f0f3", linewidth=0.0, zorder=0)
-        if ax.get_subplotspec() is None or ax.get_subplotspec().is_first_row():  # type: ignore[union-attr]
-            ax.text(
-                (begin + end) / 2, 0.03, phase, color=GREY, ha="center", va="bottom", transform=ax.get_xaxis_transform()
+        if named:
+            ax.annotate(
+                phase, (begin, 0.0), (3, 3), xycoords=ax.get_xaxis_transform(), textcoords="offset points", color=GREY
             )
 
 

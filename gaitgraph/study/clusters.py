@@ -175,14 +175,32 @@ def cluster_there(address: str) -> Iterator[Any]:
     with ExitStack() as stack:
         stack.enter_context(_quietly())
         try:
+            _knock(address)
             client = stack.enter_context(Client(address, timeout=PATIENCE, set_as_default=False))
         except (TimeoutError, OSError) as error:
             raise InputError(
                 f"--scheduler: {shown(address)} does not answer within {PATIENCE:g} s; {allowed}"
             ) from error
-        except Exception as error:  # an address that is none ends in many ways
-            raise InputError(f"--scheduler: {shown(address)} is no address; {allowed}") from error
+        except Exception as error:  # what is no address, and what is no scheduler, ends in many ways
+            raise InputError(f"--scheduler: {shown(address)} is no Dask scheduler; {allowed}") from error
         yield client
+
+
+def _knock(address: str) -> None:
+    """Return once a Dask server has answered; a client waits for ever where one is connected and says nothing."""
+    import asyncio
+    from concurrent.futures import ThreadPoolExecutor
+
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def knock() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
+        comm.abort()
+
+    with ThreadPoolExecutor(1) as pool:  # whoever calls may have an event loop of their own
+        pool.submit(asyncio.run, knock()).result()
 
 
 def flown_batches(

@@ -23,6 +23,8 @@ AIMS = {
     "corner to corner at 1025 x 1025, compiled, against bare scipy csgraph": "at most 1.2",
     "least period of a square loop under rate and acceleration limits against toppra": "at most 1",
     "a click in the explorer, server side, against plan_loop alone": "at most 2, and 20 ms",
+    "one second of flight at 1 kHz against mujoco alone": "none; mujoco is about 140 times faster than real time",
+    "one second of flight at 1 kHz against real time": "at most 1/20",
 }
 
 
@@ -30,6 +32,8 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
     session = getattr(config, "_benchmarksession", None)
     medians: dict[str, dict[str, float]] = {}
     for bench in session.benchmarks if session else []:
+        if "other" in bench.extra_info:
+            medians.setdefault(bench.group, {})["theirs"] = bench.extra_info["other"]
         side = "ours" if "ours" in bench.name else "theirs"
         per_item = bench.extra_info.get("items", 1)
         medians.setdefault(bench.group, {})[side] = bench.stats.median / per_item

@@ -1,0 +1,49 @@
+"""
+Fly a gait
+==========
+
+A gait in the physics engine MuJoCo, with feedback linearisation of altitude, roll, pitch and yaw by the thrusts alone.
+"""
+
+import numpy as np
+
+import gaitgraph as gg
+from gaitgraph import plots
+from gaitgraph.flight import FlightSettings, fly, from_hover
+
+corners = np.pi / 8 * np.array([(3, -3), (3, -1), (1, -1), (1, -3)])
+red = gg.lift(corners, "red")
+
+# %%
+# From a roll of 0.3 rad and a pitch of −0.2 rad it is to level out. The flight is truthy when it settled.
+
+flight = fly(red.parametrize(period=1.0))
+print(flight)
+
+# %%
+# The gait again with α3 and α4 scaled by 0.8: off the surfaces, but physics does not forbid to fly it.
+
+biased = fly(red.biased(0.8).parametrize(period=1.0))
+print(f"biased by 0.8: {biased.peak_thrust_share:.2f} shares, least singular value {biased.least_singular_value:.3f}")
+
+# %%
+# The blue sheet through the same corners is Gait 2 of the paper. Its matrix is singular but for rounding, and so it is
+# refused. Flown all the same, without the floor at which a flight stops, its rotors are asked for thousands of times
+# their share of the weight.
+
+blue = gg.lift(corners, "blue").parametrize(period=1.0)
+print(fly(blue).reason)
+anyway = fly(blue, anyway=True, settings=FlightSettings(floor=0.0))
+print(anyway.reason)
+
+# %%
+# Side by side. Thrusts are multiples of a quarter of the weight.
+
+plots.flights_side_by_side({"red": flight, "biased by 0.8": biased, "blue": anyway})
+
+# %%
+# Gait 4 has R > 0 as hover has, and can be entered from it; Gait 3 has R < 0, and cannot.
+
+for name, points in (("Gait 3", corners), ("Gait 4", corners[:, ::-1])):
+    course = from_hover(gg.lift(points, "red").parametrize(period=1.0))
+    print(f"{name}: {course if isinstance(course, str) else fly(course)!r}")

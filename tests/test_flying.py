@@ -1,0 +1,520 @@
+"""The command fly, what it writes, and the pictures of flights."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import sys
+from contextlib import contextmanager
+from io import BytesIO
+from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gaitgraph as gg
+from gaitgraph.figures import paper_gait
+from gaitgraph.flight import FlightSettings, fly
+from gaitgraph.flight.clocks import ROW_BY_ROW, RowTimedGait, biased, timed_of_file
+from gaitgraph.flight.engine import quaternion_of
+from gaitgraph.flight.films import _Drawing, write_film
+from gaitgraph.flight.outputs import write_flight
+from gaitgraph.flight.records import COLUMNS, Flight
+from gaitgraph.formats.gifs import provenance_of_gif
+from gaitgraph.invertibility import coefficients_of
+from gaitgraph.plots import flights_side_by_side, plot_flight
+from gaitgraph.vehicle import PAPER
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+PUBLISHED = coefficients_of(PAPER)
+SHORT = FlightSettings(duration=0.5)
+CORNERS = [[1.178, -1.178], [1.178, -0.393], [0.393, -0.393], [0.393, -1.178]]
+
+
+def gait(number: int) -> gg.Gait:
+    return paper_gait(number, PAPER, PUBLISHED)
+
+
+@pytest.fixture(scope="module")
+def levelling() -> Flight:
+    return fly(gait(3).parametrize(1.0), settings=SHORT)
+
+
+@pytest.fixture(scope="module")
+def circling() -> Flight:
+    settings = FlightSettings(reference="circle", size=0.3, lap=1.0, duration=1.2)
+    return fly(gait(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
+
+
+def request_of(number: int) -> str:
+    points = ", ".join(f"[{a!r}, {b!r}]" for a, b in GAITS[number - 1].angles)
+    sign = "positive" if number == 4 else "negative"
+    return f'waypoints = [{points}]\ncolor = "red"\nsign = "{sign}"\n'
+
+
+# ---------------------------------------------------------------- what the issue expects, by the command line
+
+
+@pytest.mark.parametrize(("number", "peak", "least"), [(3, 2.9, 0.45), (4, 2.6, 0.32)])
+def test_loops_through_the_waypoints_of_the_red_gaits_settle(
+    run: Any, tmp_path: Path, number: int, peak: float, least: float
+) -> None:
+    (tmp_path / "loop.toml").write_text(request_of(number))
+    done = run("fly", "loop.toml", "--json")
+    assert done.code == 0
+    assert done.err == ""
+    assert list(done.json)[:2] == ["settled", "reason"]
+    assert done.json["settled"] is True
+    assert done.json["reason"] == ""
+    assert done.json["warnings"] == []
+    assert done.json["attitude"] == [0.3, -0.2]
+    assert done.json["peak_thrust_share"] == pytest.approx(peak, abs=0.05)
+    assert done.json["least_singular_value"] == pytest.approx(least, abs=0.005)
+    assert done.json["settling_time"] == pytest.approx(0.44, abs=0.03)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_blue_gaits_are_refused_before_take_off_and_fail_anyway(run: Any, number: int) -> None:
+    refused = run("fly", f"gait{number}", "--output", "flight.csv")
+    assert refused.code == 1
+    assert "refused before take-off: sign of R undecided" in refused.out
+    assert "nothing was flown, so flight.csv is not written" in refused.out
+    told = run("fly", f"gait{number}", "--json").json
+    assert told["settled"] is False
+    assert told["refused"] is True
+    assert told["peak_thrust"] is None
+    anyway = run("fly", f"gait{number}", "--anyway")
+    assert anyway.code == 1
+    assert "stopped: the decoupling matrix nears singularity at 0.000 s" in anyway.out
+    assert "warning: flown although it is not flyable: sign of R undecided" in anyway.out
+
+
+def test_without_a_floor_the_blue_gait_flies_into_the_singular_matrix(run: Any) -> None:
+    told = run("fly", "gait1", "--anyway", "--floor", 0, "--json").json
+    assert "its determinant has changed sign" in told["reason"]
+    assert 0.5 < told["duration"] < 3.0
+    assert told["peak_thrust_share"] > 1000
+
+
+def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any, tmp_path: Path) -> None:
+    done = run("fly", "gait4", "--from-hover", "--periods", 1, "--json").json
+    assert done["settled"] is True
+    assert done["duration"] == 5.0
+    assert done["attitude"] == [0.0, 0.0]
+    refused = run("fly", "gait3", "--from-hover")
+    assert refused.code == 1
+    assert "every flight between them passes a singular matrix, at any attitude" in refused.out
+    anyway = run("fly", "gait3", "--from-hover", "--anyway", "--output", "entry.csv")
+    assert anyway.code == 1
+    assert "stopped: the decoupling matrix nears singularity at 1.28" in anyway.out
+    with (tmp_path / "entry.csv").open(newline="") as stream:
+        last = list(csv.DictReader(stream))[-1]
+    assert 1.27 < float(last["t"]) < 1.29
+    assert float(last["nearness"]) < 0.02
+
+
+def test_a_biased_gait_flies_and_says_that_it_is_off_the_surfaces(run: Any) -> None:
+    done = run("fly", "gait3", "--bias", 0.8, "--json").json
+    assert done["settled"] is True
+    assert done["peak_thrust_share"] == pytest.approx(2.62, abs=0.01)
+    assert any("allowed 0.002" in one for one in done["warnings"])
+
+
+# ---------------------------------------------------------------- gait files and their clocks
+
+
+def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
+    for law in ("smooth", "constant-speed", "equal-time"):
+        timed = gait(4).parametrize(1.5, law=law, samples=40)
+        timed.write(tmp_path / "told.csv", force=True)
+        bare = np.column_stack([timed.t, timed.alpha])
+        header = "t,alpha1,alpha2,alpha3,alpha4"
+        np.savetxt(tmp_path / "bare.csv", bare, delimiter=",", header=header, comments="")
+        t = np.linspace(0.0, 3.0, 31)
+        for name in ("told.csv", "bare.csv"):
+            read = timed_of_file(tmp_path / name)
+            assert not isinstance(read, RowTimedGait)
+            assert read.period == pytest.approx(1.5)
+            np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
+
+
+def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) -> None:
+    times = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
+    rows = np.array([*gait(4).alpha, gait(4).alpha[0]])
+    header = "t,alpha1,alpha2,alpha3,alpha4"
+    np.savetxt(tmp_path / "rows.csv", np.column_stack([times, rows]), delimiter=",", header=header, comments="")
+    timed = timed_of_file(tmp_path / "rows.csv")
+    assert timed.law == ROW_BY_ROW
+    np.testing.assert_allclose(timed.at(times[:4])[0], rows[:4], atol=1e-12)
+    np.testing.assert_allclose(timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12)
+    assert timed.check().flyable
+    half = biased(timed, 0.5)
+    assert half.at([0.15])[0][0, 2] == pytest.approx(timed.at([0.15])[0][0, 2] / 2)
+    done = run("fly", "rows.csv", "--duration", 0.8)
+    assert done.code == 0
+    assert "warning: times of the table are those of no law: 4 rows are flown straight" in done.out
+    # A new clock makes it a law again.
+    assert timed_of_file(tmp_path / "rows.csv", law="smooth").period == 1.0
+
+
+def test_a_gait_without_a_clock_gets_one_or_is_refused(run: Any, tmp_path: Path) -> None:
+    header = "alpha1,alpha2,alpha3,alpha4"
+    np.savetxt(tmp_path / "rows.csv", gait(3).alpha, delimiter=",", header=header, comments="")
+    (tmp_path / "path.json").write_text(json.dumps({"path": gait(3).alpha.tolist()}))
+    for name in ("rows.csv", "path.json"):
+        done = run("fly", name)
+        assert done.code == 2
+        assert done.out == ""
+        assert done.err.count("\n") == 1
+        assert "it has no clock" in done.err
+        assert "--period SECONDS" in done.err
+        assert run("fly", name, "--period", 1, "--duration", 0.5).code == 0
+    assert run("fly", "rows.csv", "--law", "smooth").code == 2
+    # A point needs none; a saved plan tells its request, and that its clock.
+    np.savetxt(tmp_path / "point.csv", gait(4).alpha[:1], delimiter=",", header=header, comments="")
+    assert run("fly", "point.csv", "--duration", 0.5).code == 0
+    (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
+    (tmp_path / "plan.json").write_text(run("plan", "loop.toml", "--json").out)
+    assert timed_of_file(tmp_path / "plan.json").period == 2.0
+    assert timed_of_file(tmp_path / "loop.toml", period=3.0).period == 3.0
+
+
+def test_a_request_without_a_gait_is_answered_no(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "none.toml").write_text('waypoints = [[0.4, 0.4], [1.2, -1.2]]\nsign = "positive"\n')
+    done = run("fly", "none.toml", "--json")
+    assert done.code == 1
+    assert done.json["reason"].startswith("there is no gait to fly: no closed loop")
+    assert done.json.keys() == run("fly", "gait3", "--duration", 0.01, "--json").json.keys()
+
+
+def test_an_attitude_may_begin_with_a_minus_and_be_in_degrees(run: Any) -> None:
+    for text in ("-0.3,0.2", "-17.188733853924695deg, 11.459155902616466deg"):
+        done = run("fly", "gait3", "--attitude", text, "--duration", 0.6, "--json")
+        assert done.code == 0
+        assert done.json["attitude"] == pytest.approx([-0.3, 0.2])
+    assert run("fly", "gait3", "--attitude=-3pi/32,0", "--duration", 0.6).code == 0
+
+
+def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "calm.toml").write_text('[flight]\nreference = "hover"\nduration = 0.7\nattitude_noise = "0.1deg"\n')
+    done = run("fly", "gait4", "--settings", "calm.toml", "--duration", 0.3, "--output", "a.json")
+    assert done.code == 0
+    flight = json.loads((tmp_path / "a.json").read_text())["about"]["flight"]
+    assert (flight["reference"], flight["duration"]) == ("hover", 0.3)
+    assert flight["attitude_noise"] == pytest.approx(np.radians(0.1))
+    wind = ["--wind", "-1,0.5", "--gust", 0.3, "--seed", 3, "--duration", 0.2, "--json"]
+    first, again = (run("fly", "gait4", *wind).json for _ in range(2))
+    assert first == again
+    assert first["drift"] != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
+
+
+WRONG = {
+    "a suffix of gaits alone": (["--output", "x.h"], "'x.h' is a C header, which is of gaits alone; allowed for a"),
+    "a mistyped suffix": (["--output", "x.cvs"], "did you mean '.csv'?"),
+    "no folder": (["--output", "none/x.csv"], "folder 'none' does not exist"),
+    "twice": (["--output", "x.png", "--output", "./x.png"], "is named twice"),
+    "half an attitude": (["--attitude", "0.3"], "--attitude: '0.3'; allowed is ROLL,PITCH"),
+    "an attitude that is none": (["--attitude", "0.3,up"], "--attitude: 'up'"),
+    "upside down": (["--attitude", "0,pi/2"], "allowed is a roll from -pi to pi and a pitch between"),
+    "unstable damping": (["--attitude-damping", "3000"], "--attitude-damping: 3000.0 is unstable at 1000 Hz; allowed"),
+    "an unstable step": (["--step", "0.02", "--control-rate", "50", "--attitude-damping", "99"], "unstable at 50 Hz"),
+    "a rate that does not fit": (["--control-rate", "300"], "--control-rate: 300 Hz does not fit steps of 0.001 s"),
+    "wind": (["--wind", "a,b"], "--wind: 'a,b'; allowed are two or three numbers"),
+    "a lot of wind": (["--wind", "1e3,0"], "--wind: (1000.0, 0.0); allowed"),
+    "a reference": (["--reference", "cirle"], "did you mean 'circle'?"),
+    "periods of what": (["--periods", "3"], "allowed is with --from-hover"),
+    "no periods": (["--from-hover", "--periods", "0"], "periods: 0; allowed is a whole number from 1"),
+    "bias": (["--bias", "1.5"], "eta: 1.5; allowed is a number in (0, 1]"),
+    "no duration": (["--duration", "0"], "--duration: 0.0; allowed is 0.001 to 10000 (s)"),
+    "no screen": (["--view"], "--view: no screen here"),
+    "no settings": (["--settings", "none.toml"], "settings file: cannot read 'none.toml'"),
+    "a law": (["--law", "smoth"], "did you mean 'smooth'?"),
+    "a vehicle without mass": (["--vehicle", "light.toml"], "vehicle 'light' states no mass (kg), which flight needs"),
+    "a vehicle without inertia": (["--vehicle", "dot.toml"], "vehicle 'dot' states no inertia (kg m²), which flight"),
+}
+
+
+@pytest.mark.parametrize(("options", "said"), WRONG.values(), ids=WRONG)
+def test_wrong_input_is_one_line(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], said: str
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    (tmp_path / "light.toml").write_text("drag_ratio = 0.2\n")
+    (tmp_path / "dot.toml").write_text("drag_ratio = 0.2\nmass = 1.0\n")
+    before = sorted(tmp_path.iterdir())
+    done = run("fly", "gait3", *options)
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+    assert said in done.err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("gait5", "GAIT_FILE: 'gait5'; allowed is a gait file, a request, or gait1, gait2, gait3, gait4; did you mean"),
+        ("nothing.csv", "gait file: cannot read 'nothing.csv': No such file"),
+        ("nothing.toml", "cannot read 'nothing.toml'"),
+    ],
+)
+def test_what_is_no_gait_is_told(run: Any, name: str, said: str) -> None:
+    done = run("fly", name)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err
+
+
+def test_without_mujoco_the_extra_is_named(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    done = run("fly", "gait3", "--view")
+    assert (done.code, done.out) == (2, "")
+    assert "mujoco: not installed" in done.err
+    assert "pip install 'gaitgraph[sim]'" in done.err
+
+
+def test_an_interrupted_flight_is_130(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitgraph.flight.simulation.Cockpit.flown", stopped)
+    done = run("fly", "gait3", "--output", "a.csv")
+    assert (done.code, done.out) == (130, "")
+
+
+# ---------------------------------------------------------------- tables
+
+
+def test_tables_are_read_by_their_formats_own_readers(tmp_path: Path, levelling: Flight) -> None:
+    from pyarrow import parquet
+    from scipy.io import loadmat
+
+    names = {suffix: tmp_path / f"flight{suffix}" for suffix in (".csv", ".json", ".npz", ".mat", ".parquet")}
+    levelling.write(*names.values())
+    rows = levelling.rows
+    with names[".csv"].open(newline="") as stream:
+        read = [{name: float(row[name]) for name in COLUMNS} for row in csv.DictReader(stream)]
+    np.testing.assert_array_equal([list(row.values()) for row in read], rows)
+    content = json.loads(names[".json"].read_text())
+    archive, matlab = np.load(names[".npz"]), loadmat(names[".mat"])
+    table = parquet.read_table(names[".parquet"])
+    for k, name in enumerate(COLUMNS):
+        for column in (content["columns"][name], archive[name], matlab[name].ravel(), table[name].to_numpy()):
+            np.testing.assert_array_equal(column, rows[:, k])
+    assert content["about"]["made_by"] == "fly"
+    assert content["about"]["flight"]["attitude"] == [0.3, -0.2]
+    assert content["about"]["flight"]["duration"] == 0.5
+    units = levelling.table().units
+    assert all(units[name] for name in COLUMNS)
+    assert (units["thrust1"], units["z_rate"], units["nearness"]) == ("N", "m/s", "1")
+    assert table.schema.field("thrust2").metadata[b"unit"] == b"N"
+    archive.close()
+
+
+def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
+    outputs = ["flight.csv", "flight.mat", "flight.gif"]
+    assert run("fly", "loop.toml", "--duration", 0.2, *(x for name in outputs for x in ("--output", name))).code == 1
+    for name in outputs:
+        again = run("plan", name, "--json")
+        assert again.json["request"]["period"] == 2.0
+        assert again.json["color"] == "red"
+    refused = run("fly", "flight.csv")
+    assert refused.code == 2
+    assert "it is the table of a flight; allowed is a gait: gaitgraph plan flight.csv" in refused.err
+    assert run("fly", "gait3", "--duration", 0.02, "--output", "paper.csv").code == 1
+    told = run("plan", "paper.csv")
+    assert (told.code, told.out) == (2, "")
+    assert "fly made it, which plan does not repeat" in told.err
+
+
+def test_what_exists_stays_and_a_full_disk_is_one_line(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.csv").write_text("mine")
+    done = run("fly", "gait3", "--output", "a.csv")
+    assert (done.code, done.out) == (2, "")
+    assert "'a.csv' exists; allowed is a new file, or --force" in done.err
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("os.fsync", full)
+        done = run("fly", "gait3", "--duration", 0.02, "--output", "a.csv", "--output", "b.png", "--force")
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+    assert "No space left on device" in done.err
+    assert (tmp_path / "a.csv").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv"]
+    assert run("fly", "gait3", "--duration", 0.02, "--output", "a.csv", "--force").code == 1
+    assert (tmp_path / "a.csv").read_text() != "mine"
+
+
+# ---------------------------------------------------------------- plots
+
+
+@pytest.fixture
+def no_windows() -> Iterator[None]:
+    from matplotlib import pyplot
+
+    pyplot.switch_backend("agg")
+    yield
+    pyplot.close("all")
+
+
+@pytest.mark.usefixtures("no_windows")
+def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> None:
+    attitude, place, thrusts, tilts, near = plot_flight(levelling)
+    lines = {line.get_label(): line for line in attitude.get_lines()}
+    np.testing.assert_allclose(lines["roll"].get_ydata(), np.degrees(levelling.column("roll")))
+    assert {"$x$, free", "$y$, free", "$z$"} <= {line.get_label() for line in place.get_lines()}
+    shares = [line.get_ydata() for line in thrusts.get_lines() if str(line.get_label()).startswith("rotor")]
+    assert np.max(shares) == pytest.approx(levelling.peak_thrust_share)
+    assert len(tilts.get_lines()) == 4
+    assert near.get_yscale() == "log"
+    assert attitude.get_title() == "settled after 0.44 s"
+    assert not [line for line in attitude.get_lines() if line.get_gid() == "stop"]
+    wanted = plot_flight(circling, panels=["place"])[0].get_lines()[0]
+    assert wanted.get_label() == "asked for"
+    np.testing.assert_allclose(wanted.get_ydata(), circling.column("x_wanted"))
+
+
+@pytest.mark.usefixtures("no_windows")
+def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
+    refused = fly(gait(1).parametrize(1.0))
+    stopped = fly(
+        gait(1).parametrize(1.0), anyway=True, settings=FlightSettings(floor=0.0, duration=2.5, control_rate=250)
+    )
+    assert stopped.failed
+    axes = flights_side_by_side({"refused": refused, "stopped": stopped, "level": fly(gait(3).parametrize(1.0))})
+    assert axes.shape == (3, 3)
+    marks = [line for line in axes[0, 1].get_lines() if line.get_gid() == "stop"]
+    assert marks[0].get_xdata()[0] == stopped.flown
+    assert "nothing flown" in [text.get_text() for text in axes[0, 0].texts]
+    assert axes[0, 0].get_title().startswith("refused\nrefused before take-off: sign of R")
+    for panels, said in ((["tilt"], "did you mean 'tilts'?"), ([3], "panels: 3; allowed are attitude")):
+        with pytest.raises(gg.InputError, match="panels") as wrong:
+            plot_flight(refused, panels=panels)  # type: ignore[arg-type]
+        assert said in str(wrong.value)
+    with pytest.raises(gg.InputError, match="1 of them; allowed are 2"):
+        plot_flight(refused, axes=axes[0, 0], panels=["place", "tilts"])
+    with pytest.raises(gg.InputError, match="flights: none"):
+        flights_side_by_side({})
+
+
+def test_the_same_flight_gives_the_same_pictures(tmp_path: Path, levelling: Flight) -> None:
+    again = fly(gait(3).parametrize(1.0), settings=SHORT)
+    for folder, flight in (("one", levelling), ("two", again)):
+        (tmp_path / folder).mkdir()
+        write_flight(flight, [tmp_path / folder / name for name in ("a.svg", "a.gif")])
+    for name in ("a.svg", "a.gif"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+# ---------------------------------------------------------------- films
+
+
+def test_a_film_lasts_as_long_as_the_flight_and_tells_what_made_it(tmp_path: Path, levelling: Flight) -> None:
+    path = tmp_path / "film.gif"
+    write_film(levelling, path)
+    with Image.open(path) as film:
+        lasts = []
+        for k in range(film.n_frames):  # type: ignore[attr-defined]
+            film.seek(k)
+            lasts.append(film.info["duration"])
+        assert film.size == (480, 420)
+    assert sum(lasts) == 500 + 800
+    assert '"made_by": "fly"' in provenance_of_gif(path)
+    write_film(levelling, tmp_path / "few.gif", frames=3)
+    with Image.open(tmp_path / "few.gif") as film:
+        assert film.n_frames == 3  # type: ignore[attr-defined]
+    for frames in (1, 2.5, True, 10_000):
+        with pytest.raises(gg.InputError, match="frames: .*; allowed is a whole number from 2 to 1000"):
+            write_film(levelling, tmp_path / "no.gif", frames=frames)  # type: ignore[arg-type]
+    with pytest.raises(gg.InputError, match="nothing was flown"):
+        write_film(fly(gait(1).parametrize(1.0)), tmp_path / "no.gif")
+
+
+def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
+    """Arms, discs and thrusts lie where a camera that does not turn sees them."""
+    drawing = _Drawing(circling)
+    for row in (0, 400, 777):
+        scene = drawing._scene(row)
+        w, x, y, z = quaternion_of(*(float(circling.column(name)[row]) for name in ("roll", "pitch", "yaw")))
+        turned = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        camera = drawing.scale * np.stack([drawing.right, -drawing.up])
+        bearings = PAPER.first_arm_angle + np.arange(4) * np.pi / 2
+        ends = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)])
+        np.testing.assert_allclose(scene.arms - scene.hub, (camera @ turned @ ends).T, atol=1e-9)
+        nose = camera @ turned @ np.array([1.0, 0.0, 0.0])
+        np.testing.assert_allclose(
+            (scene.nose - scene.hub) / np.linalg.norm(scene.nose - scene.hub), nose / np.linalg.norm(nose), atol=1e-9
+        )
+        # Lines of thrust: along the tilted axes, as long as the thrusts.
+        alpha = [float(circling.column(f"alpha{k + 1}")[row]) for k in range(4)]
+        axes = np.stack([np.sin(alpha) * np.sin(bearings), -np.sin(alpha) * np.cos(bearings), np.cos(alpha)])
+        shares = np.clip(circling.thrusts[row] / drawing.quarter, -2.4, 2.4)
+        pushed = scene.thrusts[0] - scene.discs[0, :, 4:]
+        np.testing.assert_allclose(pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9)
+
+
+def test_a_film_of_a_failed_flight_says_why(tmp_path: Path) -> None:
+    flight = fly(gait(3).parametrize(1.0), attitude=(1.2, -1.0), settings=FlightSettings(duration=0.3))
+    assert not flight.settled
+    picture = _Drawing(flight).frame(flight.flown)
+    words = np.asarray(picture.convert("L"))[285:305, 16:460]
+    assert words.min() < 60
+
+
+# ---------------------------------------------------------------- the viewer
+
+
+def test_the_viewer_shows_the_flight_again(monkeypatch: pytest.MonkeyPatch, levelling: Flight) -> None:
+    from gaitgraph.flight.viewing import check_screen, show_flight
+
+    seen: list[np.ndarray[Any, Any]] = []
+    clock = iter(np.arange(0.0, 10.0, 0.1))
+
+    @contextmanager
+    def launched(model: Any, data: Any, **_: Any) -> Iterator[Any]:
+        yield SimpleNamespace(
+            cam=SimpleNamespace(), is_running=lambda: len(seen) < 7, sync=lambda: seen.append(data.qpos.copy())
+        )
+
+    fake = ModuleType("mujoco.viewer")
+    fake.launch_passive = launched  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "mujoco.viewer", fake)
+    monkeypatch.setattr("mujoco.viewer", fake, raising=False)
+    monkeypatch.setattr("gaitgraph.flight.viewing.time", SimpleNamespace(monotonic=lambda: next(clock), sleep=id))
+    show_flight(levelling)
+    np.testing.assert_allclose(seen[0][:3], levelling.rows[100, 1:4])
+    np.testing.assert_allclose(seen[-1][7:], levelling.rows[-1, [COLUMNS.index(f"alpha{k}") for k in (1, 2, 3, 4)]])
+
+    def broken(*_: Any, **__: Any) -> None:
+        raise RuntimeError("it needs mjpython")
+
+    fake.launch_passive = broken  # type: ignore[attr-defined]
+    with pytest.raises(gg.InputError, match="the viewer does not open .it needs mjpython."):
+        show_flight(levelling)
+    monkeypatch.setenv("DISPLAY", ":987")
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: SimpleNamespace(returncode=1))
+    with pytest.raises(gg.InputError, match="no window can be opened here"):
+        check_screen()
+
+
+def test_pictures_are_pictures(tmp_path: Path, levelling: Flight) -> None:
+    write_flight(levelling, [tmp_path / "a.png", tmp_path / "a.pdf"])
+    with Image.open(BytesIO((tmp_path / "a.png").read_bytes())) as picture:
+        assert picture.width > 1000
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
