@@ -8,6 +8,7 @@ import json
 import sys
 from contextlib import contextmanager
 from io import BytesIO
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,6 @@ from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 PUBLISHED = coefficients_of(PAPER)
 SHORT = FlightSettings(duration=0.5)
@@ -40,6 +40,12 @@ CORNERS = [[1.178, -1.178], [1.178, -0.393], [0.393, -0.393], [0.393, -1.178]]
 
 def gait(number: int) -> gg.Gait:
     return paper_gait(number, PAPER, PUBLISHED)
+
+
+def printed(number: int) -> gg.Gait:
+    """Return a gait with α3 and α4 as the paper prints them."""
+    here = GAITS[number - 1]
+    return gg.Gait(alpha=np.column_stack([here.angles, here.printed]), coefficients=PUBLISHED)
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +131,50 @@ def test_a_biased_gait_flies_and_says_that_it_is_off_the_surfaces(run: Any) -> N
     assert done["settled"] is True
     assert done["peak_thrust_share"] == pytest.approx(2.62, abs=0.01)
     assert any("allowed 0.002" in one for one in done["warnings"])
+
+
+def test_the_page_on_flight_tells_the_numbers() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "flight.md").read_text()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line[:1] == "|"]
+    rows = {cell[0].split(" (")[0]: cell[1:] for cell in cells if len(cell) == 5}
+
+    def told(number: int, eta: float = 1.0, **settings: Any) -> Flight:
+        return fly(
+            gait(number).biased(eta).parametrize(1.0), anyway=bool(settings), settings=FlightSettings(**settings)
+        )
+
+    flights = {"Gait 3": told(3), "Gait 3 biased by 0.8": told(3, 0.8), "Gait 4": told(4)}
+    flights |= {"Gait 4 biased by 0.8": told(4, 0.8), "Gait 2 biased by 0.8, `--anyway`": told(2, 0.8, floor=0.01)}
+    for name, flight in flights.items():
+        time, share, least = flight.settling_time, flight.peak_thrust_share, flight.least_singular_value
+        told_here = ["settles", f"{time:.2f} s", f"{share:.2f} shares", f"{least:.3f}"]
+        assert rows[name] == told_here, name
+    low = told(1, floor=0.0)
+    assert "its determinant has changed sign" in low.reason
+    assert low.flown < 2.0
+    assert low.peak_thrust_share is not None
+    assert low.peak_thrust_share > 10_000
+    high = told(2, floor=0.0)
+    assert high.column("z")[-1] > 100.0
+    assert high.peak_thrust_share is not None
+    assert high.peak_thrust_share > 1000
+    stops = told(1, 0.8, floor=0.01)
+    assert "nears singularity" in stops.reason
+    assert stops.flown < 0.2
+    freely = {"anyway": True, "settings": FlightSettings(floor=0.0, saturation=False)}
+    first, second = (fly(printed(number).parametrize(1.0), **freely) for number in (1, 2))  # type: ignore[arg-type]
+    assert "Gait 1 passes a singular matrix after 0.63 s" in page
+    assert first.flown == pytest.approx(0.63, abs=0.01)
+    assert second.settled
+    assert second.peak_thrust_share == pytest.approx(215, abs=1)
+    assert "settles with 215 shares of thrust" in page.replace("\n", " ")
+
+
+def test_the_pictures_of_the_page_are_small() -> None:
+    images = Path(__file__).parent.parent / "docs" / "images"
+    assert (images / "flight.gif").stat().st_size < 400_000
+    assert (images / "flights.png").stat().st_size < 300_000
+    assert '"reference": "circle"' in provenance_of_gif(images / "flight.gif")
 
 
 # ---------------------------------------------------------------- gait files and their clocks

@@ -7,7 +7,7 @@ import os
 import re
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -15,13 +15,15 @@ import pyarrow.parquet
 import pytest
 
 from gaitgraph.errors import FileProblem, InputError, OutputExists
+from gaitgraph.files import write_whole
 from gaitgraph.flight import FlightSettings
 from gaitgraph.study import StudyRun, read_study, run_study, study_from_mapping
 from gaitgraph.study import cases as cases_room
-from gaitgraph.study import datasets as datasets_room
 from gaitgraph.study.cases import columns_of, flown_batch, row_of, versions
 from gaitgraph.study.running import check_size
-from gaitgraph.timing import TimedGait
+
+if TYPE_CHECKING:
+    from gaitgraph.timing import TimedGait
 
 SMALL: dict[str, Any] = {
     "name": "small",
@@ -29,6 +31,7 @@ SMALL: dict[str, Any] = {
     "attitudes": {"roll": [0.0, "20deg"], "pitch": {"from": -0.2, "to": 0.2, "count": 3}},
     "flight": {"duration": 0.6},
 }
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples" / "studies").glob("*.toml"))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -196,6 +199,11 @@ def test_a_study_file_that_is_none_is_told(tmp_path: Path) -> None:
         read_study(path)
     path.write_text("gaits = ['gait3']")
     assert read_study(path).name == "a"
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_the_examples_are_studies_that_need_no_asking_twice(path: Path) -> None:
+    check_size(read_study(path), 1)
 
 
 def test_large_studies_are_asked_for_twice() -> None:
@@ -401,7 +409,7 @@ def test_two_at_once_are_refused_and_the_lock_ends_with_its_process(small: Study
 
 
 def test_a_full_disk_leaves_what_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Any) -> None:
-    true, room = datasets_room.write_whole, [3]
+    true, room = write_whole, [3]
 
     def full(contents: Any, **options: Any) -> None:
         room[0] -= 1
@@ -411,7 +419,7 @@ def test_a_full_disk_leaves_what_is_there(tmp_path: Path, monkeypatch: pytest.Mo
 
     (tmp_path / "s.toml").write_text("gaits = ['gait1']\n[attitudes]\nroll = [0.1, 0.2, 0.3, 0.4]\n")
     with monkeypatch.context() as context:
-        context.setattr(datasets_room, "write_whole", full)
+        context.setattr("gaitgraph.study.datasets.write_whole", full)
         done = run("study", "s.toml", "--workers", 0)
     monkeypatch.undo()
     assert done.code == 2

@@ -1,4 +1,4 @@
-"""Studies on Dask: real worker processes, one of which is killed; a driver that is killed; clusters that are not there."""
+"""Studies on Dask: real worker processes, one of them killed; a driver that is killed; clusters that are not there."""
 
 from __future__ import annotations
 
@@ -150,7 +150,11 @@ def test_a_scheduler_that_does_not_answer_is_told_in_one_line(
         for patience, address, message in (
             (0.5, f"tcp://127.0.0.1:{port}", "does not answer within 0.5 s; allowed is the address of a running Dask"),
             (0.5, "tcp://127.0.0.1:9", "does not answer within 0.5 s; allowed is"),
-            (5.0, "carrier://pigeon", "is no Dask scheduler; allowed is the address of a running Dask scheduler, such as"),
+            (
+                5.0,
+                "carrier://pigeon",
+                "is no Dask scheduler; allowed is the address of a running Dask",
+            ),
         ):
             monkeypatch.setattr(clusters, "PATIENCE", patience)
             begun = monotonic()

@@ -154,6 +154,13 @@ def _most_robust(asked: Asked) -> PreparedRegion:
     top = asked.prepared(high)
     if joins(top):
         return top
+    # Mostly a waypoint is the worst place, and every step would go up: where that ends is tried first.
+    last = low
+    for _ in range(_ROBUST_STEPS):
+        last = (last + high) / 2
+    nearly = asked.prepared(last)
+    if joins(nearly):
+        return nearly
     for _ in range(_ROBUST_STEPS):
         middle = (low + high) / 2
         prepared = asked.prepared(middle)

@@ -38,6 +38,7 @@ _ROTORS: tuple[dict[str, Any], ...] = (
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
 )
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
+_MOST_DEGREES = 60.0  # of attitudes side by side, lest one that tumbles makes the others flat
 _LETTERS = 96  # of a title's line
 
 
@@ -89,7 +90,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
 def flights_side_by_side(
     flights: Mapping[str, Flight], *, panels: Sequence[str] = ("attitude", "thrusts", "singular_value")
 ) -> Any:
-    """Draw flights in columns of a new figure, each panel to one scale.
+    """Draw flights in columns of a new figure, each panel to one scale; attitudes beyond 60° are cut off.
 
     Parameters
     ----------
@@ -110,10 +111,18 @@ def flights_side_by_side(
     height = _size_of(panels)[1] + 12.0 / 25.4
     figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) / 25.4, height), layout="constrained")
     axes = figure.subplots(len(panels), len(flights), sharex=True, sharey="row", squeeze=False)
+    ends: list[list[tuple[float, float]]] = [[] for _ in panels]
     for k, (name, flight) in enumerate(flights.items()):
         verdict = "\n".join(wrap(_verdict(flight), 38))
         plot_flight(flight, axes=axes[:, k], panels=panels)
         axes[0, k].set_title(f"{name}\n{verdict}", pad=5.0, fontsize=7.5)
+        if len(flight.rows):
+            for panel, own, ax in zip(panels, ends, axes[:, k], strict=True):
+                reach = np.clip(1.1 * ax.dataLim.intervaly, -_MOST_DEGREES, _MOST_DEGREES)
+                own.append(tuple(reach.tolist()) if panel == "attitude" else ax.get_ylim())
+    for own, ax in zip(ends, axes[:, 0], strict=True):
+        if own:
+            ax.set(ylim=(min(low for low, _ in own), max(high for _, high in own)))
     axes[0, 0].set(xlim=(0.0, max(_end_of(flight) for flight in flights.values())))
     for ax in axes[:, 1:].flat:
         ax.set(ylabel="")

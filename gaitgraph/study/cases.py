@@ -58,6 +58,7 @@ _FLOWN: tuple[Column, ...] = (
     ("final_roll", "number", "rad"),
     ("final_pitch", "number", "rad"),
     ("drift", "number", "m"),
+    ("tracking_error", "number", "m"),
 )
 _UNITS_OF_CONSTANTS = {
     "mass": "kg", "gravity": "m/s^2", "arm_length": "m", "thrust_coefficient": "N s^2/rad^2",
