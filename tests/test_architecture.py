@@ -66,8 +66,8 @@ INNER = {
     "reading": ("values", "header", "columns", "lines", "csvs", "jsons", "files"),
     "plots": ("vehicles", "roots", "types", "regions", "gaits", "flights", "basins"),
     "flight": (
-        "settings", "servos", "references", "engine", "allocation", "clocks", "courses", "films", "outputs", "records",
-        "simulation", "viewing", "basins",
+        "settings", "servos", "references", "engine", "allocation", "clocks", "courses", "rendering", "films",
+        "outputs", "records", "simulation", "viewing", "basins",
     ),
     "study": (
         "axes", "fleets", "sources", "designs", "cases", "charts", "clusters", "datasets", "pages", "running",

@@ -154,6 +154,7 @@ def test_progress_comes_to_one_and_never_goes_back() -> None:
 
 def test_laws_of_their_own_are_flown_but_not_biased() -> None:
     timed = least_period(timed_gait(3).gait, Limits(rate=5, acceleration=60), rounding=0.1).timed
+    assert timed is not None
     assert basin_of(timed, resolution=2, extent=0.3).fraction == 1.0
     with pytest.raises(InputError, match="has no biased gait"):
         basin_of(timed, eta=0.8)
@@ -187,13 +188,12 @@ def test_what_cannot_fly_at_all_is_refused() -> None:
 
 
 def test_the_map_marks_each_outcome_with_a_shape_of_its_own(biased: Basin) -> None:
-    assert {*_LOOKS} == {*OUTCOMES}
+    assert tuple(_LOOKS) == OUTCOMES  # codes count them
     assert len({look["marker"] for look in _LOOKS.values()}) == len(OUTCOMES)
     ax = basin_map(biased, name="Gait 3")
-    marks = [line for line in ax.lines if line.get_gid() == "outcome"]
-    assert sum(len(line.get_xdata()) for line in marks) == 25  # type: ignore[arg-type]
-    (settled,) = [line for line in marks if line.get_marker() == "o"]
-    drawn = sorted(zip(*np.round(settled.get_data(), 9).tolist(), strict=True))
+    marks = {line.get_marker(): np.asarray(line.get_data()) for line in ax.lines if line.get_gid() == "outcome"}
+    assert sum(places.shape[1] for places in marks.values()) == 25
+    drawn = sorted(map(tuple, np.round(marks["o"].T, 9).tolist()))
     grid = [(i, j) for i, j in np.ndindex(5, 5) if biased.settled[i, j]]
     assert drawn == [tuple(np.round(biased.angles[[i, j]], 9).tolist()) for i, j in grid]
     assert "Gait 3" in ax.get_title()
@@ -266,12 +266,29 @@ def test_the_command_refuses_blue_with_exit_code_1(tmp_path: Path, capsys: pytes
     assert "0.0 % settled" in capsys.readouterr().out
 
 
+def test_requests_and_the_gaits_of_the_paper_have_basins_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("basin", "gait4", "--resolution", "1", "--json", "--period", "0.5") == 0
+    (basin,) = json.loads(capsys.readouterr().out)["basins"]
+    assert (basin["period"], basin["outcomes"]) == (0.5, {"settled": 1})
+    assert run("basin", "gait5", "--resolution", "1") == 2
+    assert "'gait5'; allowed is a gait file, a request, or gait1, gait2, gait3, gait4" in capsys.readouterr().err
+    request = tmp_path / "nothing.toml"
+    request.write_text('waypoints = [["0.1", "0.1"], ["1.2", "-1.2"]]\ncolor = "red"\n')
+    assert run("basin", str(request)) == 1
+    assert capsys.readouterr().out.startswith("there is no gait to fly: ")
+    assert run("basin", str(request), "--json") == 1
+    assert json.loads(capsys.readouterr().out)["basins"] == []
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--resolution", "0"], "resolution: 0"),
-        (["--extent", "2"], "extent: '2'; allowed is an angle above 0 and below pi/2"),
-        (["--bias", "2"], "bias: 2.0; allowed is a number above 0, up to 1"),
+        (["--resolution", "0"], "--resolution: 0"),
+        (["--extent", "2"], "--extent: '2'; allowed is an angle above 0 and below pi/2"),
+        (["--bias", "2"], "--bias: 2.0; allowed is a number above 0, up to 1"),
+        (["--duration", "0.5"], "--duration: 0.5 s; allowed is the gait's period, 1 s, or more"),
         (["--attitude-damping", "3000"], "--attitude-damping: 3000.0 is unstable at 1000 Hz"),
         (["--thrust-limit", "-1"], "--thrust-limit: -1.0; allowed is 1e-09 to 1e+09 (N)"),
         (["--servo-rate", "x"], "--servo-rate: 'x'"),

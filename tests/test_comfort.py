@@ -17,6 +17,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.cli import _FILES, cli, options, terminal
+from gaitgraph.flight.settings import ARMS
 from gaitgraph.optimal.optima import OBJECTIVES
 from gaitgraph.requests import CHOICES
 from gaitgraph.timing import LAWS
@@ -121,7 +122,7 @@ def test_other_shells_are_told_what_a_name_means(complete: Any) -> None:
 
 
 def test_what_a_shell_offers_is_what_the_library_allows() -> None:
-    known: dict[str, Any] = {**CHOICES, "goal": OBJECTIVES, "law": LAWS}
+    known: dict[str, Any] = {**CHOICES, "goal": OBJECTIVES, "law": LAWS, "arms": ARMS}
     assert {name: tuple(known[name]) for name in options.NAMES} == options.NAMES
 
 

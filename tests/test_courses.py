@@ -105,7 +105,7 @@ def test_no_course_leads_from_hover_to_another_sign_of_r_or_to_blue(number: int,
 
 def test_the_sign_of_r_predicts_which_loops_are_reached() -> None:
     points = [(-0.4, 0.4), (0.1, -0.05), (-0.2, 0.3), (1.2, -1.2), (0.9, -0.6), (-1.2, 1.2)]
-    reached = {}
+    reached: dict[bool, int] = {}
     for point in points:
         gait = lift([point], "red", coefficients=coefficients_of(PAPER, "exact"))
         assert gait.check().flyable

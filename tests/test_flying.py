@@ -24,6 +24,7 @@ from gaitgraph.flight.engine import quaternion_of
 from gaitgraph.flight.films import _Drawing, write_film
 from gaitgraph.flight.outputs import write_flight
 from gaitgraph.flight.records import COLUMNS, Flight
+from gaitgraph.flight.rendering import rendered_frames
 from gaitgraph.formats.gifs import provenance_of_gif
 from gaitgraph.invertibility import coefficients_of
 from gaitgraph.plots import flights_side_by_side, plot_flight
@@ -525,6 +526,33 @@ def test_a_film_of_a_failed_flight_says_why(tmp_path: Path) -> None:
     picture = _Drawing(flight).frame(flight.flown)
     words = np.asarray(picture.convert("L"))[285:305, 16:460]
     assert words.min() < 60
+
+
+def test_the_engine_renders_what_is_drawn(
+    run: Any, tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    try:
+        picture = rendered_frames(levelling, [0.0])[0].astype(int)
+    except gg.InputError as error:
+        pytest.skip(str(error))
+    # Rotor 1 is the only red thing; it is where the drawing has it, the camera a little nearer or farther.
+    red = picture[..., 0] - picture[..., 1:].max(axis=-1) > 40
+    centre = np.array([np.nonzero(red)[1].mean(), np.nonzero(red)[0].mean()]) - np.array([240.0, 180.0])
+    scene = _Drawing(levelling)._scene(0)
+    drawn = (scene.arms[0] + scene.discs[0, 0, 4:]) / 2 - scene.hub
+    assert centre @ drawn > 0.95 * np.linalg.norm(centre) * np.linalg.norm(drawn)
+    # Where it cannot, nothing is flown, and the message is one line.
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: SimpleNamespace(returncode=-11, stdout=b""))
+    done = run("fly", "gait3", "--output", "a.gif", "--render")
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+    assert "film: the engine cannot render here" in done.err
+    assert "no film to render" in run("fly", "gait3", "--output", "a.csv", "--render").err
+    turned = [np.roll(picture, 5 * k, axis=1).astype(np.uint8) for k in range(20)]
+    monkeypatch.setattr("gaitgraph.flight.films.rendered_frames", lambda _, times: np.stack(turned[: len(times)]))
+    write_flight(levelling, [tmp_path / "b.gif"], rendered=True)
+    with Image.open(tmp_path / "b.gif") as film:
+        assert film.size == (480, 360)
+        assert film.n_frames == 12  # type: ignore[attr-defined]
 
 
 # ---------------------------------------------------------------- the viewer

@@ -210,8 +210,10 @@ def test_large_studies_are_asked_for_twice() -> None:
     many = study_from_mapping(SMALL | {"periods": {"from": 1, "to": 2, "count": 1000}})
     with pytest.raises(InputError, match=r"study 'small': 12000 flights, about \d+ s on 4 processes; allowed without"):
         check_size(many, 4)
-    long = study_from_mapping(SMALL | {"flight": {"duration": 7200, "step": 0.002, "control_rate": 500}})
-    with pytest.raises(InputError, match=r"12 flights, about 72 min on 1 process; allowed without --yes"):
+    long = study_from_mapping(
+        SMALL | {"periods": {"from": 1, "to": 2, "count": 100}, "flight": {"duration": 80.0}},
+    )
+    with pytest.raises(InputError, match=r"1200 flights, about 80 min on 1 process; allowed without --yes"):
         check_size(long, 1)
     check_size(long, 2)
 

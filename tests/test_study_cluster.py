@@ -83,7 +83,8 @@ def test_a_driver_killed_midway_is_gone_on_with(alone: dict[str, bytes], tmp_pat
     (tmp_path / "study.toml").write_text(TOML)
     rows = tmp_path / "study" / "rows"
     command = [sys.executable, "-m", "gaitgraph", "study", "study.toml", "--workers", "1"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as driver:
+    quiet: dict[str, Any] = {"cwd": tmp_path, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, env=os.environ | {"TMPDIR": str(tmp_path)}, **quiet) as driver:
         while len(list(rows.glob("*.parquet"))) < 4:
             assert driver.poll() is None, driver.stderr.read().decode() if driver.stderr else ""
             sleep(0.01)

@@ -7,18 +7,27 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.flights import clock_options, flight_options, settings_from_options
-from gaitgraph.cli.options import a_file, force_option, json_option, vehicle_or_none
+from gaitgraph.cli.flights import (
+    PAPER_NAMES,
+    clock_options,
+    flight_options,
+    settings_from_options,
+    timed_of_argument,
+)
+from gaitgraph.cli.options import a_file, force_option, json_option
 from gaitgraph.cli.terminal import print_json, print_text, working
+from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 __all__ = ["basin_command"]
 
+_FIELDS = ("bias", "resolution", "extent", "begins", "duration")
+
 
 @command("From which roll and pitch a gait settles, by flight.")
-@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file())
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file(*PAPER_NAMES))
 @click.option("--bias", type=float, multiple=True, metavar="ETA", help="Also α3 and α4 scaled by η; repeatable.")
 @click.option("--resolution", type=int, metavar="N", help="Attitudes along each side of the grid.  [default: 17]")
 @click.option("--extent", metavar="ANGLE", help="Largest roll and pitch at the start.  [default: 80deg]")
@@ -51,11 +60,11 @@ def basin_command(
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and say from which it settles.
 
-    Beside it stands what the determinant says: the acceptable attitudes, at which the gait is never singular. The
-    exit code is 1 if physics forbids one of the gaits.
+    GAIT_FILE is a gait table of any format, a saved plan, a request, which is planned first, or gait1 to gait4 of the
+    paper. Beside what settled stands what the determinant says: the acceptable attitudes, at which the gait is never
+    singular. The exit code is 1 if physics forbids one of the gaits. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.flight.basins import basins_of, check_basin_outputs, write_basins
-    from gaitgraph.flight.clocks import timed_of_file
     from gaitgraph.flight.engine import mujoco_library
 
     check_basin_outputs(outputs, force=force)
@@ -63,13 +72,20 @@ def basin_command(
     settings = settings_from_options(options)
     asked = {name: value for name, value in options.items() if value is not None}
     with working(f"reading {gait_file}") as progress:
-        timed = timed_of_file(
-            gait_file, vehicle=vehicle_or_none(vehicle), coefficients=coefficients, period=period, law=law
-        )
+        try:
+            timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+        except Infeasible as error:
+            return _refused(f"there is no gait to fly: {error}", as_json=as_json)
         progress("flying")
-        basins = basins_of(
-            timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
-        )
+        try:
+            basins = basins_of(
+                timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
+            )
+        except InputError as error:
+            field, colon, rest = str(error).partition(": ")
+            if not colon or field not in _FIELDS:
+                raise
+            raise type(error)(f"--{field}: {rest}") from error
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
@@ -83,3 +99,11 @@ def basin_command(
     else:
         print_text("\n".join([*map(str, basins), *(f"wrote {name}" for name in outputs)]))
     return 1 if any(basin.refusal for basin in basins) else 0
+
+
+def _refused(reason: str, *, as_json: bool) -> int:
+    if as_json:
+        print_json({"basins": [], "reason": reason})
+    else:
+        print_text(reason)
+    return 1

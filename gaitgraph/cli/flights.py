@@ -8,15 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli.options import a_file, name_option, setting_options
+from gaitgraph.cli.options import a_file, name_option, setting_options, vehicle_or_none
 from gaitgraph.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.timing import TimedGait
 
-__all__ = ["angles_from_text", "clock_options", "flight_options", "settings_from_options"]
+__all__ = [
+    "PAPER_NAMES",
+    "angles_from_text",
+    "clock_options",
+    "flight_options",
+    "settings_from_options",
+    "timed_of_argument",
+]
+
+PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
+"""What stands for the gaits of the paper's Section 5 where a file is asked for."""
 
 
 def clock_options(command: Callable[..., int]) -> Callable[..., int]:
@@ -64,6 +75,7 @@ def flight_options(command: Callable[..., int]) -> Callable[..., int]:
             "--servo-lag", type=float, metavar="SECONDS", help="Time constant.  [default: the vehicle's, if any]"
         ),
         click.option("--servo-rate", metavar="ANGLE", help="Largest tilt rate per second.  [default: the vehicle's]"),
+        name_option("--arms", "Where the controller takes the arms to be: served or planned.  [default: served]"),
         click.option("--floor", type=float, metavar="X", help="Stop near a least singular value of.  [default: 0.01]"),
         click.option("--step", type=float, metavar="SECONDS", help="Of the engine.  [default: 0.001]"),
         click.option("--control-rate", type=float, metavar="HZ", help="How often thrusts are set.  [default: 1000]"),
@@ -106,6 +118,35 @@ def settings_from_options(options: dict[str, Any], **defaults: Any) -> FlightSet
             raise
         flag = "--no-saturation" if field == "saturation" else f"--{field.replace('_', '-')}"
         raise InputError(f"{flag}: {rest}") from error
+
+
+def timed_of_argument(
+    gait_file: str, *, vehicle: str | None, coefficients: Any, period: float | None, law: str | None
+) -> TimedGait:
+    """Return the gait of a file, a request or the paper (:data:`PAPER_NAMES`) with its clock.
+
+    Raises
+    ------
+    InputError, FileProblem, Infeasible
+        As :func:`gaitgraph.flight.clocks.timed_of_file` does; a paper's gait has T = 1 s and the law smooth.
+    """
+    from gaitgraph.figures import paper_gait
+    from gaitgraph.flight.clocks import timed_of_file
+    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.timing import LAWS, parametrize
+    from gaitgraph.vehicle import PAPER
+
+    if Path(gait_file).suffix or Path(gait_file).exists():
+        model = vehicle_or_none(vehicle)
+        return timed_of_file(gait_file, vehicle=model, coefficients=coefficients, period=period, law=law)
+    if gait_file not in PAPER_NAMES:
+        hint = did_you_mean(gait_file, list(PAPER_NAMES))
+        raise InputError(
+            f"GAIT_FILE: {shown(gait_file)}; allowed is a gait file, a request, or {', '.join(PAPER_NAMES)}{hint}"
+        )
+    model = vehicle_or_none(vehicle) or PAPER
+    gait = paper_gait(int(gait_file[-1]), model, coefficients_of(model, coefficients))
+    return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
 
 
 def angles_from_text(text: str, flag: str, what: str) -> tuple[float, float]:

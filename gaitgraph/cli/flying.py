@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.flights import angles_from_text, clock_options, flight_options, settings_from_options
+from gaitgraph.cli.flights import (
+    PAPER_NAMES,
+    angles_from_text,
+    clock_options,
+    flight_options,
+    settings_from_options,
+    timed_of_argument,
+)
 from gaitgraph.cli.options import a_file, a_word, force_option, json_option, vehicle_or_none
 from gaitgraph.cli.terminal import print_json, print_text, working
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["fly_command"]
 
-_PAPER = ("gait1", "gait2", "gait3", "gait4")
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 
 
@@ -53,7 +59,7 @@ def _own_settings(command: Callable[..., int]) -> Callable[..., int]:
 
 
 @command("Fly a gait in a physics engine.")
-@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file(*_PAPER))
+@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file(*PAPER_NAMES))
 @click.option("--attitude", metavar="ROLL,PITCH", help="At the start.  [default: 0.3,-0.2 to level out, else level]")
 @clock_options
 @click.option("--bias", type=float, metavar="ETA", help="Fly with α3 and α4 scaled by η in (0, 1].")
@@ -71,6 +77,7 @@ def _own_settings(command: Callable[..., int]) -> Callable[..., int]:
     help="Write a table, a plot (.png, .svg, .pdf) or a film (.gif); repeatable.",
 )
 @force_option
+@click.option("--render", is_flag=True, help="Let the engine render the film, where it can.  [default: drawn]")
 @click.option("--view", is_flag=True, help="Then show the flight in the engine's viewer.")
 @json_option
 def fly_command(
@@ -86,6 +93,7 @@ def fly_command(
     anyway: bool,
     outputs: Sequence[str],
     force: bool,
+    render: bool,
     view: bool,
     as_json: bool,
     **options: Any,
@@ -100,7 +108,7 @@ def fly_command(
     from gaitgraph.flight import fly, from_hover
     from gaitgraph.flight.clocks import biased
     from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.flight.outputs import check_flight_outputs, write_flight
+    from gaitgraph.flight.outputs import FILM, check_flight_outputs, write_flight
     from gaitgraph.flight.records import refused_flight
     from gaitgraph.flight.simulation import checked_attitude
 
@@ -112,13 +120,20 @@ def fly_command(
     settings = settings_from_options(options)
     start = None if attitude is None else checked_attitude(angles_from_text(attitude, "--attitude", "ROLL,PITCH"))
     mujoco_library()
+    if render:
+        from gaitgraph.flight.rendering import check_rendering
+        from gaitgraph.vehicle import PAPER
+
+        if not any(name.lower().endswith(FILM) for name in outputs):
+            raise InputError(f"--render: no film to render; allowed is with --output FILE{FILM}")
+        check_rendering(PAPER)
     if view:
         from gaitgraph.flight.viewing import check_screen
 
         check_screen()
     with working("planning") as progress:
         try:
-            timed = _timed(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+            timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
         except Infeasible as error:
             nothing = _hovering(vehicle)
             flight = refused_flight(nothing, settings, start or (0.0, 0.0), f"there is no gait to fly: {error}")
@@ -145,7 +160,7 @@ def fly_command(
         written: Sequence[str] = outputs if len(flight.rows) else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            write_flight(flight, written, force=force)
+            write_flight(flight, written, force=force, rendered=render)
         elif outputs:
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
     if as_json:
@@ -158,30 +173,6 @@ def fly_command(
 
         show_flight(flight)
     return 0 if flight else 1
-
-
-def _timed(
-    gait_file: str, *, vehicle: str | None, coefficients: Any, period: float | None, law: str | None
-) -> TimedGait:
-    """Return the gait of a file or of the paper with its clock; raises Infeasible if a request has none."""
-    from pathlib import Path
-
-    from gaitgraph.figures import paper_gait
-    from gaitgraph.flight.clocks import timed_of_file
-    from gaitgraph.invertibility import coefficients_of
-    from gaitgraph.timing import LAWS, parametrize
-    from gaitgraph.vehicle import PAPER
-
-    if Path(gait_file).suffix or Path(gait_file).exists():
-        return timed_of_file(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
-    if gait_file not in _PAPER:
-        hint = did_you_mean(gait_file, list(_PAPER))
-        raise InputError(
-            f"GAIT_FILE: {shown(gait_file)}; allowed is a gait file, a request, or {', '.join(_PAPER)}{hint}"
-        )
-    model = vehicle_or_none(vehicle) or PAPER
-    gait = paper_gait(int(gait_file[-1]), model, coefficients_of(model, coefficients))
-    return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
 
 
 def _hovering(vehicle: str | None) -> Course:

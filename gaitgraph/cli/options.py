@@ -50,6 +50,7 @@ NAMES = {
     "method": ("grid", "exact"),
     "sheets": ("planes", "all"),
     "law": ("smooth", "constant-speed", "equal-time"),
+    "arms": ("served", "planned"),
 }
 """What a shell offers for options whose values the library checks; here too because the library takes long to load."""
 

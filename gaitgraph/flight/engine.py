@@ -8,6 +8,7 @@ are held take nothing of them. Servos hold the hinges by stiff position actuator
 from __future__ import annotations
 
 import math
+import os
 from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, needs_extra
+from gaitgraph.errors import InputError, needs_extra, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,6 +43,9 @@ def mujoco_library() -> Any:
         import mujoco
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
+    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL as MUJOCO_GL says
+        way = shown(os.environ.get("MUJOCO_GL", ""))
+        raise InputError(f"mujoco: it does not load with MUJOCO_GL={way}; allowed is what works, or none") from error
     return mujoco
 
 

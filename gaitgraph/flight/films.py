@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.flight.rendering import rendered_frames
 from gaitgraph.formats.gifs import _dot, _gif_frame, _line, _nearest, _palette, _text, frame_delays
 from gaitgraph.formats.pictures import CHART, GREY, HEIGHT, INK, PALE, PAPER, SCENE, WIDTH, Film
 from gaitgraph.scenes import DEFAULT_VIEW, Scene, scene_of
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight.records import Flight
 
-__all__ = ["write_film"]
+__all__ = ["write_film", "write_rendered_film"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -73,11 +74,7 @@ def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None
     except ImportError as error:
         raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
-    if not len(flight.rows):
-        raise InputError("film: nothing was flown; allowed is a flight with rows")
-    delays = _delays(flight.flown, frames)
-    times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
-    times[-1] = flight.flown
+    times, delays = _clock_of(flight, frames)
     drawing = _Drawing(flight)
     colors = _palette()
     nearest = _nearest(colors)
@@ -86,7 +83,48 @@ def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None
         red, green, blue = np.moveaxis(np.asarray(drawing.frame(float(t))) >> _DROPPED, -1, 0).astype(np.intp)
         flat.append(Image.fromarray(nearest[red, green, blue]))
         flat[-1].putpalette(colors.astype(np.uint8).tobytes())
+    _save(flat, delays, flight, path)
+
+
+def write_rendered_film(flight: Flight, path: Path, *, frames: int | None = None) -> None:
+    """Write a flight as an animated GIF that the engine renders; see :func:`write_film`.
+
+    The bytes are the same on the same machine only.
+
+    Raises
+    ------
+    InputError
+        If the engine cannot render here, nothing was flown, or `frames` is not allowed.
+    MissingExtra
+        If Pillow is not there.
+    """
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
+
+    times, delays = _clock_of(flight, frames)
+    pictures = rendered_frames(flight, times)
+    # One palette for all, from a few pictures side by side; dots of dither would flicker.
+    some = np.concatenate(pictures[:: max(len(pictures) // 6, 1)], axis=0)
+    palette = Image.fromarray(some).quantize(255, dither=Image.Dither.NONE)
+    flat = [Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
+    _save(flat, delays, flight, path)
+
+
+def _clock_of(flight: Flight, frames: int | None) -> tuple[FloatArray, list[int]]:
+    """Return when the frames of a film are [s], and how long each is shown [1/100 s]."""
+    if not len(flight.rows):
+        raise InputError("film: nothing was flown; allowed is a flight with rows")
+    delays = _delays(flight.flown, frames)
+    times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
+    times[-1] = flight.flown
     delays[-1] += _HELD
+    return times, delays
+
+
+def _save(flat: list[Any], delays: list[int], flight: Flight, path: Path) -> None:
+    """Write pictures with palettes; the text of what made the flight is their comment."""
     with path.open("wb") as stream:
         flat[0].save(
             stream,

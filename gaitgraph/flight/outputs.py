@@ -11,7 +11,7 @@ from gaitgraph.drawing import FORMATS as PICTURES
 from gaitgraph.drawing import paper_style, picture_bytes, require_matplotlib
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import target_of, write_whole
-from gaitgraph.flight.films import write_film
+from gaitgraph.flight.films import write_film, write_rendered_film
 from gaitgraph.formats import FORMATS
 from gaitgraph.plots.flights import figure_of_panels, plot_flight
 
@@ -69,7 +69,7 @@ def check_flight_outputs(paths: Sequence[str | Path], *, force: bool = False) ->
             raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
 
 
-def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
+def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False, rendered: bool = False) -> None:
     """Write a flight to files, each whole or not at all; the suffix says what.
 
     Parameters
@@ -80,6 +80,8 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         Tables (:data:`TABLES`), plots over time (:data:`PLOTS`), or a film (:data:`FILM`).
     force
         Overwrite files that exist.
+    rendered
+        Whether films are rendered by the engine, where it can, instead of drawn.
 
     Raises
     ------
@@ -89,12 +91,12 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
         raise InputError(f"output: {str(paths[0])!r}: nothing was flown; allowed is a flight with rows")
-    write_whole([(Path(path), _content(flight, Path(path).suffix.lower())) for path in paths], force=force)
+    write_whole([(Path(path), _content(flight, Path(path).suffix.lower(), rendered)) for path in paths], force=force)
 
 
-def _content(flight: Flight, suffix: str) -> Any:
+def _content(flight: Flight, suffix: str, rendered: bool) -> Any:
     if suffix == FILM:
-        return partial(write_film, flight)
+        return partial(write_rendered_film if rendered else write_film, flight)
     if suffix in PLOTS:
         return _plot(flight, suffix.removeprefix("."))
     return partial(FORMATS[suffix].writer(), [flight.table()])

@@ -342,7 +342,7 @@ def _least_singular_value(rows: FloatArray, cockpit: Cockpit) -> float:
         alpha, roll, pitch = (part[which] for part in angles)
         return np.asarray(least_singular_value(alpha, cockpit.vehicle, roll[:, 0], pitch[:, 0]))
 
-    if cockpit.settings.attitude_noise:
+    if cockpit.settings.attitude_noise or cockpit.settings.arms == "planned":
         return float(exact(slice(None)).min())
     # The exact value is between `near` and twice that, so few rows can hold the least. The margin is for arms that are
     # not just where they were planned.

@@ -11,10 +11,13 @@ import numpy as np
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
 
-__all__ = ["REFERENCES", "FlightSettings", "settings_from_mapping"]
+__all__ = ["ARMS", "REFERENCES", "FlightSettings", "settings_from_mapping"]
 
 REFERENCES = ("attitude", "hover", "step", "line", "circle")
 """What is followed: the level attitude alone, or places in the plane by way of the attitude."""
+
+ARMS = ("served", "planned")
+"""Where the controller takes the arms to be: where the servos bring them, or where they were told to go."""
 
 MOST_STEPS = 1_000_000  # which take about 1.5 GB
 
@@ -84,6 +87,9 @@ class FlightSettings:
         Time constant of the tilt servos [s]; the vehicle's by default, none (0) where it is not stated.
     servo_rate
         Largest tilt rate of the servos [rad/s]; the vehicle's `max_tilt_rate` by default.
+    arms
+        One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller take the arms to be elsewhere
+        than they are.
     floor
         The flight stops when the least singular value of the scaled decoupling matrix may be below [dimensionless].
     attitude_noise, rate_noise, position_noise, velocity_noise
@@ -126,6 +132,7 @@ class FlightSettings:
     thrust_limit: float | None = None
     servo_lag: float | None = None
     servo_rate: float | None = None
+    arms: str = "served"
     floor: float = 0.01
     attitude_noise: float = 0.0
     rate_noise: float = 0.0
@@ -144,9 +151,11 @@ class FlightSettings:
             if not low <= number <= high:
                 raise InputError(f"{name}: {shown(value)}; allowed is {low:g} to {high:g} ({unit})")
             object.__setattr__(self, name, number)
-        if self.reference not in REFERENCES:
-            hint = did_you_mean(self.reference, list(REFERENCES)) if isinstance(self.reference, str) else ""
-            raise InputError(f"reference: {shown(self.reference)}; allowed are {', '.join(REFERENCES)}{hint}")
+        for name, known in (("reference", REFERENCES), ("arms", ARMS)):
+            value = getattr(self, name)
+            if value not in known:
+                hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
+                raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(known)}{hint}")
         if not isinstance(self.saturation, bool):
             raise InputError(f"saturation: {shown(self.saturation)}; allowed are true and false")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 1 << 64:

@@ -86,7 +86,8 @@ class Cockpit:
         self.planned: FloatArray = command[::every]
         self.actual: FloatArray = served(command, settings.step, lag=lag, rate=rate)
         self.servos: FloatArray = self.engine.servo_commands(self.actual)
-        self.allocation: Allocation = allocation_of(self.actual[::every], vehicle)  # and so many rows more
+        known = self.actual[::every] if settings.arms == "served" else self.planned
+        self.allocation: Allocation = allocation_of(known, vehicle)  # and so many rows more
         limit = settings.thrust_limit if settings.thrust_limit is not None else vehicle.max_thrust
         self.limits = (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
 
@@ -160,7 +161,7 @@ def fly(
     Notes
     -----
     Not modelled: rotors that take time to change their speed, ground effect, wakes, flexible arms, delays. The
-    controller knows the vehicle's constants and the angles of the arms exactly.
+    controller knows the vehicle's constants exactly, and the angles of the arms unless it goes by the plan.
 
     Examples
     --------
