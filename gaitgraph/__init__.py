@@ -13,8 +13,8 @@ invertibility, surface, fibers, unfolding, coloring, palettes, paintings, region
 margins, attitudes, reports, stretches, rules, checks, timing, curves, pacing, fibergrid, graph, contract, loads,
 search, compact, requests, obstacles, summary, plans, sketches, showing, gridloops, anyangle, whereabouts, fiberloops,
 planning, ways, enumeration, circuits, simplecycles, catalog, tables, joints, scenes, formats, writing, reading,
-frames, validation, completing, exchange, transitions, optimal, retargeting, robustness, drawing, plots, figures, flight,
-study, watching, explorer, cli.
+frames, validation, completing, exchange, transitions, optimal, retargeting, robustness, drawing, plots, figures,
+flight, study, watching, explorer, cli.
 """
 
 from __future__ import annotations

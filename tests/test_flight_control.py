@@ -364,7 +364,7 @@ def test_a_controller_that_goes_by_the_plan_is_off_by_what_the_lag_makes() -> No
     np.testing.assert_array_equal(lagging["served"].actual, lagging["planned"].actual)
     # Held still, the yaw that the spring kp allows is the torque by which the plan's thrusts miss, over kp·Iz.
     planned = flights["planned"]
-    inputs = thrust_signs(PAPER) * planned.thrusts / PAPER.thrust_coefficient
+    inputs = thrust_signs(PAPER) * planned.thrusts / PAPER.require("thrust_coefficient", purpose="inputs")[0]
     missed = (control_moment_matrix(planned.rows[:, 13:17]) @ inputs[..., None])[:, 2, 0]
     yaw = np.abs(missed).max() / (100.0 * PAPER.inertia[2])  # type: ignore[index]
     assert 0.02 < np.abs(planned.column("yaw")).max() < 2.0 * yaw

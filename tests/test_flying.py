@@ -171,6 +171,12 @@ def test_the_page_on_flight_tells_the_numbers() -> None:
     assert "settles with 215 shares of thrust" in page.replace("\n", " ")
 
 
+def test_the_page_on_flight_tells_every_setting_and_field(levelling: Flight) -> None:
+    page = (Path(__file__).parent.parent / "docs" / "flight.md").read_text()
+    for name in (*levelling.settings.as_mapping(), "thrust_limit", "servo_lag", "servo_rate", *levelling.as_mapping()):
+        assert f"`{name}`" in page, name
+
+
 def test_the_pictures_of_the_page_are_small() -> None:
     images = Path(__file__).parent.parent / "docs" / "images"
     assert (images / "flight.gif").stat().st_size < 400_000

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.flight.rendering import rendered_frames
-from gaitgraph.formats.gifs import _dot, _gif_frame, _line, _nearest, _palette, _text, frame_delays
+from gaitgraph.formats.gifs import draw_dot, draw_line, draw_text, frame_delays, frame_of, in_palette, save_gif
 from gaitgraph.formats.pictures import CHART, GREY, HEIGHT, INK, PALE, PAPER, SCENE, WIDTH, Film
 from gaitgraph.scenes import DEFAULT_VIEW, Scene, scene_of
 from gaitgraph.tables import provenance_text
@@ -40,7 +40,6 @@ _MAP = (380.0, 198.0, 88.0)  # left, top, side of the square seen from above
 _CURVE_POINTS = 400
 _LETTERS = 66
 _MOST_FRAMES = 1000
-_DROPPED = 3
 
 
 def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None:
@@ -70,20 +69,14 @@ def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None
     """
     try:
         import matplotlib as _  # noqa: F401
-        from PIL import Image
+        from PIL import Image  # noqa: F401
     except ImportError as error:
         raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
     times, delays = _clock_of(flight, frames)
     drawing = _Drawing(flight)
-    colors = _palette()
-    nearest = _nearest(colors)
-    flat = []
-    for t in times:
-        red, green, blue = np.moveaxis(np.asarray(drawing.frame(float(t))) >> _DROPPED, -1, 0).astype(np.intp)
-        flat.append(Image.fromarray(nearest[red, green, blue]))
-        flat[-1].putpalette(colors.astype(np.uint8).tobytes())
-    _save(flat, delays, flight, path)
+    flat = in_palette(drawing.frame(float(t)) for t in times)
+    save_gif(flat, delays, provenance_text(flight.table()), path)
 
 
 def write_rendered_film(flight: Flight, path: Path, *, frames: int | None = None) -> None:
@@ -109,7 +102,7 @@ def write_rendered_film(flight: Flight, path: Path, *, frames: int | None = None
     some = np.concatenate(pictures[:: max(len(pictures) // 6, 1)], axis=0)
     palette = Image.fromarray(some).quantize(255, dither=Image.Dither.NONE)
     flat = [Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
-    _save(flat, delays, flight, path)
+    save_gif(flat, delays, provenance_text(flight.table()), path)
 
 
 def _clock_of(flight: Flight, frames: int | None) -> tuple[FloatArray, list[int]]:
@@ -121,22 +114,6 @@ def _clock_of(flight: Flight, frames: int | None) -> tuple[FloatArray, list[int]
     times[-1] = flight.flown
     delays[-1] += _HELD
     return times, delays
-
-
-def _save(flat: list[Any], delays: list[int], flight: Flight, path: Path) -> None:
-    """Write pictures with palettes; the text of what made the flight is their comment."""
-    with path.open("wb") as stream:
-        flat[0].save(
-            stream,
-            format="GIF",
-            save_all=True,
-            append_images=flat[1:],
-            duration=[10 * delay for delay in delays],
-            loop=0,
-            optimize=False,
-            disposal=1,
-            comment=provenance_text(flight.table()).encode("ascii"),
-        )
 
 
 def _delays(seconds: float, frames: int | None) -> list[int]:
@@ -191,7 +168,7 @@ class _Drawing:
         film = Film(scene=scene, title="", about="", alpha=np.zeros((2, 4)), most=1.0)
         share = t / flight.flown if flight.flown else 0.0
         # The drawing of gaits takes which of how many frames it is, for the cursor; here it is one of a thousand.
-        return _gif_frame(film, ground, round(1000 * share), 1000)
+        return frame_of(film, ground, round(1000 * share), 1000)
 
     def _scene(self, row: int) -> Scene:
         """Return the scene of a row: that of the body seen from where the viewer is for it, turned and moved."""
@@ -254,7 +231,7 @@ class _Drawing:
                 ends = np.zeros((2, 3))
                 ends[:, axis], ends[:, 2] = k * spacing, level
                 ends[:, 1 - axis] = here[1 - axis] + np.array([-reach, reach])
-                _line(draw, self._on_screen(ends, row).tolist(), PALE, 1)
+                draw_line(draw, self._on_screen(ends, row).tolist(), PALE, 1)
         shadow = np.array([here[0], here[1], level])
         around = np.linspace(0.0, math.tau, 25)
         ring = shadow + 0.35 * self.arm * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=-1)
@@ -263,15 +240,15 @@ class _Drawing:
         trail = self.place[steps]
         near = np.abs(trail - here).max(axis=1) < 3 * reach
         for k in np.flatnonzero(near[1:] & near[:-1]).tolist():
-            _line(draw, self._on_screen(trail[k : k + 2], row).tolist(), GREY, 1.5)
+            draw_line(draw, self._on_screen(trail[k : k + 2], row).tolist(), GREY, 1.5)
         if self.tracks:
             place = self._on_screen(self.wanted[row : row + 1], row)[0]
             if np.abs(place).max() < 1e4:
-                _dot(draw, place, 5, GREY)
-                _dot(draw, place, 3.5, PAPER)
+                draw_dot(draw, place, 5, GREY)
+                draw_dot(draw, place, 3.5, PAPER)
         draw.rectangle([0, 0, WIDTH * _OVER, SCENE[1] * _OVER], fill=PAPER)
         draw.rectangle([0, (SCENE[1] + SCENE[3]) * _OVER, WIDTH * _OVER, HEIGHT * _OVER], fill=PAPER)
-        _text(draw, (16, 19), self.title, 14, INK, "lm")
+        draw_text(draw, (16, 19), self.title, 14, INK, "lm")
         self._words(draw, row)
         self._map(draw, row)
         self._chart(draw)
@@ -287,11 +264,11 @@ class _Drawing:
             f"thrust {shares.min():.2f} to {shares.max():.2f} of weight / 4".replace("-", "−"),
         ]
         for k, line in enumerate(lines):
-            _text(draw, (16, 46 + 16 * k), line, 11, GREY, "lm")
+            draw_text(draw, (16, 46 + 16 * k), line, 11, GREY, "lm")
         if row == len(flight.rows) - 1:
             told = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
             told = told if len(told) <= _LETTERS else told[: _LETTERS - 1] + "…"
-            _text(draw, (16, SCENE[1] + SCENE[3] - 12), told, 11, INK, "lm", bold=True)
+            draw_text(draw, (16, SCENE[1] + SCENE[3] - 12), told, 11, INK, "lm", bold=True)
 
     def _map(self, draw: Any, row: int) -> None:
         """Draw the path seen from above, forward up the picture, left to the left."""
@@ -306,29 +283,29 @@ class _Drawing:
         draw.rectangle(box, fill=PAPER, outline=PALE, width=2)
         every = np.unique(np.linspace(0, len(self.place) - 1, min(len(self.place), _CURVE_POINTS)).astype(int))
         if self.tracks:
-            _line(draw, seen(self.wanted[every]).tolist(), PALE, 3)
-        _line(draw, seen(self.place[every[every <= row]]).tolist(), INK, 1.2)
-        _dot(draw, seen(self.place[row : row + 1])[0], 3, INK)
-        _text(draw, (left + side, top + side + 9), f"{2 * self.map_half:.3g} m, from above", 10, GREY, "rm")
+            draw_line(draw, seen(self.wanted[every]).tolist(), PALE, 3)
+        draw_line(draw, seen(self.place[every[every <= row]]).tolist(), INK, 1.2)
+        draw_dot(draw, seen(self.place[row : row + 1])[0], 3, INK)
+        draw_text(draw, (left + side, top + side + 9), f"{2 * self.map_half:.3g} m, from above", 10, GREY, "rm")
 
     def _chart(self, draw: Any) -> None:
         left, top, width, height = CHART
-        _line(draw, [(left, top), (left, top + height)], PALE, 1)
-        _line(draw, [(left, top + height / 2), (left + width, top + height / 2)], PALE, 1)
+        draw_line(draw, [(left, top), (left, top + height)], PALE, 1)
+        draw_line(draw, [(left, top + height / 2), (left + width, top + height / 2)], PALE, 1)
         degrees = f"{self.most:g}°"
         for place, text in ((top + 3, degrees), (top + height / 2, "0"), (top + height - 4, f"−{degrees}")):
-            _text(draw, (left - 6, place), text, 11, GREY, "rm")
-        _text(draw, (left + width, top + height + 16), f"{self.flight.flown:.3g} s", 11, GREY, "rm")
-        _text(draw, (left, top + height + 16), "0", 11, GREY, "mm")
+            draw_text(draw, (left - 6, place), text, 11, GREY, "rm")
+        draw_text(draw, (left + width, top + height + 16), f"{self.flight.flown:.3g} s", 11, GREY, "rm")
+        draw_text(draw, (left, top + height + 16), "0", 11, GREY, "mm")
         every = np.unique(np.linspace(0, len(self.place) - 1, min(len(self.place), _CURVE_POINTS)).astype(int))
         t = self.flight.column("t")[every]
         x = left + (width * t / self.flight.flown if self.flight.flown else 0.0 * t)
         for k, (name, color, weight) in enumerate((("roll", INK, 2.0), ("pitch", GREY, 3.5))):
             y = top + height / 2 * (1.0 - np.degrees(self.flight.column(name)[every]) / self.most)
-            _line(draw, np.stack([x, y], axis=-1).tolist(), color, weight)
+            draw_line(draw, np.stack([x, y], axis=-1).tolist(), color, weight)
             start = left + width / 2 - 60 + 90 * k
-            _line(draw, [(start, top + height + 16), (start + 18, top + height + 16)], color, weight)
-            _text(draw, (start + 24, top + height + 16), name, 11, GREY, "lm")
+            draw_line(draw, [(start, top + height + 16), (start + 18, top + height + 16)], color, weight)
+            draw_text(draw, (start + 24, top + height + 16), name, 11, GREY, "lm")
 
 
 def _screen(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray]:

@@ -38,12 +38,22 @@ from gaitgraph.formats.pictures import (
 from gaitgraph.scenes import ROTOR_COLORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from gaitgraph.tables import Table
 
-__all__ = ["frame_delays", "provenance_of_gif", "write_gif"]
+__all__ = [
+    "draw_dot",
+    "draw_line",
+    "draw_text",
+    "frame_delays",
+    "frame_of",
+    "in_palette",
+    "provenance_of_gif",
+    "save_gif",
+    "write_gif",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -83,14 +93,21 @@ def write_gif(pieces: Iterable[Table], path: Path) -> None:
     """
     try:
         import matplotlib as _  # noqa: F401
-        from PIL import Image
+        from PIL import Image  # noqa: F401
     except ImportError as error:
         raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
     film, period = film_of(pieces, _fractions)
     delays = frame_delays(period)
     ground = _gif_ground(film, period, sum(delays) / 100)
-    frames = [_gif_frame(film, ground, k, len(delays)) for k in range(len(delays))]
+    frames = [frame_of(film, ground, k, len(delays)) for k in range(len(delays))]
+    save_gif(in_palette(frames), delays, film.about, path)
+
+
+def in_palette(frames: Iterable[Any]) -> list[Any]:
+    """Return RGB pictures of one size with one palette, that of :mod:`gaitgraph.formats.pictures`."""
+    from PIL import Image
+
     colors = _palette()
     nearest = _nearest(colors)
     flat = []
@@ -98,6 +115,23 @@ def write_gif(pieces: Iterable[Table], path: Path) -> None:
         red, green, blue = np.moveaxis(np.asarray(frame) >> _DROPPED, -1, 0).astype(np.intp)
         flat.append(Image.fromarray(nearest[red, green, blue]))
         flat[-1].putpalette(colors.astype(np.uint8).tobytes())
+    return flat
+
+
+def save_gif(flat: Sequence[Any], delays: Sequence[int], about: str, path: Path) -> None:
+    """Write pictures with palettes as an animated GIF that loops for ever.
+
+    Parameters
+    ----------
+    flat
+        Of one size, with a palette each.
+    delays
+        How long each is shown [1/100 s].
+    about
+        Its comment, in ASCII.
+    path
+        A new file.
+    """
     with path.open("wb") as stream:
         flat[0].save(
             stream,
@@ -108,7 +142,7 @@ def write_gif(pieces: Iterable[Table], path: Path) -> None:
             loop=0,
             optimize=False,
             disposal=1,
-            comment=film.about.encode("ascii"),
+            comment=about.encode("ascii"),
         )
 
 
@@ -154,20 +188,21 @@ def _gif_ground(film: Film, period: float, seconds: float) -> Any:
     image = Image.new("RGB", (WIDTH * _OVER, HEIGHT * _OVER), PAPER)
     draw = ImageDraw.Draw(image)
     left, top, width, height = CHART
-    _text(draw, (16, 19), film.title + pace_told(period, seconds), 14, INK, "lm")
-    _line(draw, [(left, top), (left, top + height)], PALE, 1)
-    _line(draw, [(left, top + height / 2), (left + width, top + height / 2)], PALE, 1)
+    draw_text(draw, (16, 19), film.title + pace_told(period, seconds), 14, INK, "lm")
+    draw_line(draw, [(left, top), (left, top + height)], PALE, 1)
+    draw_line(draw, [(left, top + height / 2), (left + width, top + height / 2)], PALE, 1)
     degrees = f"{math.degrees(film.most):.0f}°"
     for place, text in ((top + 3, degrees), (top + height / 2, "0"), (top + height - 4, f"−{degrees}")):
-        _text(draw, (left - 6, place), text, 11, GREY, "rm")
-    _text(draw, (left + width, top + height + 16), f"{period:g} s", 11, GREY, "rm")
-    _text(draw, (left, top + height + 16), "0", 11, GREY, "mm")
+        draw_text(draw, (left - 6, place), text, 11, GREY, "rm")
+    draw_text(draw, (left + width, top + height + 16), f"{period:g} s", 11, GREY, "rm")
+    draw_text(draw, (left, top + height + 16), "0", 11, GREY, "mm")
     for rotor in range(4):
-        _line(draw, film.curve(rotor).tolist(), ROTOR_COLORS[rotor], THICK if rotor < 2 else THIN)
+        draw_line(draw, film.curve(rotor).tolist(), ROTOR_COLORS[rotor], THICK if rotor < 2 else THIN)
     return image
 
 
-def _gif_frame(film: Film, ground: Any, k: int, count: int) -> Any:
+def frame_of(film: Film, ground: Any, k: int, count: int) -> Any:
+    """Return the picture of frame k of so many, on a ground that is twice as large: the vehicle, and the cursor."""
     from PIL import ImageDraw
 
     image = ground.copy()
@@ -176,50 +211,52 @@ def _gif_frame(film: Film, ground: Any, k: int, count: int) -> Any:
 
     def push(start: FloatArray, end: FloatArray, width: float) -> None:
         head = arrow_head(start, end)
-        _line(draw, [start, head[1:].mean(axis=0)], INK, width)
+        draw_line(draw, [start, head[1:].mean(axis=0)], INK, width)
         draw.polygon([tuple(corner * _OVER) for corner in head], fill=INK)
 
     hub, nose = scene.hub + offset, scene.nose + offset
     for end in scene.arms + offset:
-        _line(draw, [hub, end], GREY, 5)
+        draw_line(draw, [hub, end], GREY, 5)
     push(hub, nose, 2)
-    _dot(draw, hub, 6, INK)
+    draw_dot(draw, hub, 6, INK)
     around = np.linspace(0.0, math.tau, 73)
     circle = np.stack([np.cos(around), np.sin(around)])
     for rotor in scene.order:
         disc, facing = scene.discs[k, rotor], bool(scene.facing[k, rotor])
         centre, tip = disc[4:] + offset, scene.thrusts[k, rotor] + offset
         rim = (disc[:4].reshape(2, 2).T @ circle).T + centre
-        _line(draw, [scene.arms[rotor] + offset, centre], GREY, 4)
+        draw_line(draw, [scene.arms[rotor] + offset, centre], GREY, 4)
         if not facing:
             push(centre, tip, 2.5)
         color = ROTOR_COLORS[rotor]
         draw.polygon([tuple(corner * _OVER) for corner in rim], fill=color if facing else underside(color))
-        _line(draw, rim.tolist(), INK, 1.2)
-        _dot(draw, centre, 2.5, INK)
+        draw_line(draw, rim.tolist(), INK, 1.2)
+        draw_dot(draw, centre, 2.5, INK)
         if facing:
             push(centre, tip, 2.5)
     for rotor, place in enumerate(scene.labels + offset):
-        _dot(draw, place, 10, PAPER)
-        _dot(draw, place, 8.5, ROTOR_COLORS[rotor])
-        _text(draw, tuple(place), str(rotor + 1), 12, INK, "mm", bold=True)
+        draw_dot(draw, place, 10, PAPER)
+        draw_dot(draw, place, 8.5, ROTOR_COLORS[rotor])
+        draw_text(draw, tuple(place), str(rotor + 1), 12, INK, "mm", bold=True)
     left, top, width, height = CHART
     x = left + width * k / count
-    _line(draw, [(x, top - 4), (x, top + height + 4)], INK, 1.2)
+    draw_line(draw, [(x, top - 4), (x, top + height + 4)], INK, 1.2)
     return image.reduce(_OVER)
 
 
-def _line(draw: Any, points: Any, color: str, width: float) -> None:
+def draw_line(draw: Any, points: Any, color: str, width: float) -> None:
+    """Draw a line through places [px] into a picture that is twice as large."""
     corners = [(float(x) * _OVER, float(y) * _OVER) for x, y in points]
     draw.line(corners, fill=color, width=max(1, round(width * _OVER)), joint="curve")
 
 
-def _dot(draw: Any, place: Any, radius: float, color: str) -> None:
+def draw_dot(draw: Any, place: Any, radius: float, color: str) -> None:
+    """Draw a disc at a place [px] into a picture that is twice as large."""
     x, y, r = float(place[0]) * _OVER, float(place[1]) * _OVER, radius * _OVER
     draw.ellipse([x - r, y - r, x + r, y + r], fill=color)
 
 
-def _text(draw: Any, place: Any, text: str, size: int, color: str, anchor: str, *, bold: bool = False) -> None:
+def draw_text(draw: Any, place: Any, text: str, size: int, color: str, anchor: str, *, bold: bool = False) -> None:
     """Write a text in the font that comes with matplotlib: the same letters on every machine."""
     from matplotlib import get_data_path
     from PIL import ImageFont

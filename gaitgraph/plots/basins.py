@@ -28,7 +28,7 @@ _LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
     "near singular": {"marker": "x", "color": "black", "markersize": 4.2, "markeredgewidth": 1.1},
-    "sign change": {"marker": "+", "color": "black", "markersize": 5.2, "markeredgewidth": 1.1},
+    "sign change": {"marker": "*", "color": "black", "markersize": 5.2, "markeredgewidth": 0.0},
     "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
     "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
     "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},

@@ -28,7 +28,7 @@ _INK = "#010203"  # replaced by the page's color
 _SETTLED, _ASTRAY, _UNFLOWN = "#1f9e89", "#e0722c", "#8a8a8a"
 _WIDTH, _PANEL = 170.0, 42.0  # mm
 _HUES = ("#2f7fd6", "#e0722c", "#1f9e89", "#b04fc4", "#c2a01a", "#d64b6a", "#6a7fd0", "#5f9e2f")
-_MOST_LEVELS = 8
+_MOST_LEVELS = 20
 _MOST_LINES = 40  # periods that have a mark each
 _WIDE = 15.0  # ratio of thrusts from which the axis is logarithmic
 _DEGREES = 180.0 / np.pi
@@ -121,7 +121,8 @@ def _svg(width: float, height: float, draw: Callable[[Figure], None], name: str)
     text = re.sub(r"<style[^>]*>.*?</style>", "", text, flags=re.DOTALL)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", text)
-    return re.sub(r'^<svg [^>]*?(viewBox="[^"]*")[^>]*>', r'<svg class="chart" \1>', text)
+    share = f'style="width: {100 * width / _WIDTH:.4g}%"'
+    return re.sub(r'^<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg class="chart" {share} \1>', text)
 
 
 def basins(rows: Columns, panels: Sequence[tuple[str, npt.NDArray[np.bool_]]]) -> str:

@@ -109,17 +109,19 @@ class Dataset:
                 f"{error}; allowed is a place with room: what is written stays, and the same command goes on from there"
             ) from error
 
-    def kept(self) -> list[int]:
-        """Return the batches that are there, in order, each read and found whole.
+    def parts(self) -> dict[int, Any]:
+        """Return the parts that are there as pyarrow tables by their batch, in order, each found whole.
 
         Raises
         ------
         FileProblem, InputError
             If a file is broken, of another study, or none of a study's.
         """
-        found = []
+        found = {}
         rows = self.folder / ROWS
         for path in sorted(rows.iterdir()):
+            if path.name.startswith("."):  # of a file manager or a file system; readers of datasets pass it over too
+                continue
             match = _PART.fullmatch(path.name)
             batch = int(match[1]) if match else -1
             if not 0 <= batch < self.study.batches or self.path(batch) != path:
@@ -127,12 +129,11 @@ class Dataset:
                     f"output: {str(path)!r} is no part of this study; allowed in {ROWS} are part-00000.parquet to "
                     f"{self.path(self.study.batches - 1).name}"
                 )
-            self._check(path, batch)
-            found.append(batch)
+            found[batch] = self._checked(path, batch)
         return found
 
-    def _check(self, path: Path, batch: int) -> None:
-        """Raise unless a part is whole, of this study, and has the cases that it should."""
+    def _checked(self, path: Path, batch: int) -> Any:
+        """Return a part; InputError unless it is whole, of this study, and has the cases that it should."""
         cure = "delete it, and the same command flies its cases again"
         try:
             table = self._read(path)
@@ -149,6 +150,7 @@ class Dataset:
                 f"part {str(path)!r}: it does not hold cases {numbers[0]} to {numbers[-1]}; allowed is a whole part: "
                 f"{cure}"
             )
+        return table
 
     def _read(self, path: Path) -> Any:
         pa = require_pyarrow()
@@ -172,12 +174,6 @@ class Dataset:
             return None
         told = content.get("fingerprint") if isinstance(content, dict) else None
         return told if isinstance(told, str) else None
-
-    def table(self) -> Any:
-        """Return all rows that are there as one pyarrow table, in the order of their cases."""
-        pa = require_pyarrow()
-        tables = [self._read(self.path(batch)) for batch in self.kept()]
-        return pa.concat_tables(tables) if tables else self._schema(pa).empty_table()
 
     def _schema(self, pa: Any) -> Any:
         kinds = {"whole": pa.int64(), "number": pa.float64(), "text": pa.string(), "flag": pa.bool_()}

@@ -37,8 +37,8 @@ th { font-weight: 600; border-bottom: 1px solid; }
 th:first-child, td:first-child, td.text, th.text, td.outcome { text-align: left; }
 td.outcome { white-space: nowrap; }
 td.bar { width: 7rem; } td.bar i { display: block; height: .7rem; margin-top: .35rem; background: #1f9e89; }
-svg.chart { width: 100%; height: auto; stroke-linejoin: round; stroke-linecap: butt; }
-svg.chart.narrow { max-width: 40rem; } p.note { opacity: .75; margin: .2rem 0 .6rem; } code { overflow-wrap: anywhere; }
+svg.chart { display: block; height: auto; stroke-linejoin: round; stroke-linecap: butt; }
+p.note { opacity: .75; margin: .2rem 0 .6rem; } code { overflow-wrap: anywhere; }
 """
 
 
@@ -96,7 +96,8 @@ def _counts(rows: Columns) -> str:
 def _factors(study: Study, rows: Columns) -> Iterable[str]:
     """Yield a table for each quantity that the cases differ in, or that there is one of."""
     known = dict(_FACTORS)
-    columns = [name for name, _, _ in columns_of(study)]
+    units = {name: unit for name, _, unit in columns_of(study)}
+    columns = list(units)
     constants = columns[columns.index("vehicle") + 1 : columns.index("gait")]
     levels = {name: levels_of(rows[name], order=_order(study, name)) for name in [*known, *constants]}
     for name in [*known, *(one for one in constants if len(levels[one]) > 1)]:
@@ -109,9 +110,13 @@ def _factors(study: Study, rows: Columns) -> Iterable[str]:
                 f"<td>{int(some.settled.sum())}</td><td>{100 * part:.1f} %</td>"
                 f'<td class="bar"><i style="width:{100 * part:.1f}%"></i></td></tr>'
             )
-        title = escape(known.get(name, name.replace("_", " ")))
+        title = escape(known.get(name) or _told(name, units[name]))
         head = f"<tr><th>{title}</th><th>cases</th><th>flown</th><th>settled</th><th>of cases</th><th></th></tr>"
         yield f"<table>{head}{''.join(lines)}</table>"
+
+
+def _told(column: str, unit: str) -> str:
+    return column.replace("_", " ") + (f" ({unit})" if unit not in ("", "1") else "")
 
 
 def _order(study: Study, column: str) -> list[str]:

@@ -183,7 +183,7 @@ def run_study(
     tell = progress or (lambda _: None)
     with opened_dataset(folder, study, here) as dataset:
         tell("reading what is there")
-        kept = set(dataset.kept())
+        kept = dataset.parts()
         missing = [batch for batch in range(study.batches) if batch not in kept]
         done = sum(len(study.numbers(batch)) for batch in kept)
         clock = _Clock(tell, done, len(study))
@@ -197,7 +197,7 @@ def run_study(
                     flown += len(rows)
                     clock.add(len(rows))
         tell("drawing the summary")
-        table = dataset.table()
+        table = require_pyarrow().concat_tables((dataset.parts() if missing else kept).values())
         dataset.write_summary(page_of(study, table))
     counts = table["outcome"].to_pylist()
     return StudyRun(
