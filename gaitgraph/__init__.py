@@ -47,6 +47,11 @@ if TYPE_CHECKING:
     )
     from gaitgraph.exchange import Exported, export, export_file, gait_of, request_of_file
     from gaitgraph.fibers import fiber_points
+    from gaitgraph.flight.basins import Basin, basin_of, basins_of
+    from gaitgraph.flight.courses import Course, from_hover
+    from gaitgraph.flight.records import Flight
+    from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.flight.simulation import fly
     from gaitgraph.formats.options import FormatOptions
     from gaitgraph.frames import table_from_frame
     from gaitgraph.gait import Gait, lift, lift_to_fiber, vertices
@@ -93,6 +98,7 @@ if TYPE_CHECKING:
     from gaitgraph.robustness import Robustness, RobustnessReport, robustness_of
     from gaitgraph.scenes import Scene, scene_of
     from gaitgraph.simplecycles import NoCycle, SimpleCycle, simple_cycle
+    from gaitgraph.study import Study, read_study, run_study
     from gaitgraph.surface import root_arrays, roots, sheet_grid
     from gaitgraph.tables import Table
     from gaitgraph.timing import TimedGait, parametrize
@@ -127,6 +133,11 @@ _HOMES = {
     ),
     "exchange": ("Exported", "export", "export_file", "gait_of", "request_of_file"),
     "fibers": ("fiber_points",),
+    "flight.basins": ("Basin", "basin_of", "basins_of"),
+    "flight.courses": ("Course", "from_hover"),
+    "flight.records": ("Flight",),
+    "flight.settings": ("FlightSettings",),
+    "flight.simulation": ("fly",),
     "formats.options": ("FormatOptions",),
     "frames": ("table_from_frame",),
     "gait": ("Gait", "lift", "lift_to_fiber", "vertices"),
@@ -168,6 +179,7 @@ _HOMES = {
     "robustness": ("Robustness", "RobustnessReport", "robustness_of"),
     "scenes": ("Scene", "scene_of"),
     "simplecycles": ("NoCycle", "SimpleCycle", "simple_cycle"),
+    "study": ("Study", "read_study", "run_study"),
     "surface": ("root_arrays", "roots", "sheet_grid"),
     "tables": ("Table",),
     "timing": ("TimedGait", "parametrize"),
@@ -184,6 +196,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 __all__ = [
     "PAPER",
     "AcceptableAttitudes",
+    "Basin",
     "Check",
     "Coefficients",
     "Coloring",
@@ -192,11 +205,14 @@ __all__ = [
     "CompactGraph",
     "CompactWalk",
     "ContractError",
+    "Course",
     "Curve",
     "Cycle",
     "Cycles",
     "Exported",
     "FileProblem",
+    "Flight",
+    "FlightSettings",
     "FormatOptions",
     "Gait",
     "GaitgraphError",
@@ -226,6 +242,7 @@ __all__ = [
     "ShortestPaths",
     "SimpleCycle",
     "SingularCurve",
+    "Study",
     "Table",
     "TimedGait",
     "Transition",
@@ -235,6 +252,8 @@ __all__ = [
     "admissible_region",
     "angle_from_text",
     "attitude_sensitivities",
+    "basin_of",
+    "basins_of",
     "coefficients_of",
     "colorings",
     "compact_graph",
@@ -249,6 +268,8 @@ __all__ = [
     "export",
     "export_file",
     "fiber_points",
+    "fly",
+    "from_hover",
     "gait_of",
     "hover_thrust_shares",
     "joint_map_from_mapping",
@@ -267,6 +288,7 @@ __all__ = [
     "pitch_sensitivity",
     "plan_loop",
     "preset_names",
+    "read_study",
     "read_table",
     "request_of_file",
     "retarget",
@@ -275,6 +297,7 @@ __all__ = [
     "root_arrays",
     "roots",
     "rounded",
+    "run_study",
     "scene_of",
     "servo_response",
     "sheet_grid",
