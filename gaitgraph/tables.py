@@ -66,6 +66,8 @@ _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m"
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
 _UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(("saturated", "nearness"), "1")
 _UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {f"thrust{k}": "N" for k in range(1, 5)}
+# Of a basin, see gaitgraph.flight.basins.
+_UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "acceptable", "same_side"), "1")
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 

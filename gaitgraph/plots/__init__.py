@@ -11,6 +11,7 @@ between the planes.
 
 from __future__ import annotations
 
+from gaitgraph.plots.basins import basin_map, basins_figure
 from gaitgraph.plots.flights import flights_side_by_side, plot_flight
 from gaitgraph.plots.gaits import at_face_value, axes_of_a_gait, gait_in_four_dimensions, roll_pitch_diagram
 from gaitgraph.plots.regions import regions_map, singular_value_map
@@ -30,6 +31,8 @@ __all__ = [
     "adjacency_rule",
     "at_face_value",
     "axes_of_a_gait",
+    "basin_map",
+    "basins_figure",
     "flights_side_by_side",
     "gait_in_four_dimensions",
     "gait_loop",
