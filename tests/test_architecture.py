@@ -67,7 +67,7 @@ INNER = {
     "plots": ("vehicles", "roots", "types", "regions", "gaits", "flights", "basins"),
     "flight": (
         "settings", "servos", "references", "engine", "allocation", "clocks", "courses", "rendering", "films",
-        "outputs", "records", "simulation", "viewing", "basins",
+        "outputs", "records", "controllers", "disturbances", "simulation", "viewing", "basins",
     ),
     "study": (
         "axes", "fleets", "sources", "designs", "cases", "charts", "clusters", "datasets", "pages", "running",

@@ -16,9 +16,10 @@ from scipy.integrate import solve_ivp
 
 from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
 from gaitgraph.flight import REFERENCES, Cockpit, Course, FlightSettings, fly, settings_from_mapping
-from gaitgraph.flight import simulation as simulation_module
 from gaitgraph.flight.allocation import allocation_of, nearness
+from gaitgraph.flight.controllers import wanted_attitude
 from gaitgraph.flight.courses import repeated
+from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
 from gaitgraph.flight.engine import Engine, engine_of
 from gaitgraph.flight.records import COLUMNS
 from gaitgraph.flight.references import Reference
@@ -255,19 +256,17 @@ def turned(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 
 class TestDecoupler:
-    FUNCTIONS = (math.sin, math.cos, math.asin, math.atan2, math.hypot)
-
     def test_the_force_points_where_it_is_wanted(self) -> None:
         rng = np.random.default_rng(8)
         for _ in range(200):
             ax, ay, yaw = *rng.uniform(-5, 5, 2), rng.uniform(-3, 3)
             force = rng.normal(size=3) * 0.3 + [0, 0, 2]
-            roll, pitch = simulation_module._lean(ax, ay, 9.8, yaw, tuple(force), self.FUNCTIONS)
+            roll, pitch = wanted_attitude(ax, ay, 9.8, yaw, tuple(force))
             pushed = turned(roll, pitch, yaw) @ force
             np.testing.assert_allclose(pushed / pushed[2] * 9.8, [ax, ay, 9.8], rtol=1e-9, atol=1e-9)
 
     def test_it_leans_by_45_degrees_at_most(self) -> None:
-        roll, pitch = simulation_module._lean(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0), self.FUNCTIONS)
+        roll, pitch = wanted_attitude(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0))
         pushed = turned(roll, pitch, 0.0) @ [0, 0, 1.0]
         np.testing.assert_allclose(pushed, np.array([0.6, -0.8, 1.0]) / math.sqrt(2), atol=1e-12)
 
@@ -340,16 +339,16 @@ class TestRepeatability:
         np.testing.assert_allclose(long.rows[: len(brief.rows)], brief.rows, rtol=0, atol=1e-12)
 
     def test_noise_and_gusts_have_the_size_that_is_asked_for(self) -> None:
-        noise = np.array(simulation_module._noise(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
+        noise = np.array(noise_of(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
         np.testing.assert_allclose(noise.std(axis=0), [0] * 3 + [0.1] * 3 + [2.0] * 3 + [0] * 3, rtol=0.05)
-        gusts = simulation_module._gusts(short(wind=(5, 0, -1), gust=0.7, duration=400), 400_000)
+        gusts = gusts_of(short(wind=(5, 0, -1), gust=0.7, duration=400), 400_000)
         assert gusts is not None
         np.testing.assert_allclose(gusts.mean(axis=0), [5, 0, -1], atol=0.15)
         np.testing.assert_allclose(gusts.std(axis=0), 0.7, rtol=0.15)
         off = gusts[:, 0] - gusts[:, 0].mean()
         assert np.mean(off[1000:] * off[:-1000]) / off.var() == pytest.approx(math.exp(-1), abs=0.12)
-        assert simulation_module._gusts(short(), 10) is None
-        assert simulation_module._noise(short(), 10) is None
+        assert gusts_of(short(), 10) is None
+        assert noise_of(short(), 10) is None
 
     def test_wind_carries_it_away(self) -> None:
         still, blown = (fly(HOVER, attitude=(0, 0), settings=short(wind=wind)) for wind in ((0, 0), (0, 8.0)))
@@ -423,7 +422,7 @@ def test_spinning_rotors_push_back_when_they_are_turned(spin: Any) -> None:
     inertia, coefficient = 3e-5, PAPER.thrust_coefficient or 0.0
     vehicle = PAPER.replace(rotor_inertia=inertia, first_rotor_spin=spin, first_arm_angle=0.3)
     engine, rng = engine_of(vehicle), np.random.default_rng(9)
-    put = simulation_module._spin_of(vehicle)
+    put = gyroscopic_torque_of(vehicle)
     assert put is not None
     for _ in range(5):
         alpha, rates, omega, thrusts = (rng.normal(size=size) for size in (4, 4, 3, 4))
@@ -438,7 +437,7 @@ def test_spinning_rotors_push_back_when_they_are_turned(spin: Any) -> None:
             speed = senses[k] * np.sign(thrusts[k]) * math.sqrt(abs(thrusts[k]) / coefficient)
             total -= np.cross(omega + rates[k] * out, inertia * speed * axis)
         np.testing.assert_allclose(engine.data.qfrc_applied, [0, 0, 0, *total, 0, 0, 0, 0], rtol=1e-12, atol=1e-12)
-    assert simulation_module._spin_of(PAPER) is None
+    assert gyroscopic_torque_of(PAPER) is None
     turned = fly(flown_by(RED, vehicle), settings=short(), anyway=True)
     plain = fly(flown_by(RED, vehicle.replace(rotor_inertia=None)), settings=short(), anyway=True)
     assert 1e-6 < np.abs(turned.column("roll") - plain.column("roll")).max() < 0.05

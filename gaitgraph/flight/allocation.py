@@ -20,11 +20,15 @@ import numpy.typing as npt
 from gaitgraph.invertibility import rotor_directions, thrust_signs
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Allocation", "allocation_of", "nearness"]
 
 FloatArray = npt.NDArray[np.float64]
+
+_AT_ONCE = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +54,14 @@ class Allocation:
     force: FloatArray
     direction: FloatArray
     squared: FloatArray
+
+    def rows(self) -> Iterator[list[float]]:
+        """Yield F·P, N, |P|², P and w of each place as plain numbers, made some hundred places at a time."""
+        count = len(self.squared)
+        parts = (self.force, self.direction, self.squared, self.thrusts, self.free)
+        flat = [part.reshape(count, -1) for part in parts]
+        for begin in range(0, count, _AT_ONCE):
+            yield from np.hstack([part[begin : begin + _AT_ONCE] for part in flat]).tolist()
 
 
 def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
