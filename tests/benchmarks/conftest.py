@@ -23,6 +23,7 @@ AIMS = {
     "corner to corner at 1025 x 1025, compiled, against bare scipy csgraph": "at most 1.2",
     "least period of a square loop under rate and acceleration limits against toppra": "at most 1",
     "a click in the explorer, server side, against plan_loop alone": "at most 2, and 20 ms",
+    "a study of 200 flights on two workers against one": "at most 1/1.6",
     "one second of flight at 1 kHz against mujoco alone": "none; mujoco is about 140 times faster than real time",
     "one second of flight at 1 kHz against real time": "at most 1/20",
 }
