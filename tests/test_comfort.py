@@ -183,6 +183,7 @@ def files(run: Any) -> None:
         gg.plan_loop(waypoints, color=gait.color).gait.parametrize(samples=16).write(name)
     Path("off.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.1,0.2,1.3,1.4\n")
     Path("no.csv").write_text("alpha1,alpha2,color\n0.5,-0.5,red\n-0.5,0.5,blue\n")
+    Path("study.toml").write_text('name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n')
     Path("fly.toml").write_text('preset = "paper"\nmax_thrust = 2.0\n')
 
 
@@ -209,6 +210,12 @@ ANSWERS = [
     (["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30", "--period", "0.1"], 1),
     (["retarget", "gait3.csv", "--output", "kept.csv"], 0),
     (["retarget", "gait3.csv", "--floor", "9"], 1),
+    (["fly", "gait3.csv", "--duration", "1"], 0),
+    (["fly", "gait1.csv"], 1),
+    (["basin", "gait4", "--resolution", "2", "--extent", "10deg"], 0),
+    (["basin", "gait1.csv"], 1),
+    (["study", "study.toml", "--dry-run"], 0),
+    (["study", "study.toml", "--workers", "0"], 0),
     (["roots", "0.3", "-0.4"], 0),
     (["export", "gait3.csv", "gait3.json"], 0),
     (["vehicles"], 0),

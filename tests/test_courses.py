@@ -103,6 +103,15 @@ def test_no_course_leads_from_hover_to_another_sign_of_r_or_to_blue(number: int,
     assert ("R = +4 at the start and -5.559 at the end" in found) == (number == 3)
 
 
+def test_off_the_surfaces_the_reason_is_that_of_the_straight_way() -> None:
+    found = from_hover(gait_of_paper(3).biased(0.8).parametrize(1.0))
+    assert isinstance(found, str)
+    assert found.startswith(
+        "no flyable way from hover: off the surfaces it is straight, and R changes its sign at (0.7"
+    )
+    assert isinstance(from_hover(gait_of_paper(4).biased(0.8).parametrize(1.0)), Course)
+
+
 def test_the_sign_of_r_predicts_which_loops_are_reached() -> None:
     points = [(-0.4, 0.4), (0.1, -0.05), (-0.2, 0.3), (1.2, -1.2), (0.9, -0.6), (-1.2, 1.2)]
     reached: dict[bool, int] = {}
@@ -185,7 +194,7 @@ def test_physics_alone_refuses() -> None:
     assert flight.settled
     assert flight.warnings == warnings
     assert flight.as_mapping()["warnings"] == list(warnings)
-    assert fly(gait_of_paper(3).parametrize(1.0), settings=FlightSettings(duration=0.5)).warnings == ()
+    assert fly(gait_of_paper(3).parametrize(1.0), settings=FlightSettings(duration=1.0)).warnings == ()
     for number in (1, 2):
         flight = fly(gait_of_paper(number).parametrize(1.0))
         assert flight.refused

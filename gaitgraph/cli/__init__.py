@@ -36,14 +36,14 @@ _FILES = {
     "optimize": "optimising",
     "pace": "pacing",
     "retarget": "optimising",
+    "fly": "flying",
+    "basin": "basins",
+    "study": "study",
     "roots": "roots",
     "export": "write",
     "vehicles": "vehicles",
     "figures": "write",
     "explore": "exploring",
-    "fly": "flying",
-    "basin": "basins",
-    "study": "study",
 }
 
 

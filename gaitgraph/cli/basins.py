@@ -11,10 +11,12 @@ from gaitgraph.cli.flights import (
     PAPER_NAMES,
     clock_options,
     flight_options,
+    refuse_two_limits,
     settings_from_options,
     timed_of_argument,
+    told_warnings,
 )
-from gaitgraph.cli.options import a_file, force_option, json_option
+from gaitgraph.cli.options import a_file, as_options, force_option, json_option
 from gaitgraph.cli.terminal import print_json, print_text, working
 from gaitgraph.errors import Infeasible, InputError
 
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 __all__ = ["basin_command"]
-
-_FIELDS = ("bias", "resolution", "extent", "begins", "duration")
 
 
 @command("From which roll and pitch a gait settles, by flight.")
@@ -69,35 +69,42 @@ def basin_command(
 
     check_basin_outputs(outputs, force=force)
     mujoco_library()  # MissingExtra, before anything is read
+    refuse_two_limits(options)
+    file, duration = options.get("settings_file"), options.get("duration")
     settings = settings_from_options(options)
+    if settings.reference != "attitude":
+        raise InputError(f"settings file {file!r}: reference: {settings.reference!r}; allowed for a basin is attitude")
+    if 1.0 in bias:
+        raise InputError("--bias: 1; allowed are others, for the gait itself, which η = 1 is, is flown in any case")
     asked = {name: value for name, value in options.items() if value is not None}
-    with working(f"reading {gait_file}") as progress:
+    given = {**asked, "period": period, "law": law, "duration": duration, "bias": bias or None}
+    flags = {name: (f"--{name}", value) for name, value in given.items()}
+    with working(f"reading {gait_file}") as progress, as_options(**flags):
         try:
             timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
         except Infeasible as error:
             return _refused(f"there is no gait to fly: {error}", as_json=as_json)
         progress("flying")
-        try:
-            basins = basins_of(
-                timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
-            )
-        except InputError as error:
-            field, colon, rest = str(error).partition(": ")
-            if not colon or field not in _FIELDS:
-                raise
-            raise type(error)(f"--{field}: {rest}") from error
+        basins = basins_of(
+            timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
+        )
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
+    warnings = [told_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
     if as_json:
         about = {
             "vehicle": timed.gait.vehicle.name,
             "settings": basins[0].settings.as_mapping(),
             "outputs": list(outputs),
         }
-        print_json({"basins": [basin.as_mapping() for basin in basins], **about})
+        told = [basin.as_mapping() | {"warnings": one} for basin, one in zip(basins, warnings, strict=True)]
+        print_json({"basins": told, **about})
     else:
-        print_text("\n".join([*map(str, basins), *(f"wrote {name}" for name in outputs)]))
+        lines = []
+        for basin, one in zip(basins, warnings, strict=True):
+            lines += [str(basin), *(f"warning: {warning}" for warning in one)]
+        print_text("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
     return 1 if any(basin.refusal for basin in basins) else 0
 
 

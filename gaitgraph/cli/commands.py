@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.errors import did_you_mean
+from gaitgraph.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -46,13 +46,30 @@ class Command(click.Command):
             _MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and before not in valued else arg
             for before, arg in zip(["", *args], args, strict=False)
         ]
-        rest = super().parse_args(ctx, marked)
+        try:
+            rest = super().parse_args(ctx, marked)
+        except click.BadParameter as error:
+            told = _told_of_number(error)
+            if not told:
+                raise
+            raise InputError(as_typed(told)) from error
         for name, value in ctx.params.items():
             if isinstance(value, tuple):
                 ctx.params[name] = tuple(map(_unmarked, value))
             else:
                 ctx.params[name] = _unmarked(value)
         return rest
+
+
+def _told_of_number(error: click.BadParameter) -> str:
+    """Return what is told of an option whose text is not the number that it must be; "" of any other problem."""
+    option = error.param
+    text, said, _ = error.message.partition(" is not a valid ")
+    if option is None or not said or option.type not in (click.FLOAT, click.INT):
+        return ""
+    number = "a whole number" if option.type is click.INT else "a number"
+    unit = f" of {str(option.metavar).lower()}" if option.metavar in ("SECONDS", "METRES") else ""
+    return f"{option.opts[0]}: {text}; allowed is {number}{unit}"
 
 
 def command(short_help: str) -> Callable[[Callable[..., int]], Command]:

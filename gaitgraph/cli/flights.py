@@ -12,7 +12,7 @@ from gaitgraph.cli.options import a_file, name_option, setting_options, vehicle_
 from gaitgraph.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from gaitgraph.flight.settings import FlightSettings
     from gaitgraph.timing import TimedGait
@@ -22,8 +22,10 @@ __all__ = [
     "angles_from_text",
     "clock_options",
     "flight_options",
+    "refuse_two_limits",
     "settings_from_options",
     "timed_of_argument",
+    "told_warnings",
 ]
 
 PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
@@ -60,7 +62,10 @@ def flight_options(command: Callable[..., int]) -> Callable[..., int]:
             help="A TOML file with a table [flight] of settings; options go before it.",
         ),
         click.option(
-            "--duration", type=float, metavar="SECONDS", help="How long is flown.  [default: 3, more to a place]"
+            "--duration",
+            type=float,
+            metavar="SECONDS",
+            help="How long is flown.  [default: a period, 3 at least]",
         ),
         click.option("--tolerance", type=float, metavar="X", help="Settled within (rad, m).  [default: 0.02]"),
         *(
@@ -104,20 +109,51 @@ def settings_from_options(options: dict[str, Any], **defaults: Any) -> FlightSet
 
     settings = FlightSettings(**defaults)
     file = options.pop("settings_file", None)
-    if file is not None:
-        settings = settings.replace(**_settings_in(Path(file), settings))
+    told = {} if file is None else _settings_in(Path(file))
     stated = {field.name: options.pop(field.name, None) for field in fields(FlightSettings)}
     stated = {name: value for name, value in stated.items() if value is not None and value != ()}
     if options.pop("no_saturation", False):
         stated["saturation"] = False
     try:
-        return settings.replace(**stated)
+        return settings.replace(**told | stated)  # judged together: an option may make room for what the file says
     except InputError as error:
         field, colon, rest = str(error).partition(": ")
-        if not colon or field not in stated:
+        if not colon or not (told or stated):
             raise
+        if not stated or (field in told and field not in stated):
+            raise InputError(f"settings file {str(file)!r}: {error}") from error
         flag = "--no-saturation" if field == "saturation" else f"--{field.replace('_', '-')}"
         raise InputError(f"{flag}: {rest}") from error
+
+
+def refuse_two_limits(options: dict[str, Any]) -> None:
+    """Raise InputError if a command's options set a limit of thrust and lift it."""
+    limit = options.get("thrust_limit")
+    if limit is not None and options.get("no_saturation"):
+        raise InputError(f"--thrust-limit: {limit:g} with --no-saturation; allowed is one of the two")
+
+
+def told_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None) -> list[str]:
+    """Return what a reader should know of a flight: its warnings, and that a clock is that of no law.
+
+    A gait that was biased by η is off the surfaces, as was asked for; a line is enough for what follows from that.
+    """
+    from gaitgraph.flight.clocks import ROW_BY_ROW
+    from gaitgraph.flight.courses import refusal_and_warnings
+
+    told = list(warnings)
+    if eta is not None and eta != 1.0 and told:
+        report = timed.check()
+        off = next((check for check in report.checks if check.name == "on_surface" and not check.ok), None)
+        if off is not None:
+            follows = refusal_and_warnings(report)[1]
+            said = f"biased by {eta:g} it is off the surfaces: max(|Rφ|, |Rθ|) = {off.value:.2g}, allowed {off.limit:g}"
+            told = [said, *(one for one in told if one not in follows)]
+    if timed.law == ROW_BY_ROW:
+        told.append(
+            f"times of the table are those of no law: {timed.samples} rows are flown straight from one to the next"
+        )
+    return told
 
 
 def timed_of_argument(
@@ -166,8 +202,8 @@ def _with(command: Callable[..., int], options: tuple[Callable[..., Any], ...]) 
     return command
 
 
-def _settings_in(path: Path, settings: FlightSettings) -> dict[str, Any]:
-    """Return the table ``[flight]`` of a file, each setting checked by itself and all together."""
+def _settings_in(path: Path) -> dict[str, Any]:
+    """Return the table ``[flight]`` of a file, not checked."""
     from gaitgraph.files import table_from_toml, text_of
 
     try:
@@ -180,7 +216,6 @@ def _settings_in(path: Path, settings: FlightSettings) -> dict[str, Any]:
         told = content.get("flight", {})
         if not isinstance(told, dict):
             raise InputError(f"flight: {shown(told)}; allowed is a table of settings by name")
-        settings.replace(**told)
     except InputError as error:
         if str(error).startswith("settings file"):
             raise

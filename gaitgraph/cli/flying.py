@@ -12,10 +12,12 @@ from gaitgraph.cli.flights import (
     angles_from_text,
     clock_options,
     flight_options,
+    refuse_two_limits,
     settings_from_options,
     timed_of_argument,
+    told_warnings,
 )
-from gaitgraph.cli.options import a_file, a_word, force_option, json_option, vehicle_or_none
+from gaitgraph.cli.options import a_file, a_word, as_options, force_option, json_option, vehicle_or_none
 from gaitgraph.cli.terminal import print_json, print_text, working
 from gaitgraph.errors import InputError, shown
 
@@ -28,13 +30,21 @@ if TYPE_CHECKING:
 __all__ = ["fly_command"]
 
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
+_PLACES = _REFERENCES[1:]
+_IDLE = {
+    "size": ("step", "line", "circle"),
+    "lap": ("line", "circle"),
+    "position_stiffness": _PLACES,
+    "position_damping": _PLACES,
+}
+"""Settings that do nothing but with some references."""
 
 
 def _own_settings(command: Callable[..., int]) -> Callable[..., int]:
     """Add the settings that a single flight has beside those of every flight."""
     number, angle = {"type": float}, {"metavar": "ANGLE"}
     named: tuple[tuple[str, dict[str, Any], str], ...] = (
-        ("--size", number | {"metavar": "METRES"}, "Of the reference.  [default: 1]"),
+        ("--size", number | {"metavar": "METRES"}, "Ahead to a step, a line's end, a circle's centre.  [default: 1]"),
         ("--lap", number | {"metavar": "SECONDS"}, "Of a line or a circle, from rest to rest.  [default: 6]"),
         ("--position-stiffness", number | {"metavar": "X"}, "kp of x and y, per s².  [default: 2.25]"),
         ("--position-damping", number | {"metavar": "X"}, "kd of x and y, per s.  [default: 3]"),
@@ -117,8 +127,17 @@ def fly_command(
         raise InputError(f"--periods: {periods}; allowed is with --from-hover; --duration SECONDS flies for longer")
     if options.get("wind") is not None:
         options["wind"] = _numbers(options["wind"], "--wind")
+    refuse_two_limits(options)
+    asked = {name: options.get(name) for name in _IDLE}
     settings = settings_from_options(options)
-    start = None if attitude is None else checked_attitude(angles_from_text(attitude, "--attitude", "ROLL,PITCH"))
+    for name, serves in _IDLE.items():
+        if asked[name] is not None and settings.reference not in serves:
+            raise InputError(
+                f"--{name.replace('_', '-')}: {asked[name]:g} with the reference {settings.reference}; "
+                f"allowed is with --reference {', '.join(serves)}"
+            )
+    with as_options(attitude=("--attitude", attitude)):
+        start = None if attitude is None else checked_attitude(angles_from_text(attitude, "--attitude", "ROLL,PITCH"))
     mujoco_library()
     if render:
         from gaitgraph.flight.rendering import check_rendering
@@ -131,7 +150,13 @@ def fly_command(
         from gaitgraph.flight.viewing import check_screen
 
         check_screen()
-    with working("planning") as progress:
+    flags = {
+        "period": ("--period", period),
+        "law": ("--law", law),
+        "eta": ("--bias", bias),
+        "periods": ("--periods", periods),
+    }
+    with working("planning") as progress, as_options(**flags):
         try:
             timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
         except Infeasible as error:
@@ -156,7 +181,9 @@ def fly_command(
                 )
             else:
                 flight = fly(flown, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = [*flight.warnings, *_notes(flight, anyway)]
+        warnings = told_warnings(flight.course.timed, flight.warnings, bias)
+        if not len(flight.rows):
+            warnings = [one.replace("flown although it is not flyable", "it is not flyable") for one in warnings]
         written: Sequence[str] = outputs if len(flight.rows) else ()
         if written:
             progress(f"writing {', '.join(written)}")
@@ -196,27 +223,12 @@ def _course(flown: Course | TimedGait) -> Course:
     return flown if isinstance(flown, Course) else repeated(flown)
 
 
-def _notes(flight: Any, anyway: bool) -> list[str]:
-    """Return what a reader should know beside the verdict."""
-    from gaitgraph.flight.clocks import ROW_BY_ROW
-    from gaitgraph.flight.courses import refusal_and_warnings
-
-    timed = flight.course.timed
-    notes = []
-    if timed.law == ROW_BY_ROW:
-        notes.append(
-            f"times of the table are those of no law: {timed.samples} rows are flown straight from one to the next"
-        )
-    if anyway and not flight.refused:
-        refusal, _ = refusal_and_warnings(timed.check())
-        if refusal:
-            notes.append(f"flown although it is not flyable: {refusal}")
-    return notes
-
-
 def _numbers(text: str, flag: str) -> tuple[float, ...]:
-    """Return the numbers of an option such as ``X,Y``; InputError if a part is none."""
+    """Return the numbers of an option such as ``X,Y``; InputError if a part is none, or there are not two or three."""
     try:
-        return tuple(float(part) for part in text.split(","))
+        numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"{flag}: {shown(text)}; allowed are two or three numbers with commas between (m/s)") from None
+        numbers = ()
+    if len(numbers) not in (2, 3):
+        raise InputError(f"{flag}: {shown(text)}; allowed are two or three numbers with commas between (m/s)")
+    return numbers

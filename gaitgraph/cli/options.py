@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,7 +10,7 @@ import click
 from gaitgraph.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from click.shell_completion import CompletionItem
 
@@ -24,6 +25,7 @@ __all__ = [
     "a_file",
     "a_word",
     "angle_not_negative",
+    "as_options",
     "columns_option",
     "crossing_option",
     "force_option",
@@ -191,6 +193,26 @@ def vehicle_or_none(name: str | None) -> Vehicle | None:
     from gaitgraph.vehicle import vehicle_named
 
     return None if name is None else vehicle_named(name)
+
+
+@contextmanager
+def as_options(**flags: Any) -> Iterator[None]:
+    """Let an InputError that begins with the name of one of these fields name the option instead.
+
+    Parameters
+    ----------
+    flags
+        The option's value by the field's name, with the option's own name for hyphens: ``eta=("--bias", 0.8)``. One
+        whose value is None was not given, so that the field is another's.
+    """
+    try:
+        yield
+    except InputError as error:
+        field, colon, rest = str(error).partition(": ")
+        flag, value = flags.get(field, ("", None))
+        if not colon or value is None:
+            raise
+        raise type(error)(f"{flag}: {rest}") from error
 
 
 def joint_map_or_none(name: str | None) -> JointMap | None:

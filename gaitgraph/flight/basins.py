@@ -12,6 +12,7 @@ its period. The basin is another set, and neither holds the other:
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -24,7 +25,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import write_whole
 from gaitgraph.flight.clocks import biased
-from gaitgraph.flight.courses import refusal_and_warnings, repeated
+from gaitgraph.flight.courses import before_take_off, repeated
 from gaitgraph.flight.outputs import PLOTS, TABLES, check_flight_outputs
 from gaitgraph.flight.records import OUTCOMES
 from gaitgraph.flight.settings import FlightSettings
@@ -37,7 +38,7 @@ from gaitgraph.tables import Table
 from gaitgraph.timing import TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     from gaitgraph.attitudes import AcceptableAttitudes
 
@@ -100,7 +101,8 @@ class Basin:
     refusal
         Why the gait was refused before take-off, or "".
     warnings
-        What the paper's rules have against it.
+        What deserves attention: what the paper's rules have against it, servos that do not follow, a table that is not
+        closed, and, flown in any case, what physics has against it.
     """
 
     timed: TimedGait
@@ -298,7 +300,7 @@ def basin_of(
 def basins_of(
     timed: TimedGait,
     *,
-    biases: Iterable[float] = (1.0, 0.9, 0.8),
+    biases: Iterable[float] | float = (1.0, 0.9, 0.8),
     settings: FlightSettings | None = None,
     resolution: int = DEFAULT_RESOLUTION,
     extent: Any = DEFAULT_EXTENT,
@@ -306,10 +308,15 @@ def basins_of(
     anyway: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Basin, ...]:
-    """Return the basin of a gait for each η of `biases`, 1 being the gait itself; the rest as for :func:`basin_of`."""
+    """Return the basin of a gait for each η of `biases`, 1 being the gait itself; the rest as for :func:`basin_of`.
+
+    `biases` may be a single number, and has each number once.
+    """
     if not isinstance(timed, TimedGait):
         raise InputError(f"gait: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
-    etas = [_checked_eta(eta) for eta in biases]
+    if not isinstance(anyway, bool):
+        raise InputError(f"anyway: {shown(anyway)}; allowed are True and False")
+    etas = _checked_etas(biases)
     gaits = [timed if eta == 1.0 else biased(timed, eta) for eta in etas]
     count = _checked_count("resolution", resolution, 1)
     moments = _checked_count("begins", begins, 1)
@@ -323,6 +330,8 @@ def basins_of(
     if not 0 < span < HALF_PI:
         raise InputError(f"extent: {shown(extent)}; allowed is an angle above 0 and below pi/2")
     settings = _settings_for(timed, FlightSettings() if settings is None else settings)
+    if settings.reference != "attitude":
+        raise InputError(f"reference: {settings.reference!r}; allowed for a basin is attitude")
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     # The middle of an odd count is zero exactly.
     angles = span * (2.0 * np.arange(count) - (count - 1)) / max(count - 1, 1)
@@ -416,15 +425,16 @@ def _flown(
     numbers = coefficients_of(gait.vehicle, "exact")
     acceptable = robustness_of(timed, curves=0).gait.acceptable
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
-    refusal, warnings = refusal_and_warnings(timed.check())
+    refusal, warnings = before_take_off(repeated(timed), settings, anyway=anyway)
     shape = (len(begins), *roll.shape)
     outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
     seconds, peak = np.zeros(shape), np.zeros(shape)
-    if anyway or not refusal:
+    if not refusal:
         total = outcome.size
         for index in np.ndindex(shape):
             if index[1:] == (0, 0):
                 cockpit = Cockpit(repeated(timed, begin=float(begins[index[0]])), settings)
+                warnings += tuple(one for one in cockpit.warnings if one not in warnings)
             attitude = float(roll[index[1:]]), float(pitch[index[1:]])
             flight = cockpit.flown(attitude, until_settled=timed.period)
             outcome[index] = OUTCOMES.index(flight.outcome)
@@ -443,7 +453,7 @@ def _flown(
         same_side=np.stack([_same_side(row, roll, pitch, numbers) for row in timed.at(begins)[0]]),
         acceptable=acceptable,
         inside=np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
-        refusal="" if anyway else refusal,
+        refusal=refusal,
         warnings=warnings,
     )
 
@@ -465,6 +475,19 @@ def _settings_for(timed: TimedGait, settings: FlightSettings) -> FlightSettings:
             "at one moment of it need not hold at another"
         )
     return settings
+
+
+def _checked_etas(biases: Any) -> list[float]:
+    alone = math.isfinite(number_of(biases))
+    if not alone and (isinstance(biases, str) or not isinstance(biases, Iterable)):
+        raise InputError(f"biases: {shown(biases)}; allowed are numbers above 0, up to 1")
+    etas = [_checked_eta(eta) for eta in ([biases] if alone else biases)]
+    if not etas:
+        raise InputError("biases: none; allowed is one or more")
+    twice = [eta for k, eta in enumerate(etas) if eta in etas[:k]]
+    if twice:
+        raise InputError(f"bias: {twice[0]:g} is there twice; allowed is each once")
+    return etas
 
 
 def _checked_eta(eta: Any) -> float:

@@ -47,14 +47,28 @@ class RowTimedGait(TimedGait):
         The closed polyline through the rows, each of them a corner.
     times
         When the rows are passed, the first again at the end, shape (n + 1,), from 0 to the period [s].
+    closed
+        Whether the table's last row was the first again; otherwise the way back is one more segment.
     """
 
     times: FloatArray
+    closed: bool = True
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
         times.flags.writeable = False
         object.__setattr__(self, "times", times)
+
+    @property
+    def gap(self) -> str:
+        """What the table leaves open between its last row and its first, in a line; "" if it is closed."""
+        if self.closed:
+            return ""
+        jump = float(np.linalg.norm(self.gait.alpha[-1] - self.gait.alpha[0]))
+        return (
+            f"the table is not closed: the {jump:.3g} rad from its last row back to the first are flown within "
+            f"{self.times[-1] - self.times[-2]:.3g} s"
+        )
 
     @property
     def corner_times(self) -> FloatArray:
@@ -139,7 +153,7 @@ def timed_of_file(
     if clock:
         return parametrize(gait, _first(period, told, float(times[-1])), law=_first(law, stated, LAWS[0]))
     try:
-        return _of_rows(gait, times, rows.alpha, stated)
+        return _of_rows(gait, times, rows.alpha, stated, closed=len(rows.alpha) == len(table))
     except GaitgraphError as error:
         raise type(error)(f"gait file {str(path)!r}: {error}") from error
 
@@ -148,7 +162,7 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _of_rows(gait: Gait, times: FloatArray, alpha: FloatArray, stated: object) -> TimedGait:
+def _of_rows(gait: Gait, times: FloatArray, alpha: FloatArray, stated: object, *, closed: bool) -> TimedGait:
     """Return the law whose times these are, or the rows at their own times."""
     period = float(times[-1])
     for law in sorted(LAWS, key=lambda name: name != stated):
@@ -157,7 +171,7 @@ def _of_rows(gait: Gait, times: FloatArray, alpha: FloatArray, stated: object) -
             return timed
     colors = gait.colors if len(set(gait.colors)) == 1 else ()
     every = replace(gait, alpha=alpha[:-1], colors=colors[:1] * (len(alpha) - 1))
-    return RowTimedGait(gait=every, period=period, law=ROW_BY_ROW, samples=len(times) - 1, times=times)
+    return RowTimedGait(gait=every, period=period, law=ROW_BY_ROW, samples=len(times) - 1, times=times, closed=closed)
 
 
 def biased(timed: TimedGait, eta: float) -> TimedGait:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,15 +11,17 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.flight.clocks import RowTimedGait
 from gaitgraph.timing import TimedGait, parametrize
 from gaitgraph.transitions import transition
 
 if TYPE_CHECKING:
+    from gaitgraph.flight.settings import FlightSettings
     from gaitgraph.gait import Gait
-    from gaitgraph.reports import Report
+    from gaitgraph.reports import Check, Report
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Course", "from_hover", "refusal_and_warnings", "repeated"]
+__all__ = ["Course", "before_take_off", "from_hover", "refusal_and_warnings", "repeated"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -58,6 +61,17 @@ class Course:
         """What flies it."""
         return self.timed.gait.vehicle
 
+    @property
+    def turn(self) -> float:
+        """The period of the gait [s]; 0 if its arms stand still, so that every moment of it is like the others."""
+        return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
+
+    def seconds(self, settings: FlightSettings) -> float:
+        """Return how long it is flown with given settings [s]."""
+        if settings.duration is not None:
+            return min(settings.duration, self.duration)
+        return self.duration if math.isfinite(self.duration) else max(settings.seconds, self.turn)
+
     def at(self, t: FloatArray) -> FloatArray:
         """Return the tilt angles at times of shape (n,), shape (n, 4) [rad]."""
         begins = np.array([begin for begin, _, _ in self.pieces])
@@ -92,10 +106,59 @@ def refusal_and_warnings(report: Report) -> tuple[str, tuple[str, ...]]:
     >>> refusal, len(warnings) > 0
     ('', True)
     """
-    held = [check for check in report.checks if check.ok and check.decided]
-    broken = [check for check in report.checks if check not in held]
+    broken = _broken(report)
     forbidden = [check.message for check in broken if check.name not in _SURFACE_RULES]
     return forbidden[0] if forbidden else "", tuple(check.message for check in broken if check.name in _SURFACE_RULES)
+
+
+def _broken(report: Report) -> list[Check]:
+    return [check for check in report.checks if not (check.ok and check.decided)]
+
+
+def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
+    """Return why a course's gait must not be flown with given settings, "" if it may, and what a pilot should know.
+
+    Thrusts and tilt rates are judged by the limits that the flight has, which may be others than the vehicle's.
+
+    Parameters
+    ----------
+    course, settings
+        What is to be flown, and how.
+    anyway
+        Whether it is flown in any case: then each reason against it is a warning.
+    """
+    timed, vehicle = course.timed, course.vehicle
+    limits = {
+        "max_thrust": (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None,
+        "max_tilt_rate": settings.servo_rate or vehicle.max_tilt_rate,
+    }
+    judged = replace(timed, gait=replace(timed.gait, vehicle=vehicle.replace(**limits)))
+    # Rotors without limits push down where they are asked to.
+    harmless = _SURFACE_RULES if settings.saturation else _SURFACE_RULES | {"hover_thrust"}
+    broken = _broken(judged.check())
+    forbidden = [check.message for check in broken if check.name not in harmless]
+    warnings = [check.message for check in broken if check.name in harmless]
+    if isinstance(timed, RowTimedGait) and timed.gap:
+        warnings.append(timed.gap)
+    warnings += _parts(course, settings)
+    if anyway:
+        return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
+    return forbidden[0] if forbidden else "", tuple(warnings)
+
+
+def _parts(course: Course, settings: FlightSettings) -> list[str]:
+    """Return what is flown in part only."""
+    seconds, parts = course.seconds(settings), []
+    if math.isfinite(course.duration):
+        wholes = {"course": (course.duration, "what comes after it is not flown")}
+    else:
+        wholes = {"period": (course.turn, "what holds at one moment of it need not hold at another")}
+    if settings.reference in ("line", "circle"):
+        wholes["lap"] = settings.lap, "the reference is not followed to its end"
+    for name, (whole, said) in wholes.items():
+        if seconds < whole * (1 - 1e-9):
+            parts.append(f"{seconds:g} s are {seconds / whole:.2g} of a {name} of {whole:g} s: {said}")
+    return parts
 
 
 def from_hover(
@@ -139,6 +202,10 @@ def from_hover(
     >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
     'no flyable way from hover: R = +4 at the'
     """
+    if not isinstance(timed, TimedGait):
+        raise InputError(f"gait: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
+    if not isinstance(anyway, bool):
+        raise InputError(f"anyway: {shown(anyway)}; allowed are True and False")
     if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
         raise InputError(f"periods: {shown(periods)}; allowed is a whole number from 1 to {_MOST_PERIODS}")
     if not 0 <= number_of(pause) <= _LONGEST_PAUSE:
@@ -151,8 +218,11 @@ def from_hover(
     way = transition("hover", gait, duration=duration)
     flyable = bool(way) and way.report is not None and way.report.flyable
     straight, seconds = _straight_way(gait, way.duration, stated=duration is not None)
-    if not (flyable or anyway or not refusal_and_warnings(straight.check())[0]):
-        return f"no flyable way from hover: {way.reason}"
+    refusal = "" if flyable or anyway else refusal_and_warnings(straight.check())[0]
+    if refusal:
+        # Off the surfaces no way on them is looked for, so its reason would be beside the point.
+        reason = way.reason if gait.check().valid else f"off the surfaces it is straight, and {refusal}"
+        return f"no flyable way from hover: {reason}"
     if flyable:
         ways, seconds, corner = way.timed, way.duration, way.corners[1] or 0
     else:

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from gaitgraph.vehicle import Vehicle
+    from collections.abc import Iterator, Sequence
 
 __all__ = ["Engine", "engine_of", "mjcf_of", "mujoco_library", "without_log"]
 
@@ -34,6 +34,8 @@ _MOST_ARM_MASS = 0.02  # of the vehicle's mass
 _AIR = ' density="1.225" viscosity="1.8e-5"'
 _LEAST_INERTIA = 1e-9  # kg m²; the engine takes no body of less than 1e-15, and arms have a millionth
 
+_STEPS = (1e-6, 1.0)  # s
+
 _NEEDED = ("mass", "inertia", "arm_length")
 
 
@@ -44,8 +46,15 @@ def mujoco_library() -> Any:
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
     except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL as MUJOCO_GL says
-        way = shown(os.environ.get("MUJOCO_GL", ""))
-        raise InputError(f"mujoco: it does not load with MUJOCO_GL={way}; allowed is what works, or none") from error
+        way = os.environ.get("MUJOCO_GL", "")
+        try:
+            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL; what renders says itself that it cannot
+            import mujoco
+        except (AttributeError, OSError, RuntimeError):
+            told = f"mujoco: it does not load with MUJOCO_GL={shown(way)}; allowed is what works, or none"
+            raise InputError(told) from error
+        finally:
+            os.environ["MUJOCO_GL"] = way
     return mujoco
 
 
@@ -97,6 +106,7 @@ class Engine:
     __slots__ = ("_warnings", "data", "model", "mujoco", "vehicle")
 
     def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
+        _check_arguments(vehicle, step, air)
         self.mujoco = mujoco_library()
         self.vehicle = vehicle
         text = mjcf_of(vehicle, step=step, air=air)
@@ -166,7 +176,7 @@ def engine_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> Eng
     vehicle
         With mass, inertia and arm length.
     step
-        Of the engine's integrator (implicit in velocities) [s].
+        Of the engine's integrator (implicit in velocities), 1e-6 to 1 [s].
     air
         Whether there is air, for wind.
 
@@ -175,7 +185,7 @@ def engine_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> Eng
     MissingConstant
         If the vehicle lacks a constant that motion depends on.
     InputError
-        If its moments of inertia cannot be those of a rigid body.
+        If its moments of inertia cannot be those of a rigid body, or a value is not allowed.
     MissingExtra
         If mujoco is not installed.
 
@@ -183,9 +193,23 @@ def engine_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> Eng
     -----
     Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
     are taken out of the body's, which is then the same in all about upright arms. An arm's inertia counts alike about
-    all its axes.
+    all its axes. A flat body, whose largest moment is the sum of the others, loses four millionths of the least moment
+    about that axis, for what is left without the arms is to be a rigid body too.
     """
     return Engine(vehicle, step=step, air=air)
+
+
+def _check_arguments(vehicle: Any, step: Any, air: Any) -> None:
+    if not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a Vehicle")
+    if not _STEPS[0] <= number_of(step) <= _STEPS[1]:
+        raise InputError(f"step: {shown(step)}; allowed is a number of seconds from {_STEPS[0]:g} to {_STEPS[1]:g}")
+    if not isinstance(air, bool):
+        raise InputError(f"air: {shown(air)}; allowed are True and False")
+
+
+def _is_rigid(moments: Sequence[float]) -> bool:
+    return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)
 
 
 def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
@@ -210,12 +234,16 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     >>> mjcf_of(PAPER).count('<joint name="tilt')
     4
     """
+    _check_arguments(vehicle, step, air)
+    step = float(step)
     mass, inertia, length = vehicle.require(*_NEEDED, purpose="flight")
     arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
     arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)
     body = [moment - 4.0 * arm for moment in inertia]
-    largest = max(body)
-    if min(body) <= 0.0 or sum(body) < 2.0 * largest * (1.0 - 1e-9):
+    if vehicle.arm_inertia is None and _is_rigid(inertia):
+        largest = max(range(3), key=body.__getitem__)
+        body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
+    if not _is_rigid(body):
         said = f"; four arms take {4 * arm:.4g} of each" if vehicle.arm_inertia is not None else ""
         raise InputError(
             f"inertia: {list(inertia)} of vehicle {vehicle.name!r} is not that of a rigid body{said}; allowed are "

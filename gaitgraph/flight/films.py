@@ -16,7 +16,16 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.flight.rendering import rendered_frames
-from gaitgraph.formats.gifs import draw_dot, draw_line, draw_text, frame_delays, frame_of, in_palette, save_gif
+from gaitgraph.formats.gifs import (
+    draw_dot,
+    draw_line,
+    draw_text,
+    frame_delays,
+    frame_of,
+    in_palette,
+    save_gif,
+    text_width,
+)
 from gaitgraph.formats.pictures import CHART, GREY, HEIGHT, INK, PALE, PAPER, SCENE, WIDTH, Film
 from gaitgraph.scenes import DEFAULT_VIEW, Scene, scene_of
 from gaitgraph.tables import provenance_text
@@ -38,8 +47,10 @@ _AROUND = 9.0  # arm lengths from the vehicle to the end of the grid
 _HELD = 80  # the last frame [1/100 s]
 _MAP = (380.0, 198.0, 88.0)  # left, top, side of the square seen from above
 _CURVE_POINTS = 400
-_LETTERS = 66
+_VERDICT = 320.0  # px that a line of the verdict takes, at most
 _MOST_FRAMES = 1000
+_FEW = 2.0  # frames of a period; where there are fewer, they would show few phases of it, or always the same one
+_SLOW = 25  # frames in which the arms then go through a period
 
 
 def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None:
@@ -66,6 +77,10 @@ def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None
     The viewer stands behind, right and above, and follows the vehicle; lines on the ground, 1.8 arm lengths below the
     start, show that it moves. Lines of thrust are as long as the thrust is large, up to 2.4 times a quarter of the
     weight, and lie on the other side of the disc where a rotor pulls.
+
+    Frames are even in time. Only where a period has fewer than two of them they would show always the same moments of
+    it: each is then taken up to half a period earlier or later, so that the arms go through the gait once in 25
+    frames, slower than they are, and the frames say so.
     """
     try:
         import matplotlib as _  # noqa: F401
@@ -74,7 +89,7 @@ def write_film(flight: Flight, path: Path, *, frames: int | None = None) -> None
         raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
     times, delays = _clock_of(flight, frames)
-    drawing = _Drawing(flight)
+    drawing = _Drawing(flight, slowed=_is_slowed(times, flight.course.timed.period))
     flat = in_palette(drawing.frame(float(t)) for t in times)
     save_gif(flat, delays, provenance_text(flight.table()), path)
 
@@ -111,9 +126,18 @@ def _clock_of(flight: Flight, frames: int | None) -> tuple[FloatArray, list[int]
         raise InputError("film: nothing was flown; allowed is a flight with rows")
     delays = _delays(flight.flown, frames)
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
+    period = flight.course.timed.period
+    if _is_slowed(times, period):
+        phases = np.arange(len(times)) / _SLOW
+        times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
     delays[-1] += _HELD
     return times, delays
+
+
+def _is_slowed(times: FloatArray, period: float) -> bool:
+    """Return whether even frames are too few for a period."""
+    return bool(times[-1] > (len(times) - 1) * period / _FEW)
 
 
 def _delays(seconds: float, frames: int | None) -> list[int]:
@@ -130,8 +154,9 @@ def _delays(seconds: float, frames: int | None) -> list[int]:
 class _Drawing:
     """What all frames of a flight share."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: Flight, *, slowed: bool = False) -> None:
         self.flight = flight
+        self.slowed = slowed
         (mass, self.arm) = flight.vehicle.require("mass", "arm_length", purpose="a picture of flight")
         self.quarter = mass * flight.vehicle.gravity / 4.0
         azimuth, elevation = DEFAULT_VIEW
@@ -168,7 +193,11 @@ class _Drawing:
         film = Film(scene=scene, title="", about="", alpha=np.zeros((2, 4)), most=1.0)
         share = t / flight.flown if flight.flown else 0.0
         # The drawing of gaits takes which of how many frames it is, for the cursor; here it is one of a thousand.
-        return frame_of(film, ground, round(1000 * share), 1000)
+        picture = frame_of(film, ground, round(1000 * share), 1000)
+        over, boxes = self._over(row)
+        for box in boxes:
+            picture.paste(over.crop(box), box)
+        return picture
 
     def _scene(self, row: int) -> Scene:
         """Return the scene of a row: that of the body seen from where the viewer is for it, turned and moved."""
@@ -248,29 +277,60 @@ class _Drawing:
                 draw_dot(draw, place, 3.5, PAPER)
         draw.rectangle([0, 0, WIDTH * _OVER, SCENE[1] * _OVER], fill=PAPER)
         draw.rectangle([0, (SCENE[1] + SCENE[3]) * _OVER, WIDTH * _OVER, HEIGHT * _OVER], fill=PAPER)
-        draw_text(draw, (16, 19), self.title, 14, INK, "lm")
-        self._words(draw, row)
-        self._map(draw, row)
         self._chart(draw)
         return image
 
-    def _words(self, draw: Any, row: int) -> None:
+    def _over(self, row: int) -> tuple[Any, list[tuple[int, int, int, int]]]:
+        """Return a picture with what lies over the vehicle, and where in it that is [px]."""
+        from PIL import Image, ImageDraw
+
+        image = Image.new("RGB", (WIDTH * _OVER, HEIGHT * _OVER), PAPER)
+        draw = ImageDraw.Draw(image)
+        draw_text(draw, (16, 19), self.title, 14, INK, "lm")
+        boxes = [(0, 0, WIDTH, int(SCENE[1])), self._words(draw, row), *self._map(draw, row)]
+        if row == len(self.flight.rows) - 1:
+            boxes.append(self._verdict(draw))
+        return image.reduce(_OVER), boxes
+
+    def _words(self, draw: Any, row: int) -> tuple[int, int, int, int]:
         flight = self.flight
         x, y, z = (f"{value + 0.0:.2f}".replace("-", "−") for value in np.round(self.place[row], 2))
         shares = flight.thrusts[row] / self.quarter
         lines = [
-            f"t = {flight.column('t')[row]:.2f} s",
+            f"t = {flight.column('t')[row]:.2f} s{', arms slowed down' if self.slowed else ''}",
             f"x {x} m   y {y} m   z {z} m",
             f"thrust {shares.min():.2f} to {shares.max():.2f} of weight / 4".replace("-", "−"),
         ]
         for k, line in enumerate(lines):
             draw_text(draw, (16, 46 + 16 * k), line, 11, GREY, "lm")
-        if row == len(flight.rows) - 1:
-            told = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
-            told = told if len(told) <= _LETTERS else told[: _LETTERS - 1] + "…"
-            draw_text(draw, (16, SCENE[1] + SCENE[3] - 12), told, 11, INK, "lm", bold=True)
+        # Of a few widths only, lest it flicker where something is below it.
+        width = 16 * math.ceil(max(text_width(line, 11) for line in lines) / 16)
+        return 0, int(SCENE[1]), 20 + width, int(SCENE[1]) + 50
 
-    def _map(self, draw: Any, row: int) -> None:
+    def _verdict(self, draw: Any) -> tuple[int, int, int, int]:
+        """Write how it ended, in two lines at most, on a ground of its own."""
+        flight = self.flight
+        told = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
+        lines = [""]
+        for word in told.split():
+            longer = f"{lines[-1]} {word}".strip()
+            if text_width(longer + (" …" if len(lines) == 2 else ""), 11, bold=True) <= _VERDICT:
+                lines[-1] = longer
+            elif len(lines) == 2:
+                lines[-1] += " …"
+                break
+            else:
+                lines.append(word)
+        bottom = int(SCENE[1] + SCENE[3]) - 4
+        top = bottom - 8 - 15 * len(lines)
+        width = math.ceil(max(text_width(line, 11, bold=True) for line in lines))
+        box = (10, top, 22 + width, bottom)
+        draw.rectangle([edge * _OVER for edge in box], fill=PALE)
+        for k, line in enumerate(lines):
+            draw_text(draw, (16, top + 12 + 15 * k), line, 11, INK, "lm", bold=True)
+        return box
+
+    def _map(self, draw: Any, row: int) -> list[tuple[int, int, int, int]]:
         """Draw the path seen from above, forward up the picture, left to the left."""
         left, top, side = _MAP
         middle = np.array([left + side / 2, top + side / 2])
@@ -286,7 +346,12 @@ class _Drawing:
             draw_line(draw, seen(self.wanted[every]).tolist(), PALE, 3)
         draw_line(draw, seen(self.place[every[every <= row]]).tolist(), INK, 1.2)
         draw_dot(draw, seen(self.place[row : row + 1])[0], 3, INK)
-        draw_text(draw, (left + side, top + side + 9), f"{2 * self.map_half:.3g} m, from above", 10, GREY, "rm")
+        told = f"{2 * self.map_half:.3g} m, from above"
+        right, under = left + side, int(top + side)
+        draw_text(draw, (right, under + 10), told, 10, GREY, "rm")
+        wide = math.ceil(text_width(told, 10))
+        boxes = ((left - 1, top - 1, right + 2, under + 2), (right - wide - 3, under + 2, right + 3, under + 18))
+        return [(round(a), round(b), round(c), round(d)) for a, b, c, d in boxes]
 
     def _chart(self, draw: Any) -> None:
         left, top, width, height = CHART

@@ -57,7 +57,8 @@ class FlightSettings:
     ----------
     duration
         How long is flown [s]; by default 3 s where only the attitude is held, 8 s to hover and for a step, and 4 s
-        more than `lap` for a line and a circle.
+        more than `lap` for a line and a circle, but one period of the gait at least, and the whole of a course from
+        hover. Where it ends before the period, the lap or the course does, the flight's warnings say so.
     tolerance
         A flight has settled once its errors stay within: of roll and pitch (where they are not used to reach a place)
         and yaw [rad], and of the place that is held [m].
@@ -166,7 +167,7 @@ class FlightSettings:
 
     @property
     def seconds(self) -> float:
-        """How long is flown [s]."""
+        """How long is flown [s], but for the period of a gait or a course from hover that takes longer."""
         if self.duration is not None:
             return self.duration
         return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(self.reference, self.lap + 4.0)
@@ -203,7 +204,8 @@ class FlightSettings:
                 f"{1 / self.step:g} Hz divided by a whole number"
             )
         if self.seconds / self.step > MOST_STEPS:
-            raise InputError(f"duration: {self.seconds:g} s; allowed is {MOST_STEPS} steps of {self.step:g} s at most")
+            name, seconds = ("lap", self.lap) if self.duration is None else ("duration", self.seconds)
+            raise InputError(f"{name}: {seconds:g} s; allowed is {MOST_STEPS} steps of {self.step:g} s at most")
 
     def _check_gains(self) -> None:
         """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
@@ -211,17 +213,21 @@ class FlightSettings:
         for loop in ("attitude", "altitude"):
             stiffness, damping = getattr(self, f"{loop}_stiffness"), getattr(self, f"{loop}_damping")
             # Held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so the poles
-            # are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a margin.
-            held = (1.0 + 1.0 / self.steps_per_control) / 2.0
-            least = 1.025 * (1.0 - held) * stiffness * interval
-            largest = 0.975 * (2.0 / interval - (held - 0.5) * stiffness * interval)
-            if damping >= largest:
-                known = (f"{loop}_damping", f"less than {largest:g} 1/s") if largest > 0 else (f"{loop}_stiffness", "")
-                less = known[1] or f"less than {4.0 / interval**2:g} 1/s²"
-                value = getattr(self, known[0])
+            # are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a margin. It is
+            # asked for c = 1/2, which is thrusts held exactly, and c = 1, and so of every c between: what is stable
+            # is no matter of the engine's step.
+            least = 1.025 * stiffness * interval / 2.0
+            largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
+            stiffest = 1.95 / interval**2  # where the least damping is the largest
+            if stiffness >= stiffest:
                 raise InputError(
-                    f"{known[0]}: {value!r} is unstable at {self.control_rate:g} Hz; allowed is {less}, or a higher "
-                    "control_rate"
+                    f"{loop}_stiffness: {stiffness!r} is unstable at {self.control_rate:g} Hz; allowed is less than "
+                    f"{stiffest:g} 1/s², or a higher control_rate"
+                )
+            if damping >= largest:
+                raise InputError(
+                    f"{loop}_damping: {damping!r} is unstable at {self.control_rate:g} Hz; allowed is less than "
+                    f"{largest:g} 1/s, or a higher control_rate"
                 )
             if damping <= least:
                 raise InputError(

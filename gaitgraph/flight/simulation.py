@@ -18,7 +18,7 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.allocation import Allocation, allocation_of
 from gaitgraph.flight.controllers import Stopped, controller_of
-from gaitgraph.flight.courses import Course, refusal_and_warnings, repeated
+from gaitgraph.flight.courses import Course, before_take_off, refusal_and_warnings, repeated
 from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
 from gaitgraph.flight.engine import Engine, engine_of, without_log
 from gaitgraph.flight.records import COLUMNS, Flight, Outcome, is_settled, refused_flight
@@ -46,6 +46,9 @@ _AWAY = 1e5  # m
 _FARTHEST_AHEAD = 1.0  # s
 _TOLD = 500  # control steps between two tellings of progress
 _LOOKS = 50  # control steps between two looks at whether a flight has settled
+_LEAST_STEPS = 20  # of the engine in a period
+_STILL = 1e-9  # rad by which an arm swings that stands still
+_ENOUGH = 0.9  # of what an arm is to swing by
 
 
 class Cockpit:
@@ -60,10 +63,8 @@ class Cockpit:
         self.engine: Engine = engine_of(vehicle, step=settings.step, air=not settings.is_calm)
         self.reference: Reference = reference_of(settings)
         every = settings.steps_per_control
-        whole = settings.duration is None and math.isfinite(course.duration)
-        seconds = course.duration if whole else min(settings.seconds, course.duration)
-        if seconds / settings.step > MOST_STEPS:
-            raise InputError(f"duration: {seconds:g} s; allowed is {MOST_STEPS} steps of {settings.step:g} s at most")
+        seconds = course.seconds(settings)
+        _check_steps(course, settings, seconds)
         self.controls = max(round(seconds * settings.control_rate), 1)
         # Roll and pitch lag behind what they are asked for by kd/kp, so places are followed by looking as far ahead.
         lead = min(settings.attitude_damping / settings.attitude_stiffness, _FARTHEST_AHEAD)
@@ -71,9 +72,9 @@ class Cockpit:
         steps: FloatArray = np.arange((self.controls + self.ahead) * every + 1, dtype=float) * settings.step
         lag = settings.servo_lag if settings.servo_lag is not None else vehicle.servo_lag or 0.0
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
-        command = course.at(steps)
-        self.planned: FloatArray = command[::every]
-        self.actual: FloatArray = served(command, settings.step, lag=lag, rate=rate)
+        self.command: FloatArray = course.at(steps)
+        self.planned: FloatArray = self.command[::every]
+        self.actual: FloatArray = served(self.command, settings.step, lag=lag, rate=rate)
         self.servos: FloatArray = self.engine.servo_commands(self.actual)
         known = self.actual[::every] if settings.arms == "served" else self.planned
         self.allocation: Allocation = allocation_of(known, vehicle)  # and so many rows more
@@ -84,6 +85,20 @@ class Cockpit:
     def vehicle(self) -> Vehicle:
         """What flies."""
         return self.course.vehicle
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the servos make of the plan, if the arms swing by much less than they are told to."""
+        flown = self.controls * self.settings.steps_per_control + 1
+        planned, served = (np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual))
+        share = np.where(planned > _STILL, served / np.where(planned > _STILL, planned, 1.0), 1.0)
+        worst = int(np.argmin(share.round(6)))  # the first of those that rounding alone tells apart
+        if share[worst] >= _ENOUGH:
+            return ()
+        return (
+            f"the servos do not follow: arm {worst + 1} swings by {served[worst]:.3g} of the {planned[worst]:.3g} rad "
+            "that are planned, so another gait is flown; a longer period would help",
+        )
 
     def flown(
         self,
@@ -136,7 +151,8 @@ def fly(
     -------
     Flight
         Truthy when it settled. A gait that physics forbids is refused before take-off, with the reason; one that is
-        only off the surfaces, as a biased gait is, flies, and `warnings` say so.
+        only off the surfaces, as a biased gait is, flies, and `warnings` say so; they also say where only a part of
+        the period, the lap or the course is flown, and where the servos do not follow.
 
     Raises
     ------
@@ -174,11 +190,30 @@ def fly(
         attitude = DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
     start = checked_attitude(attitude)
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-    refusal, warnings = refusal_and_warnings(course.timed.check())
-    if refusal and not anyway:
+    if not isinstance(anyway, bool):
+        raise InputError(f"anyway: {shown(anyway)}; allowed are True and False")
+    refusal, warnings = before_take_off(course, settings, anyway=anyway)
+    if refusal:
         reason = f"refused before take-off: {refusal}"
         return replace(refused_flight(course, settings, start, reason), warnings=warnings)
-    return replace(Cockpit(course, settings).flown(start, progress), warnings=warnings)
+    cockpit = Cockpit(course, settings)
+    return replace(cockpit.flown(start, progress), warnings=(*warnings, *cockpit.warnings))
+
+
+def _check_steps(course: Course, settings: FlightSettings, seconds: float) -> None:
+    """Refuse what takes too many steps of the engine, or too few."""
+    step, period = settings.step, course.turn
+    if seconds / step > MOST_STEPS:
+        if settings.duration is None and seconds == period:
+            said = f"period: {period:g} s, which is flown whole where no duration is stated"
+        else:
+            said = f"duration: {seconds:g} s"
+        raise InputError(f"{said}; allowed is {MOST_STEPS} steps of {step:g} s at most")
+    if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
+        raise InputError(
+            f"period: {period:g} s at a step of {step:g} s; allowed is {_LEAST_STEPS} steps "
+            f"({_LEAST_STEPS * step:g} s) and more, or a smaller step"
+        )
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:

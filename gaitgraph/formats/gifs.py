@@ -52,6 +52,7 @@ __all__ = [
     "in_palette",
     "provenance_of_gif",
     "save_gif",
+    "text_width",
     "write_gif",
 ]
 
@@ -258,12 +259,21 @@ def draw_dot(draw: Any, place: Any, radius: float, color: str) -> None:
 
 def draw_text(draw: Any, place: Any, text: str, size: int, color: str, anchor: str, *, bold: bool = False) -> None:
     """Write a text in the font that comes with matplotlib: the same letters on every machine."""
+    font = _font(size, bold)
+    draw.text((float(place[0]) * _OVER, float(place[1]) * _OVER), text, fill=color, font=font, anchor=anchor)
+
+
+def text_width(text: str, size: int, *, bold: bool = False) -> float:
+    """Return how wide :func:`draw_text` writes a text [px]."""
+    return float(_font(size, bold).getlength(text)) / _OVER
+
+
+def _font(size: int, bold: bool) -> Any:
     from matplotlib import get_data_path
     from PIL import ImageFont
 
     file = f"{get_data_path()}/fonts/ttf/DejaVuSans{'-Bold' if bold else ''}.ttf"
-    font = ImageFont.truetype(file, size * _OVER)
-    draw.text((float(place[0]) * _OVER, float(place[1]) * _OVER), text, fill=color, font=font, anchor=anchor)
+    return ImageFont.truetype(file, size * _OVER)
 
 
 def provenance_of_gif(path: Path) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.drawing import axes_or_new, blank_figure, legend_below, paper_style
+from gaitgraph.drawing import COLOR_OF, GREY, axes_or_new, blank_figure, legend_below, paper_style
 from gaitgraph.errors import InputError
 from gaitgraph.invertibility import coefficients_of
-from gaitgraph.plots.gaits import roll_pitch_diagram
+from gaitgraph.plots.gaits import singular_attitudes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,15 +35,17 @@ _LOOKS: dict[Outcome, dict[str, Any]] = {
     "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
 }
 _MOST = 17  # attitudes along a side whose marks have full size
-_PANEL = (68.0, 104.0)
+# Of a panel [mm]: its width, its height without a legend, and of each line of that.
+_WIDTH, _HEIGHT, _LINE = 68.0, 73.0, 4.2
 
 
 def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait.
 
     Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
-    thick line borders those at which it never is. An attitude has the mark of the first of its flights, in the order of
-    take-off, that did not settle; a green disc where all did.
+    thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
+    sheet, or are grey where it is on neither, as a biased gait is. Numbers are of the grid's attitudes. An attitude has
+    the mark of the first of its flights, in the order of take-off, that did not settle; a green disc where all did.
 
     Parameters
     ----------
@@ -55,8 +58,10 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     """
     ax = axes_or_new(ax, size=(85, 105))
     gait = basin.timed.gait
-    exact = coefficients_of(gait.vehicle, "exact")
-    roll_pitch_diagram(gait, coefficients=exact, name=name or basin.name, count=24, tolerance=1e-4, ax=ax)
+    exact = replace(gait, coefficients=coefficients_of(gait.vehicle, "exact"))
+    told = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
+    color = COLOR_OF.get(gait.color or "", GREY)
+    singular_attitudes(exact, basin.acceptable, label=told, color=color, count=24, ax=ax)
     worst = basin.worst
     smaller = min(1.0, _MOST / len(basin.angles))
     for code, outcome in enumerate(_LOOKS):
@@ -95,10 +100,17 @@ def basins_figure(basins: Sequence[Basin]) -> Figure:
     with paper_style():
         columns = min(len(basins), 4)
         rows = math.ceil(len(basins) / columns)
-        figure = blank_figure(_PANEL[0] * columns, _PANEL[1] * rows)
+        figure = blank_figure(_WIDTH * columns, _HEIGHT * rows)
         panels: np.ndarray[Any, Any] = figure.subplots(rows, columns, squeeze=False)
         for ax, basin in zip(panels.flat, basins, strict=False):
             basin_map(basin, ax=ax)
         for ax in panels.flat[len(basins) :]:
             ax.set_axis_off()
+        lines = [max(map(_lines_of_legend, row)) for row in panels]
+        figure.set_size_inches(_WIDTH * columns / 25.4, sum(_HEIGHT + _LINE * count for count in lines) / 25.4)
     return figure
+
+
+def _lines_of_legend(ax: Axes) -> int:
+    legend = ax.get_legend()
+    return 0 if legend is None else len(legend.get_texts())

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight import Flight
 
-__all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "plot_flight"]
+__all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "name_of_flight", "plot_flight"]
 
 PANELS = ("attitude", "place", "thrusts", "tilts", "singular_value")
 """What a flight is drawn as, from the top."""
 
 _HEIGHTS = {"attitude": 40.0, "place": 38.0, "thrusts": 42.0, "tilts": 38.0, "singular_value": 38.0}  # mm
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 9.0, 12.0
+_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # above each panel, part of its height
 _INK = "#23262b"
 _HELD = "#7b3294"  # what is asked for
@@ -40,6 +40,7 @@ _ROTORS: tuple[dict[str, Any], ...] = (
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
 _MOST_DEGREES = 60.0  # of attitudes side by side, lest one that tumbles makes the others flat
 _LETTERS = 96  # of a title's line
+_NAME = 24  # letters of a vehicle's
 
 
 def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS, title: str | None = None) -> Any:
@@ -56,7 +57,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
         of the weight, with their limits; tilt angles [°]; and the band in which the least singular value of the scaled
         decoupling matrix lies, with the value at which flight stops. What is asked for is dashed.
     title
-        Of the first panel; by default the verdict.
+        Of the first panel; by default what was flown, and the verdict.
 
     Returns
     -------
@@ -83,8 +84,32 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
-    axes[0].set_title("\n".join(wrap(_verdict(flight) if title is None else title, _LETTERS)), pad=20.0)
+    told = [name_of_flight(flight), _verdict(flight)] if title is None else [title]
+    axes[0].set_title("\n".join(line for one in told for line in wrap(one, _LETTERS)), pad=20.0)
     return axes
+
+
+def name_of_flight(flight: Flight) -> str:
+    """Return what was flown in a line: the gait's color, the vehicle, T, the reference, the attitude at the start."""
+    timed, settings = flight.course.timed, flight.settings
+    size, lap = f"{settings.size:g} m", f"{settings.lap:g} s"
+    follows = {
+        "hover": ["hover"],
+        "step": [f"step of {size}"],
+        "line": [f"line of {size} in {lap}"],
+        "circle": [f"circle of {size} in {lap}"],
+    }
+    roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
+    name = flight.vehicle.name
+    parts = [
+        f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
+        f"vehicle {name if len(name) <= _NAME else name[: _NAME - 1] + '…'}",
+        f"T = {timed.period:g} s",
+        *follows.get(settings.reference, []),
+        *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
+        f"from roll {roll}, pitch {pitch}",
+    ]
+    return " · ".join(parts).replace("-", "−")
 
 
 def flights_side_by_side(
@@ -108,7 +133,7 @@ def flights_side_by_side(
     require_matplotlib()
     from matplotlib import pyplot
 
-    height = _size_of(panels)[1] + 12.0 / 25.4
+    height = _size_of(panels)[1] + 8.0 / 25.4
     figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) / 25.4, height), layout="constrained")
     axes = figure.subplots(len(panels), len(flights), sharex=True, sharey="row", squeeze=False)
     ends: list[list[tuple[float, float]]] = [[] for _ in panels]

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         Coefficients,
     )
 
-__all__ = ["at_face_value", "axes_of_a_gait", "gait_in_four_dimensions", "roll_pitch_diagram"]
+__all__ = ["at_face_value", "axes_of_a_gait", "gait_in_four_dimensions", "roll_pitch_diagram", "singular_attitudes"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -88,20 +88,58 @@ def roll_pitch_diagram(
         gaits.append((gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", BLUE, (0, (3, 1.5))))
     for one, label, color, dash in gaits:
         around = acceptable_attitudes(one.alpha, numbers, tolerance=tolerance)
-        times = np.arange(count) / count
-        alpha = one.parametrize(1.0, law="constant-speed").at(times)[0]
-        curves = [singular_curve(row, numbers) for row in alpha]
-        told = f"{label}:\n{_told(around, curves)}"
-        if any(curve.kind == "everywhere" for curve in curves):
-            _hatch_everything(ax, color, told)
-        else:
-            _draw_curves(ax, curves, color, dash)
-            _draw_border(ax, around, color, dash, told)
+        curves = _curves_of(one, numbers, count)
+        _draw_gait(ax, around, curves, color, dash, f"{label}:\n{_told(around, curves)}")
+    _finish(ax)
+    return ax
+
+
+def singular_attitudes(
+    gait: Gait, around: AcceptableAttitudes, *, label: str, color: str, count: int = 48, ax: Axes | None = None
+) -> Axes:
+    """Draw the attitudes at which a gait is singular, and the border of those which are known to be acceptable.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline; its coefficients are taken at face value, as in :func:`roll_pitch_diagram`.
+    around
+        The attitudes that the thick line borders.
+    label
+        What the legend says of them.
+    color
+        Of all lines.
+    count, ax
+        As for :func:`roll_pitch_diagram`.
+    """
+    ax = axes_or_new(ax, size=(85, 95))
+    _draw_gait(ax, around, _curves_of(gait, at_face_value(gait.coefficients), count), color, "-", label)
+    _finish(ax)
+    return ax
+
+
+def _curves_of(gait: Gait, numbers: Coefficients, count: int) -> list[SingularCurve]:
+    """Return the singular attitudes at even times of a period."""
+    alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
+    return [singular_curve(row, numbers) for row in alpha]
+
+
+def _draw_gait(
+    ax: Axes, around: AcceptableAttitudes, curves: Sequence[SingularCurve], color: str, dash: Any, label: str
+) -> None:
+    if any(curve.kind == "everywhere" for curve in curves):
+        _hatch_everything(ax, color, label)
+    else:
+        _draw_curves(ax, curves, color, dash)
+        _draw_border(ax, around, color, dash, label)
+
+
+def _finish(ax: Axes) -> None:
+    """Mark level flight, and make axes those of roll and pitch."""
     ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
     plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
     legend_below(ax)
-    return ax
 
 
 def at_face_value(coefficients: Coefficients) -> Coefficients:
