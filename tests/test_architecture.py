@@ -51,6 +51,7 @@ DELEGATIONS = {
 
 # The rooms of the sub-packages, in their order. Some gather in their __init__ what their rooms offer.
 INNER = {
+    "segments": ("search", "determinants", "sines", "singularvalues", "residuals", "thrusts"),
     "areas": ("borders", "outlines", "region", "signs", "conditions", "admissible"),
     "anyangle": ("prepared", "straight", "meetings", "loops"),
     "curves": ("polynomials", "chords", "curve", "rounding"),

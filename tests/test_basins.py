@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.cli import main
+from gaitgraph.drawing import COLOR_OF, GREY, picture_bytes
 from gaitgraph.errors import InputError, MissingConstant, OutputExists
 from gaitgraph.figures import paper_gait
 from gaitgraph.invertibility import coefficients_of
@@ -173,11 +175,32 @@ def test_laws_of_their_own_are_flown_but_not_biased() -> None:
         ({"settings": FlightSettings(duration=0.5)}, "duration: 0.5 s; allowed is the gait's period, 1 s, or more"),
         ({"eta": 0.0}, "bias: 0.0; allowed is a number above 0, up to 1"),
         ({"eta": "x"}, "bias: 'x'; allowed is a number above 0"),
+        ({"settings": FlightSettings(reference="hover")}, "reference: 'hover'; allowed for a basin is attitude"),
+        ({"anyway": "yes"}, "anyway: 'yes'; allowed are True and False"),
     ],
 )
 def test_wrong_values_are_named(asked: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError, match=re.escape(told)):
         basin_of(timed_gait(), **asked)
+
+
+def test_biases_are_one_number_or_many_each_once() -> None:
+    small: dict[str, Any] = {"resolution": 1}
+    assert [basin.eta for basin in basins_of(timed_gait(), biases=0.8, **small)] == [0.8]
+    assert [basin.eta for basin in basins_of(timed_gait(), biases=iter([1.0, 0.9]), **small)] == [1.0, 0.9]
+    for biases, told in (
+        ([], "biases: none; allowed is one or more"),
+        ([0.8, 1.0, 0.8], "bias: 0.8 is there twice; allowed is each once"),
+        ("0.8", "biases: '0.8'; allowed are numbers"),
+        (None, "biases: None; allowed are numbers"),
+    ):
+        with pytest.raises(InputError, match=re.escape(told)):
+            basins_of(timed_gait(), biases=biases, **small)  # type: ignore[arg-type]
+
+
+def test_a_basin_warns_as_a_flight_does() -> None:
+    basin = basin_of(timed_gait(), resolution=1, settings=FlightSettings(servo_lag=1.0))
+    assert ["the servos do not follow" in one for one in basin.warnings] == [True]
 
 
 def test_what_cannot_fly_at_all_is_refused() -> None:
@@ -200,6 +223,27 @@ def test_the_map_marks_each_outcome_with_a_shape_of_its_own(biased: Basin) -> No
     assert any(line.get_gid() == "acceptable" for line in ax.lines)
     with pytest.raises(InputError, match="basins: none"):
         basins_figure([])
+
+
+def test_the_map_has_the_reports_numbers_and_the_sheets_color(biased: Basin) -> None:
+    blue = basin_of(timed_gait(1), resolution=3)
+    red = basin_of(timed_gait(3), resolution=2, extent=0.3)
+    for basin, color in ((blue, COLOR_OF["blue"]), (red, COLOR_OF["red"]), (biased, GREY)):
+        ax = basin_map(basin)
+        lines = [line for line in ax.lines if line.get_gid() in ("acceptable", "singular")]
+        assert {line.get_color() for line in lines} == {color}
+        (border,) = [line for line in lines if line.get_gid() == "acceptable"]
+        told = round(basin.acceptable_fraction * basin.inside.size)
+        assert border.get_label() == f"acceptable: {told} of {basin.inside.size} attitudes"
+    assert blue.acceptable_fraction == 0.0
+
+
+def test_little_of_the_picture_is_empty(biased: Basin) -> None:
+    for basins in ([biased], [biased] * 5):
+        picture = plt.imread(io.BytesIO(picture_bytes(basins_figure(basins), "png")))
+        drawn = np.flatnonzero((picture[..., :3] < 0.9).any(axis=(1, 2)))
+        assert drawn[0] < 0.03 * len(picture)
+        assert drawn[-1] > 0.95 * len(picture)
 
 
 def test_files_hold_one_row_a_flight(biased: Basin, tmp_path: Path) -> None:
@@ -247,6 +291,8 @@ def test_the_command_tells_what_settled(gait_file: str, tmp_path: Path, capsys: 
     assert "Basin of the gait itself: 3 by 3 attitudes, roll and pitch up to 80°: " in told.out
     assert "Basin of biased by 0.8" in told.out
     assert f"wrote {table}" in told.out
+    assert told.out.count("warning: ") == 1
+    assert "warning: biased by 0.8 it is off the surfaces: max(|Rφ|, |Rθ|) = 0.71, allowed 0.002\n" in told.out
     assert len(table.read_text().splitlines()) == 1 + 18
     assert run("basin", gait_file, "--bias", "0.8", "--resolution", "2", "--json", "--begins", "2") == 0
     answer = json.loads(capsys.readouterr().out)
@@ -256,6 +302,13 @@ def test_the_command_tells_what_settled(gait_file: str, tmp_path: Path, capsys: 
     assert sum(biased[case] for case in CASES) == 4
     assert len(biased["flights"]["outcome"]) == 8
     assert answer["settings"]["control_rate"] == 1000.0
+    assert gait["warnings"] == []
+    assert len(biased["warnings"]) == 1
+    rows = Path(gait_file).read_text().splitlines()
+    Path(gait_file).write_text("\n".join([*rows[:20], *rows[30:]]))  # which leaves a jump
+    assert run("basin", gait_file, "--resolution", "1", "--json") == 0
+    (gait,) = json.loads(capsys.readouterr().out)["basins"]
+    assert "times of the table are those of no law" in gait["warnings"][-1]
 
 
 def test_the_command_refuses_blue_with_exit_code_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -295,7 +348,15 @@ def test_requests_and_the_gaits_of_the_paper_have_basins_too(
         (["--output", "basin.gif"], "output: 'basin.gif'; allowed for a basin are .csv"),
         (["--output", "basin.cvs"], "did you mean '.csv'?"),
         (["--settings", "nothing.toml"], "settings file: cannot read 'nothing.toml'"),
-        (["--period", "-1"], "period: -1.0"),
+        (["--period", "-1"], "gaitgraph: --period: -1.0"),
+        (["--period", "1s"], "--period: '1s'; allowed is a number of seconds"),
+        (["--law", "smoth"], "gaitgraph: --law: 'smoth'; allowed are"),
+        (["--bias", "1"], "--bias: 1; allowed are others"),
+        (["--bias", "0.8", "--bias", "0.8"], "--bias: 0.8 is there twice"),
+        (
+            ["--thrust-limit", "5", "--no-saturation"],
+            "--thrust-limit: 5 with --no-saturation; allowed is one of the two",
+        ),
     ],
 )
 def test_wrong_options_are_one_line(
@@ -323,6 +384,7 @@ def test_settings_come_from_a_file_and_options_go_before_it(
         ("flight = 3\n", "flight: 3; allowed is a table of settings by name"),
         ("[flight]\ndamping = 2\n", "damping: no setting of a flight"),
         ("[flight]\nduration = -2\n", "duration: -2; allowed is 0.001 to 10000 (s)"),
+        ('[flight]\nreference = "hover"\n', "reference: 'hover'; allowed for a basin is attitude"),
         ("[flight\n", "it is not TOML"),
     ):
         file.write_text(content)

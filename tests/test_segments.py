@@ -591,7 +591,7 @@ class TestThrusts:
     def test_without_any_cut_the_bracket_holds_on_long_segments(
         self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("gaitgraph.segments._MOST_HALVINGS", 0)
+        monkeypatch.setattr("gaitgraph.segments.search._MOST_HALVINGS", 0)
         start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 4000, 4))
         end[::2] = start[::2] + 0.1 * (end[::2] - start[::2])
         upward = thrusts_push_up(start, end, vehicle)
@@ -625,7 +625,7 @@ class TestThrusts:
             asked.append(len(alpha))
             return zero_moment_inputs(alpha, vehicle)
 
-        monkeypatch.setattr("gaitgraph.segments.zero_moment_inputs", counting)
+        monkeypatch.setattr("gaitgraph.segments.thrusts.zero_moment_inputs", counting)
         turn = np.arange(8) * (math.pi / 4)
         corners = np.column_stack([0.8 + 0.4 * np.cos(turn), -0.8 + 0.4 * np.sin(turn)])[:, [0, 1, 0, 1]]
         upward, *_ = thrust_shares_along(corners, np.roll(corners, -1, axis=0))
@@ -695,7 +695,7 @@ class TestOfAll:
         assert np.isfinite(less.upper).sum() <= 1 + np.isfinite(least_singular_value_of_all(starts, ends).upper).sum()
 
     def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.segments.least_singular_value", None)
+        monkeypatch.setattr("gaitgraph.segments.singularvalues.least_singular_value", None)
         corners = np.array([[1.178, -1.178] * 2, [1.178, -0.393] * 2, [0.393, -0.393] * 2])
         found = least_singular_value_of_all(corners[:-1], corners[1:])
         assert found.worst()[0] > 0.4
@@ -719,11 +719,11 @@ def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPat
     rng = np.random.default_rng(4)
     starts, ends = rng.uniform(-1.5, 1.5, (30, 4)), rng.uniform(-1.5, 1.5, (30, 4))
     whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
-    monkeypatch.setattr("gaitgraph.segments._BATCH", 7)
+    monkeypatch.setattr("gaitgraph.segments.search._BATCH", 7)
     pieces = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
     np.testing.assert_allclose(pieces.lower, whole.lower, atol=1.1e-3)
     np.testing.assert_allclose(pieces.upper, whole.upper, atol=1.1e-3)
     assert (pieces.upper - pieces.lower <= 1e-3 + 1e-12).all()
-    monkeypatch.setattr("gaitgraph.segments._MOST_HALVINGS", 50)
+    monkeypatch.setattr("gaitgraph.segments.search._MOST_HALVINGS", 50)
     rough = least_singular_value_along(starts, ends, tolerance=1e-6, each=True)
     assert (rough.lower <= whole.upper + 1e-12).all()

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
@@ -12,9 +16,47 @@ from gaitgraph.cli.options import a_file, json_option
 from gaitgraph.cli.terminal import print_json, print_problem, print_text, working
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
     from gaitgraph.study.designs import Study
 
 __all__ = ["study_command"]
+
+_ONCE = 3.0  # seconds in which further signals are the same wish
+
+
+class _Stopped(KeyboardInterrupt):
+    """A signal asked for the end; its argument is the number of the signal."""
+
+
+@contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """Turn the signals that ask for an end into an exception, so that workers, keys and locks go with the study.
+
+    A second one shortly after does not disturb the clearing up. Afterwards they mean what they meant before; but once
+    one has come, they are left alone: the process is about to end.
+    """
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    signals = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    # An ignored SIGHUP is that of nohup; and only the main thread may have handlers.
+    heard = [one for one in signals if signal.getsignal(one) not in (signal.SIG_IGN, None)]
+    if threading.current_thread() is not threading.main_thread():
+        heard = []
+    last: float | None = None
+
+    def stop(number: int, _: FrameType | None) -> None:
+        nonlocal last
+        if last is None or monotonic() - last > _ONCE:
+            last = monotonic()
+            raise _Stopped(number)
+
+    before = [signal.signal(one, stop) for one in heard]
+    try:
+        yield
+    finally:
+        for one, handler in zip(heard, before, strict=True):
+            signal.signal(one, handler if last is None else signal.SIG_IGN)
 
 
 @command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
@@ -40,7 +82,7 @@ def study_command(
 
     The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
     Interrupted or killed, the same command goes on where it stopped. The exit code is 0 once all rows are there,
-    whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
+    whatever came of the cases; 130, 143 or 129 if interrupted, terminated or hung up. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
     from gaitgraph.study.designs import read_study
     from gaitgraph.study.running import run_study
@@ -51,15 +93,17 @@ def study_command(
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
-        with working(f"study {study.name}") as progress:
+        with _ended_in_order(), working(f"study {study.name}") as progress:
             run = run_study(study, folder, workers=workers, scheduler=scheduler, yes=yes, progress=progress)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
+        number = error.args[0] if isinstance(error, _Stopped) else signal.SIGINT
         parts = len(list((folder / "rows").glob("part-*.parquet")))
-        print_problem(
-            f"interrupted; {parts} of {study.batches} parts are in {str(folder)!r}, and the same command goes on from "
-            "there"
-        )
-        return 130
+        with suppress(OSError):  # the terminal may be gone
+            print_problem(
+                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {study.batches} parts are "
+                f"in {str(folder)!r}, and the same command goes on from there"
+            )
+        return 128 + number
     if as_json:
         print_json(run.as_mapping())
     else:

@@ -157,7 +157,7 @@ def _parts(course: Course, settings: FlightSettings) -> list[str]:
         wholes["lap"] = settings.lap, "the reference is not followed to its end"
     for name, (whole, said) in wholes.items():
         if seconds < whole * (1 - 1e-9):
-            parts.append(f"{seconds:g} s are {seconds / whole:.2g} of a {name} of {whole:g} s: {said}")
+            parts.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {said}")
     return parts
 
 

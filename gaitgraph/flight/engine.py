@@ -106,7 +106,6 @@ class Engine:
     __slots__ = ("_warnings", "data", "model", "mujoco", "vehicle")
 
     def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
-        _check_arguments(vehicle, step, air)
         self.mujoco = mujoco_library()
         self.vehicle = vehicle
         text = mjcf_of(vehicle, step=step, air=air)

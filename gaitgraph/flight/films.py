@@ -287,25 +287,25 @@ class _Drawing:
         image = Image.new("RGB", (WIDTH * _OVER, HEIGHT * _OVER), PAPER)
         draw = ImageDraw.Draw(image)
         draw_text(draw, (16, 19), self.title, 14, INK, "lm")
-        boxes = [(0, 0, WIDTH, int(SCENE[1])), self._words(draw, row), *self._map(draw, row)]
+        boxes = [(0, 0, WIDTH, int(SCENE[1])), *self._words(draw, row), *self._map(draw, row)]
         if row == len(self.flight.rows) - 1:
             boxes.append(self._verdict(draw))
         return image.reduce(_OVER), boxes
 
-    def _words(self, draw: Any, row: int) -> tuple[int, int, int, int]:
+    def _words(self, draw: Any, row: int) -> list[tuple[int, int, int, int]]:
         flight = self.flight
         x, y, z = (f"{value + 0.0:.2f}".replace("-", "−") for value in np.round(self.place[row], 2))
         shares = flight.thrusts[row] / self.quarter
         lines = [
             f"t = {flight.column('t')[row]:.2f} s{', arms slowed down' if self.slowed else ''}",
             f"x {x} m   y {y} m   z {z} m",
-            f"thrust {shares.min():.2f} to {shares.max():.2f} of weight / 4".replace("-", "−"),
+            f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−"),
         ]
         for k, line in enumerate(lines):
             draw_text(draw, (16, 46 + 16 * k), line, 11, GREY, "lm")
-        # Of a few widths only, lest it flicker where something is below it.
-        width = 16 * math.ceil(max(text_width(line, 11) for line in lines) / 16)
-        return 0, int(SCENE[1]), 20 + width, int(SCENE[1]) + 50
+        # Each has a ground of its own length, to cover as little as can be.
+        ends = [19 + math.ceil(text_width(line, 11)) for line in lines]
+        return [(12, 38 + 16 * k, end, 54 + 16 * k) for k, end in enumerate(ends)]
 
     def _verdict(self, draw: Any) -> tuple[int, int, int, int]:
         """Write how it ended, in two lines at most, on a ground of its own."""

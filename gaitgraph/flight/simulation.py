@@ -18,7 +18,7 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.allocation import Allocation, allocation_of
 from gaitgraph.flight.controllers import Stopped, controller_of
-from gaitgraph.flight.courses import Course, before_take_off, refusal_and_warnings, repeated
+from gaitgraph.flight.courses import Course, before_take_off, repeated
 from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
 from gaitgraph.flight.engine import Engine, engine_of, without_log
 from gaitgraph.flight.records import COLUMNS, Flight, Outcome, is_settled, refused_flight
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     Ending = tuple[Outcome, str]
 
-__all__ = ["DEFAULT_ATTITUDE", "Cockpit", "fly", "refusal_and_warnings"]
+__all__ = ["DEFAULT_ATTITUDE", "Cockpit", "fly"]
 
 FloatArray = npt.NDArray[np.float64]
 

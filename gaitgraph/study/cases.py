@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait import Gait
 
-__all__ = ["OUTCOMES", "columns_of", "flown_batch", "lost_row", "row_of", "versions"]
+__all__ = ["OUTCOMES", "columns_of", "flown_batch", "known_of", "lost_row", "row_of", "versions"]
 
 OUTCOMES = ("settled", "not settled", "refused", "no gait", "failed")
 """What may come of a case: it flew and settled, or not; it was not flown; there is nothing to fly; it could not be run
@@ -137,7 +137,7 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError] | N
     gaits
         Gaits that were planned before, by vehicle and source; what is planned here is added.
     """
-    row = _known_of(case)
+    row = known_of(case)
     try:
         _plan_and_fly(row, case, study, {} if gaits is None else gaits)
     except Infeasible as error:
@@ -151,10 +151,10 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError] | N
 
 def lost_row(case: Case, reason: str) -> dict[str, Any]:
     """Return the row of a case that cannot be run to its end: whatever process tries dies."""
-    return _known_of(case) | {"outcome": "failed", "reason": reason}
+    return known_of(case) | {"outcome": "failed", "reason": reason}
 
 
-def _known_of(case: Case) -> dict[str, Any]:
+def known_of(case: Case) -> dict[str, Any]:
     """Return what is known of a case before it is run."""
     row: dict[str, Any] = {"case": case.number, "vehicle": case.model.name}
     for name, value in case.varied.items():

@@ -14,19 +14,21 @@ however it ends.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
 import re
 import shutil
 import sys
+import textwrap
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, needs_extra, shown
 from gaitgraph.files import text_of, write_whole
-from gaitgraph.study.cases import columns_of
+from gaitgraph.study.cases import OUTCOMES, columns_of, known_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.study.designs import Study
 
-__all__ = ["Dataset", "opened_dataset", "require_pyarrow"]
+__all__ = ["Dataset", "holds_study", "opened_dataset", "require_pyarrow"]
 
 FORMAT = "gaitgraph study"
 MANIFEST, ROWS, SUMMARY = "study.json", "rows", "summary.html"
@@ -132,6 +134,23 @@ class Dataset:
             found[batch] = self._checked(path, batch)
         return found
 
+    def whole(self) -> dict[int, Any]:
+        """Return all parts as :meth:`parts` does.
+
+        Raises
+        ------
+        FileProblem, InputError
+            If one is not there, too.
+        """
+        found = self.parts()
+        gone = [batch for batch in range(self.study.batches) if batch not in found]
+        if gone:
+            raise FileProblem(
+                f"part {str(self.path(gone[0]))!r}: it was taken away while the study ran; allowed is a folder that is "
+                "left alone: the same command flies its cases again"
+            )
+        return found
+
     def _checked(self, path: Path, batch: int) -> Any:
         """Return a part; InputError unless it is whole, of this study, and has the cases that it should."""
         cure = "delete it, and the same command flies its cases again"
@@ -150,7 +169,29 @@ class Dataset:
                 f"part {str(path)!r}: it does not hold cases {numbers[0]} to {numbers[-1]}; allowed is a whole part: "
                 f"{cure}"
             )
+        wrong = self._strange_in(table, numbers)
+        if wrong:
+            raise InputError(
+                f"part {str(path)!r}: its column {wrong!r} is not of this study's cases; allowed is a part as it was "
+                f"written: {cure}"
+            )
         return table
+
+    def _strange_in(self, table: Any, numbers: Sequence[int]) -> str | None:
+        """Return the first column that differs from what is known of the cases without flying them, or None."""
+        pa = require_pyarrow()
+        rows = [known_of(self.study.case(number)) for number in numbers]
+        given = frozenset().union(*rows)
+        for field in self._schema(pa):
+            if table.schema.field(field.name).type != field.type:
+                return str(field.name)
+            if field.name in given and table[field.name].to_pylist() != [row.get(field.name) for row in rows]:
+                return str(field.name)
+        outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()
+        if any(outcome not in OUTCOMES for outcome in outcomes):
+            return "outcome"
+        lacking = (reason is None for outcome, reason in zip(outcomes, reasons, strict=True) if outcome != "settled")
+        return "reason" if any(lacking) else None
 
     def _read(self, path: Path) -> Any:
         pa = require_pyarrow()
@@ -163,7 +204,7 @@ class Dataset:
         try:
             return pa.parquet.read_table(pa.BufferReader(content), page_checksum_verification=True, use_threads=False)
         except (pa.ArrowException, MemoryError, OSError, OverflowError, TypeError, ValueError) as error:
-            reason = shown(" ".join(str(error).split()) or type(error).__name__)[1:-1]
+            reason = textwrap.shorten(str(error), 100, placeholder=" …") or type(error).__name__
             raise InputError(f"it is no Parquet file, or a broken one ({reason})") from error
 
     @staticmethod
@@ -188,6 +229,11 @@ class Dataset:
             "fingerprint": self.study.fingerprint,
         }
         return pa.schema(fields, metadata={_KEY: json.dumps(about, allow_nan=False)})
+
+
+def holds_study(folder: Path) -> bool:
+    """Return whether a folder has a manifest."""
+    return os.path.lexists(folder / MANIFEST)
 
 
 @contextmanager
@@ -279,8 +325,13 @@ def _check_new(folder: Path) -> None:
 
 
 def _check_same(folder: Path, known: dict[str, Any], study: Study, versions: Mapping[str, str]) -> None:
+    told = known.get("study")
+    if hashlib.sha256(json.dumps(told).encode()).hexdigest() != known.get("fingerprint"):
+        raise OutputExists(
+            f"output: {str(folder / MANIFEST)!r} was changed after it was written; allowed is the manifest as it was, "
+            "or a new folder"
+        )
     if known.get("fingerprint") != study.fingerprint or known.get("batch") != study.batch:
-        told = known.get("study")
         name = told.get("name") if isinstance(told, dict) else None
         whose = f"another study ({shown(name)})" if name != study.name else "this study as it was before a change"
         raise OutputExists(f"output: {str(folder)!r} holds {whose}; allowed is a new folder, or one of this study")

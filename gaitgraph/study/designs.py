@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.flight import FlightSettings, settings_from_mapping
 from gaitgraph.study.axes import Axis, axis_of, pitch_of, real_of, roll_of
@@ -239,7 +239,7 @@ def read_study(path: str | Path) -> Study:
     try:
         content = table_from_toml(text)
         return study_from_mapping({"name": path.stem, **content}, folder=path.parent)
-    except InputError as error:
+    except (FileProblem, InputError) as error:
         raise type(error)(f"study file {str(path)!r}: {error}") from error
 
 
@@ -312,6 +312,10 @@ def _flight_of(content: Any) -> FlightSettings:
 
 def _sample_of(content: Any) -> tuple[int | None, int | None]:
     """Return the number of cases and the seed of a random sample; None twice for a grid."""
+    if content == "random":
+        raise InputError(
+            "sample: 'random'; allowed is a table for it, which says how many: { kind = 'random', count = …, seed = … }"
+        )
     table = {"kind": content} if isinstance(content, str) else content
     if not isinstance(table, dict):
         raise InputError(f"sample: {shown(content)}; allowed is 'grid', or a table of kind, count and seed")

@@ -14,7 +14,7 @@ from gaitgraph.drawing import require_matplotlib
 from gaitgraph.errors import InputError, shown
 from gaitgraph.study.cases import OUTCOMES, flown_batch, versions
 from gaitgraph.study.clusters import cluster_there, flown_batches, require_dask, workers_here
-from gaitgraph.study.datasets import opened_dataset, require_pyarrow
+from gaitgraph.study.datasets import holds_study, opened_dataset, require_pyarrow
 from gaitgraph.study.designs import FREE_CASES, FREE_SECONDS, Study, read_study, study_from_mapping
 from gaitgraph.study.pages import page_of, reasons_of
 
@@ -83,7 +83,10 @@ class StudyRun:
         kept = count - self.flown
         head = f"Study {self.study.name}: {count} case{'s' * (count != 1)}" + (f", {kept} of them kept" if kept else "")
         lines = [head, *(f"  {name:<12} {self.outcomes[name]}" for name in OUTCOMES if self.outcomes[name])]
-        lines += [f"  {count} × {outcome}: {reason}" for outcome, reason, count in self.reasons[:5]]
+        lines += [
+            f"  {count} × {outcome}{', e.g.' if count > 1 else ''}: {reason}"
+            for outcome, reason, count in self.reasons[:5]
+        ]
         if len(self.reasons) > 5:
             lines.append(f"  and {len(self.reasons) - 5} more reasons")
         return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.summary}"])
@@ -146,7 +149,8 @@ def run_study(
     Raises
     ------
     InputError
-        If something asked for is not allowed, or a scheduler does not answer.
+        If something asked for is not allowed, a scheduler does not answer, workers do not come up, or a part was taken
+        away meanwhile.
     FileProblem, OutputExists
         If the folder is something else, of another study, in use, or cannot be written.
     MissingExtra
@@ -181,6 +185,9 @@ def run_study(
     if count:
         require_dask()
     tell = progress or (lambda _: None)
+    if scheduler is not None and not holds_study(folder):
+        with cluster_there(scheduler):  # an address that is wrong leaves no folder
+            pass
     with opened_dataset(folder, study, here) as dataset:
         tell("reading what is there")
         kept = dataset.parts()
@@ -190,14 +197,14 @@ def run_study(
         flown = 0
         if missing:
             tell("starting workers" if count and scheduler is None else "asking the scheduler" if count else "flying")
-            with _flying(study, missing, here, count, scheduler) as batches:
+            with _flying(study, missing, here, count, scheduler, tell) as batches:
                 clock.start()
                 for batch, rows in batches:
                     dataset.write(batch, rows)
                     flown += len(rows)
                     clock.add(len(rows))
         tell("drawing the summary")
-        table = require_pyarrow().concat_tables((dataset.parts() if missing else kept).values())
+        table = require_pyarrow().concat_tables((dataset.whole() if missing else kept).values())
         dataset.write_summary(page_of(study, table))
     counts = table["outcome"].to_pylist()
     return StudyRun(
@@ -227,15 +234,15 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
 
 @contextmanager
 def _flying(
-    study: Study, batches: list[int], here: Mapping[str, str], workers: int, scheduler: str | None
+    study: Study, batches: list[int], here: Mapping[str, str], workers: int, scheduler: str | None, tell: Progress
 ) -> Iterator[Iterator[tuple[int, Rows]]]:
     """Give batches and their rows as they are flown."""
     if scheduler is not None:
-        with cluster_there(scheduler) as client:
-            yield flown_batches(client, study, batches, here)
+        with cluster_there(scheduler, tell) as crew:
+            yield flown_batches(crew, study, batches, here)
     elif workers:
-        with workers_here(min(workers, len(batches))) as client:
-            yield flown_batches(client, study, batches, here)
+        with workers_here(min(workers, len(batches))) as crew:
+            yield flown_batches(crew, study, batches, here)
     else:
         yield ((batch, flown_batch(study.text, study.numbers(batch), here)) for batch in batches)
 
