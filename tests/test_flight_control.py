@@ -707,8 +707,8 @@ class TestWholes:
         assert fly(HOVER, settings=short(duration=0.05)).warnings == ()
         course = from_hover(ASCENDING, periods=1, pause=0.1)
         assert isinstance(course, Course)
-        (told,) = fly(course, settings=short()).warnings
-        assert fraction(told) == "0.3 s are 0.0938 of a course of 3.2 s"
+        (told,) = fly(course, settings=short(duration=0.32)).warnings
+        assert fraction(told) == "0.32 s are 0.1 of a course of 3.2 s"
 
     def test_too_many_steps_are_the_periods_doing(self) -> None:
         with pytest.raises(InputError, match=r"^period: 2000 s, which is flown whole .* allowed is 1000000 steps of"):

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shutil
+import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -334,7 +335,10 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(
     assert re.fullmatch(r"10 of 12 cases, about \d+ s left", words[-4])
 
 
-@pytest.mark.parametrize("harm", ["cut", "flipped", "other cases", "of another study", "strange", "beyond"])
+HARMS = ["cut", "flipped", "other cases", "of another study", "strange", "beyond", "roll", "gait", "outcome", "reason"]
+
+
+@pytest.mark.parametrize("harm", HARMS)
 def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_path: Path, harm: str) -> None:
     folder = tmp_path / "harmed"
     shutil.copytree(small.folder, folder)
@@ -356,6 +360,13 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_
         table = pa.parquet.read_table(part).replace_schema_metadata({b"gaitgraph": b'{"fingerprint": "x"}'})
         pa.parquet.write_table(table, part)
         told += "it is of another study; allowed are parts of this one"
+    elif harm in ("roll", "gait", "outcome", "reason"):
+        table = pa.parquet.read_table(part)
+        field = table.schema.field(harm)
+        other = {"roll": 0.1, "gait": "gait9", "outcome": "maybe", "reason": None}[harm]
+        k = table.schema.get_field_index(harm)
+        pa.parquet.write_table(table.set_column(k, field, pa.array([other], field.type)), part)
+        told += f"its column '{harm}' is not of this study's cases; allowed is a part as it was written: delete it"
     elif harm == "strange":
         (rows / "notes.txt").write_text("mine")
         told = r"output: '.*notes\.txt' is no part of this study; allowed in rows are part-00000\.parquet to part-00011"
@@ -363,6 +374,32 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_
         shutil.copy(part, rows / "part-00012.parquet")
         told = r"output: '.*part-00012\.parquet' is no part of this study"
     with pytest.raises((InputError, OutputExists), match=told):
+        run_study(SMALL, folder, workers=0)
+
+
+def test_a_part_that_is_taken_away_meanwhile_is_missed(small: StudyRun, tmp_path: Path) -> None:
+    rows = tmp_path / "gone" / "rows"
+
+    def take_away(words: str) -> None:
+        if words.startswith("5 of"):
+            (rows / "part-00002.parquet").unlink()
+
+    with pytest.raises(
+        FileProblem, match=r"part '.*part-00002\.parquet': it was taken away while the study ran; allow"
+    ):
+        run_study(SMALL, rows.parent, workers=0, progress=take_away)
+    assert run_study(SMALL, rows.parent, workers=0).flown == 1
+    assert contents(rows.parent) == contents(small.folder)
+
+
+def test_a_manifest_that_was_changed_is_refused(small: StudyRun, tmp_path: Path) -> None:
+    folder = tmp_path / "changed"
+    shutil.copytree(small.folder, folder)
+    manifest = folder / "study.json"
+    manifest.write_text(manifest.read_text().replace('"gait3"', '"gait4"'))
+    with pytest.raises(
+        OutputExists, match=r"study\.json' was changed after it was written; allowed is the manifest as"
+    ):
         run_study(SMALL, folder, workers=0)
 
 
@@ -477,7 +514,9 @@ def test_the_command_counts_flies_and_tells(run: Any, tmp_path: Path) -> None:
     assert not (tmp_path / "s").exists()
     done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.err) == (0, "")
-    assert done.out.startswith("Study s: 4 cases\n  settled      2\n  refused      2\n  2 × refused: refused before")
+    assert done.out.startswith(
+        "Study s: 4 cases\n  settled      2\n  refused      2\n  2 × refused, e.g.: refused before"
+    )
     again = run("study", "s.toml", "--workers", 0, "--json")
     assert again.json["flown"] == 0
     assert again.json["kept"] == 4
@@ -511,3 +550,30 @@ def test_an_interrupt_says_how_to_go_on(run: Any, tmp_path: Path, monkeypatch: p
     assert (done.code, done.out) == (130, "")
     assert done.err == "gaitgraph: interrupted; 2 of 3 parts are in 's', and the same command goes on from there\n"
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 1
+
+
+@pytest.mark.parametrize(("name", "code", "told"), [("SIGTERM", 143, "terminated"), ("SIGINT", 130, "interrupted")])
+def test_a_signal_ends_the_study_in_order(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, code: int, told: str
+) -> None:
+    (tmp_path / "s.toml").write_text("gaits = ['gait1']\n[attitudes]\nroll = [0.1, 0.2, 0.3]\n")
+    true = cases_room.row_of
+    number = getattr(signal, name)
+
+    def ended(case: Any, *rest: Any) -> Any:
+        if case.number == 1:
+            try:
+                os.kill(os.getpid(), number)
+            finally:
+                os.kill(os.getpid(), number)  # again, while it clears up
+        return true(case, *rest)
+
+    monkeypatch.setattr(cases_room, "row_of", ended)
+    others = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    try:
+        done = run("study", "s.toml", "--workers", 0)
+    finally:
+        for one, handler in others.items():
+            signal.signal(one, handler)
+    assert (done.code, done.out) == (code, "")
+    assert done.err == f"gaitgraph: {told}; 1 of 3 parts are in 's', and the same command goes on from there\n"

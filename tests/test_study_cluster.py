@@ -57,10 +57,17 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return contents(folder)
 
 
-def test_two_workers_one_killed_midway_write_the_same_bytes(
+def keepers(of: int) -> list[Any]:
+    """Return the processes that start workers, below one that runs a study."""
+    below = psutil.Process(of).children(recursive=True)
+    return [process for process in below if any("dask_worker" in word for word in process.cmdline())]
+
+
+def test_two_workers_and_then_their_keeper_killed_midway_write_the_same_bytes(
     alone: dict[str, bytes], tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     killed: list[int] = []
+    orphaned: list[int] = []
     # The first worker that is up begins alone; here both are to be at work when one dies.
     monkeypatch.setattr(clusters, "_wait_for_one", lambda client, *_: client.wait_for_workers(2, timeout=120))
 
@@ -69,12 +76,17 @@ def test_two_workers_one_killed_midway_write_the_same_bytes(
         if not killed and words.startswith(("5 ", "6 ", "7 ", "8 ")) and len(here) == 2:
             killed.append(here[0].pid)
             os.kill(here[0].pid, signal.SIGKILL)
+        elif killed and not orphaned and words.startswith(("12 ", "13 ", "14 ", "15 ")):
+            orphaned.extend(process.pid for process in keepers(os.getpid()))
+            for pid in orphaned:
+                os.kill(pid, signal.SIGKILL)
 
     run = run_study(STUDY, tmp_path / "two", workers=2, progress=kill_one)
     assert killed
+    assert len(orphaned) == 1
     assert run.outcomes["failed"] == 0
     assert contents(tmp_path / "two") == alone
-    assert worker_processes(os.getpid()) == []
+    assert worker_processes(os.getpid()) == keepers(os.getpid()) == []
     assert capfd.readouterr() == ("", "")
     assert logging.getLogger("distributed").level != logging.CRITICAL + 1
 
@@ -164,7 +176,58 @@ def test_a_scheduler_that_does_not_answer_is_told_in_one_line(
             assert done.err.startswith(f"gaitgraph: --scheduler: '{address}' {message}")
             assert done.err.count("\n") == 1
             assert monotonic() - begun < 30
-    assert [path.name for path in (tmp_path / "s" / "rows").iterdir()] == []
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_cluster_without_workers_is_waited_for_and_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clusters, "EMPTY", 0.4)
+    words: list[str] = []
+    with distributed.LocalCluster(
+        n_workers=0,
+        processes=False,
+        protocol="tcp",
+        host="127.0.0.1",
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+        scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+    ) as cluster:
+        address = cluster.scheduler_address
+        with pytest.raises(
+            InputError, match=f"--scheduler: '{address}' had no workers for 0.4 s; allowed is a cluster"
+        ):
+            run_study(STUDY, tmp_path / "empty", scheduler=address, progress=words.append)
+    assert f"waiting for workers of {address}" in words
+
+
+def test_workers_that_end_again_and_again_are_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[list[str]] = []
+
+    class Killed:
+        def __init__(self, command: list[str], **_: Any) -> None:
+            begun.append(command)
+
+        def poll(self) -> int:
+            return -9
+
+    monkeypatch.setattr(clusters.subprocess, "Popen", Killed)
+    foreman = clusters._Foreman(2, "tls://127.0.0.1:1", distributed.security.Security.temporary(), tmp_path)
+    foreman.start()
+    told = "workers: the process that keeps them was started 4 times; signal 9 ended it; allowed is a machine that"
+    for _ in range(3):
+        foreman.tend(True)
+    with pytest.raises(InputError, match=told):
+        foreman.tend(True)
+    assert len(begun) == 4
+    (tmp_path / "log").write_text("nanny - INFO - Start\nOSError: no room\nnanny - INFO - End\n")
+    with pytest.raises(InputError, match="4 times; OSError: no room; allowed"):
+        foreman.tend(True)
+
+
+def test_no_logger_of_dask_speaks() -> None:
+    with clusters._quietly():
+        for name in ("distributed.client", "distributed.core", "distributed.made_later", "tornado.application"):
+            assert not logging.getLogger(name).isEnabledFor(logging.CRITICAL), name
+    assert logging.getLogger("distributed.client").isEnabledFor(logging.ERROR)
 
 
 def test_workers_with_another_package_end_the_study(tmp_path: Path) -> None:

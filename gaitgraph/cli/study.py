@@ -82,7 +82,7 @@ def study_command(
 
     The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
     Interrupted or killed, the same command goes on where it stopped. The exit code is 0 once all rows are there,
-    whatever came of the cases; 130, 143 or 129 if interrupted, terminated or hung up. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
+    whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
     from gaitgraph.study.designs import read_study
     from gaitgraph.study.running import run_study

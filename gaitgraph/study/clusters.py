@@ -213,9 +213,9 @@ class _Foreman:
 
 
 def _error_in(log: str) -> str:
-    """Return the last error that a log tells, in one line; "" if it tells none.
+    r"""Return the last error that a log tells, in one line; "" if it tells none.
 
-    >>> _error_in("2020-01-01 - nanny - INFO - Closing\\nOSError: [Errno 98] in use\\n2020-01-01 - nanny - INFO - End.")
+    >>> _error_in("nanny - INFO - Closing\nOSError: [Errno 98] in use\nnanny - INFO - End.")
     'OSError: [Errno 98] in use'
     """
     told = [line for line in log.splitlines() if re.match(r"[\w.]*(?:Error|Exception): \S", line)]
