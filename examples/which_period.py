@@ -43,9 +43,9 @@ for period in (2.0, 1.0, 0.5, 0.25):
 
 # %%
 # Flown from roll 0.3 and pitch −0.2 rad with that lag and no more than 300°/s. The controller of the simulation knows
-# where the arms are. With the law smooth T ≤ 1 s wants more than 300°/s and is refused, so it is flown anyway, the servos
-# following as they can. All settle; the peak is at once, since the gait begins in its worst corner. Shares are of a
-# quarter of the weight.
+# where the arms are. With the law smooth T ≤ 1 s wants more than 300°/s and is refused, so it is flown anyway, the
+# servos following as they can. All settle; the peak is at once, since the gait begins in its worst corner. Shares are
+# of a quarter of the weight.
 
 settings = FlightSettings(duration=3.0, servo_lag=lag, servo_rate=rate)
 quarter = 0.25 * 0.429 * 9.8  # of the weight of the paper's vehicle [N]
