@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -43,9 +44,9 @@ def worker_processes(of: int) -> list[Any]:
     """Return the processes that fly, below one that runs a study."""
     found = []
     for process in psutil.Process(of).children(recursive=True):
-        line = " ".join(process.cmdline())
-        if "spawn_main" in line:
-            found.append(process)
+        with suppress(psutil.Error):  # it ends at this very moment
+            if "spawn_main" in " ".join(process.cmdline()):
+                found.append(process)
     return found
 
 
@@ -59,8 +60,8 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 def keepers(of: int) -> list[Any]:
     """Return the processes that start workers, below one that runs a study."""
-    below = psutil.Process(of).children(recursive=True)
-    return [process for process in below if any("dask_worker" in word for word in process.cmdline())]
+    # A process that they are about to start has their words for a moment: only those right below are asked.
+    return [one for one in psutil.Process(of).children() if any("dask_worker" in word for word in one.cmdline())]
 
 
 def test_two_workers_and_then_their_keeper_killed_midway_write_the_same_bytes(
@@ -209,8 +210,9 @@ def test_workers_that_end_again_and_again_are_given_up(tmp_path: Path, monkeypat
         def poll(self) -> int:
             return -9
 
-    monkeypatch.setattr(clusters.subprocess, "Popen", Killed)
-    foreman = clusters._Foreman(2, "tls://127.0.0.1:1", distributed.security.Security.temporary(), tmp_path)
+    security = distributed.security.Security.temporary()
+    monkeypatch.setattr(subprocess, "Popen", Killed)
+    foreman = clusters._Foreman(2, "tls://127.0.0.1:1", security, tmp_path)
     foreman.start()
     told = "workers: the process that keeps them was started 4 times; signal 9 ended it; allowed is a machine that"
     for _ in range(3):

@@ -32,6 +32,8 @@ _MOST_LEVELS = 20
 _MOST_LINES = 40  # periods that have a mark each
 _WIDE = 15.0  # ratio of thrusts from which the axis is logarithmic
 _DEGREES = 180.0 / np.pi
+_LEAST = 3.3  # pixels a millimetre, below which letters are too small: a narrow page scrolls its charts
+_FLAT = 2.5  # ratio of the ranges of roll and pitch from which a degree is not the same length in both
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,8 +123,9 @@ def _svg(width: float, height: float, draw: Callable[[Figure], None], name: str)
     text = re.sub(r"<style[^>]*>.*?</style>", "", text, flags=re.DOTALL)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", text)
-    share = f'style="width: {100 * width / _WIDTH:.4g}%"'
-    return re.sub(r'^<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg class="chart" {share} \1>', text)
+    share = f'style="width: {100 * width / _WIDTH:.4g}%; min-width: {_LEAST * width:.0f}px"'
+    svg = re.sub(r'^<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg class="chart" {share} \1>', text)
+    return f'<div class="box">{svg}</div>'
 
 
 def basins(rows: Columns, panels: Sequence[tuple[str, npt.NDArray[np.bool_]]]) -> str:
@@ -133,6 +136,8 @@ def basins(rows: Columns, panels: Sequence[tuple[str, npt.NDArray[np.bool_]]]) -
     shown = panels[:MOST_PANELS]
     across = min(4, len(shown))
     down = -(-len(shown) // across)
+    ranges = [np.ptp(rows[name]) for name in ("roll", "pitch")]
+    square = max(ranges) < _FLAT * min(ranges)
 
     def draw(figure: Figure) -> None:
         from matplotlib.cm import ScalarMappable
@@ -145,7 +150,8 @@ def basins(rows: Columns, panels: Sequence[tuple[str, npt.NDArray[np.bool_]]]) -
         for ax, (title, mask) in zip(axes.flat, shown, strict=False):
             _draw_basin(ax, rows.where(mask), colors)
             ax.set_title(title, parse_math=False)
-            ax.set_aspect("equal", adjustable="box")
+            if square:
+                ax.set_aspect("equal", adjustable="box")
             ax.plot(0, 0, marker="+", color=_INK, markersize=5, linestyle="none")
         for ax in axes[-1]:
             ax.set_xlabel("initial roll (°)")
@@ -180,7 +186,8 @@ def _draw_basin(ax: Axes, rows: Columns, colors: Any) -> None:
         ax.set_xlim(places[:, 0].min() - wide, places[:, 0].max() + wide)
         ax.set_ylim(places[:, 1].min() - high, places[:, 1].max() + high)
     else:
-        ax.scatter(places[:, 0], places[:, 1], s=9, c=faces, linewidths=0)
+        ax.margins(0.06)
+        ax.scatter(places[:, 0], places[:, 1], s=9, c=faces, linewidths=0, zorder=3)  # above the cross
 
 
 def _rgba(color: str) -> tuple[float, ...]:
@@ -248,12 +255,15 @@ def singular_values(rows: Columns) -> str:
     parts = [values[flown & rows.settled], values[flown & ~rows.settled]]
 
     def draw(figure: Figure) -> None:
+        from matplotlib.ticker import MaxNLocator
+
         ax = figure.subplots()
         low, high = float(values[flown].min()), float(values[flown].max())
         edges = np.linspace(low, high, 31) if high - low > 1e-9 else np.array([low - 0.01, low + 0.01])
         ax.hist(parts, bins=edges.tolist(), stacked=True, color=[_SETTLED, _ASTRAY], label=["settled", "not settled"])
         ax.set_xlabel("least singular value met in flight")
         ax.set_ylabel("flights")
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         ax.grid(True, axis="y")
         _legend(ax)
 

@@ -35,8 +35,11 @@ h1 { font-size: 1.5rem; margin: 0; } h2 { font-size: 1.1rem; margin: 2rem 0 .4re
 table { border-collapse: collapse; } th, td { text-align: right; padding: .15rem .7rem .15rem 0; vertical-align: top; }
 th { font-weight: 600; border-bottom: 1px solid; }
 th:first-child, td:first-child, td.text, th.text, td.outcome { text-align: left; }
-td.outcome { white-space: nowrap; }
+h1, td:first-child, td.text { overflow-wrap: anywhere; }
+td.number, td.outcome { white-space: nowrap; }
 td.bar { width: 7rem; } td.bar i { display: block; height: .7rem; margin-top: .35rem; background: #1f9e89; }
+@media (max-width: 36rem) { th, td { padding-right: .4rem; } td.bar { width: 2rem; } }
+.box { overflow-x: auto; }
 svg.chart { display: block; height: auto; stroke-linejoin: round; stroke-linecap: butt; }
 p.note { opacity: .75; margin: .2rem 0 .6rem; } code { overflow-wrap: anywhere; }
 """
@@ -107,7 +110,7 @@ def _factors(study: Study, rows: Columns) -> Iterable[str]:
             part = some.settled.sum() / len(some)
             lines.append(
                 f"<tr><td>{escape(level)}</td><td>{len(some)}</td><td>{int(some.flown.sum())}</td>"
-                f"<td>{int(some.settled.sum())}</td><td>{100 * part:.1f} %</td>"
+                f'<td>{int(some.settled.sum())}</td><td class="number">{100 * part:.1f} %</td>'
                 f'<td class="bar"><i style="width:{100 * part:.1f}%"></i></td></tr>'
             )
         title = escape(known.get(name) or _told(name, units[name]))
@@ -154,10 +157,9 @@ def _pictures(study: Study, rows: Columns) -> Iterable[str]:
         yield f'<p class="note">{note} Grey where none flew.{left}</p>'
         yield basins(rows, both)
     if rows.settled.any():
-        yield "<h2>Peak thrust and the period</h2>"
+        yield "<h2>Peak thrust and the period, of flights that settled</h2>"
         yield (
-            '<p class="note">Of flights that settled, in shares of a quarter of the weight: the median, and from the '
-            "least to the largest.</p>"
+            '<p class="note">In shares of a quarter of the weight: the median, and from the least to the largest.</p>'
         )
         yield thrusts(rows, both)
     yield "<h2>How near to singular</h2>"
