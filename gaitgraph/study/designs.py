@@ -181,7 +181,13 @@ class Study:
 
     def seconds(self, workers: int) -> float:
         """Return about how long the study takes on so many processes [s]; no promise."""
-        return len(self) * self.flight.seconds / PACE / max(workers, 1)
+        return len(self) * self.flown_at_most / PACE / max(workers, 1)
+
+    @property
+    def flown_at_most(self) -> float:
+        """How long the longest flight is [s]: a whole period where no duration is stated."""
+        seconds = self.flight.seconds
+        return seconds if self.flight.duration is not None else max(seconds, *self.periods.extremes)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the study as plain values, which :func:`study_from_mapping` reads back."""

@@ -83,8 +83,9 @@ def page_of(study: Study, table: Any) -> str:
 def _made(study: Study) -> str:
     count = len(study)
     how = "every combination" if study.count is None else f"a random sample, seed {study.seed}"
+    most = "" if study.flown_at_most == study.flight.seconds else "up to "
     return escape(
-        f"{count} case{'s' * (count != 1)}, {how}; each flown for {study.flight.seconds:g} s"
+        f"{count} case{'s' * (count != 1)}, {how}; each flown for {most}{study.flown_at_most:g} s"
         + (", whether flyable or not" if study.anyway else "")
         + f"; study {study.fingerprint[:12]}"
     )
