@@ -23,6 +23,7 @@ STUDY = {
         "roll": {"from": -0.5, "to": 0.5, "count": 10},
         "pitch": {"from": -0.5, "to": 0.5, "count": 10},
     },
+    "flight": {"duration": 5.0},  # long beside the seconds in which workers start and the summary is drawn
 }
 
 
