@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
 from gaitgraph.flight import REFERENCES, Cockpit, Course, FlightSettings, fly, from_hover, settings_from_mapping
-from gaitgraph.flight.allocation import allocation_of, nearness
+from gaitgraph.flight.allocation import Allocation, allocation_of
 from gaitgraph.flight.controllers import wanted_attitude
 from gaitgraph.flight.courses import repeated
 from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
@@ -124,6 +124,15 @@ class TestServos:
 
     def test_a_tiny_lag_is_none(self) -> None:
         np.testing.assert_allclose(served(self.ASKED, 0.0025, lag=1e-9), self.ASKED, atol=1e-7)
+
+
+def nearness(allocation: Allocation, vertical: FloatArray) -> FloatArray:
+    """Return 1/|A⁻¹| (Frobenius) at n places, as the allocation's docstring has it."""
+    along = np.sum(allocation.direction * vertical, axis=-1) ** 2
+    across = np.sum((vertical[:, None, :] @ allocation.force) ** 2, axis=(1, 2))
+    with np.errstate(invalid="ignore"):
+        bottom = np.where(along > 0, allocation.squared * along, 0.0) + across + 1.0
+    return np.asarray(np.sqrt(along / bottom))
 
 
 @pytest.mark.parametrize("name", VEHICLES)

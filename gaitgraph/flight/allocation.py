@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Allocation", "allocation_of", "nearness"]
+__all__ = ["Allocation", "allocation_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -101,23 +101,6 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
         direction=direction,
         squared=np.where(has_rank, np.sum(thrusts**2, axis=(1, 2)), np.inf),
     )
-
-
-def nearness(allocation: Allocation, vertical: FloatArray) -> FloatArray:
-    """Return a number between half the least singular value of the scaled decoupling matrix and all of it, shape (n,).
-
-    Parameters
-    ----------
-    allocation
-        At n times.
-    vertical
-        The vertical in body axes at each, shape (n, 3).
-    """
-    along = np.sum(allocation.direction * vertical, axis=-1) ** 2
-    across = np.sum((vertical[:, None, :] @ allocation.force) ** 2, axis=(1, 2))
-    with np.errstate(invalid="ignore"):
-        bottom = np.where(along > 0, allocation.squared * along, 0.0) + across + 1.0
-    return np.asarray(np.sqrt(along / bottom))
 
 
 def _triple(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
