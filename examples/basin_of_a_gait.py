@@ -9,8 +9,8 @@ gait biased. The paper compares the two by their determinant alone.
 import matplotlib.pyplot as plt
 
 import gaitgraph as gg
-from gaitgraph.flight import FlightSettings
 from gaitgraph.flight.basins import basins_of
+from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.plots.basins import basin_map
 
 gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait

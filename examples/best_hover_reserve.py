@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.flight import FlightSettings, fly
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
 
 still = FlightSettings(duration=1.0, servo_lag=0.0)  # the arms do exactly as planned
 
@@ -29,7 +30,7 @@ def square(center: float, side: float = math.pi / 4) -> npt.NDArray[np.float64]:
 def largest(corners: npt.NDArray[np.float64], vehicle: gg.Vehicle) -> float:
     """Return the largest hover thrust along a loop, in quarters of the weight; infinite where a rotor would idle."""
     way = np.vstack([np.linspace(a, b, 41) for a, b in pairwise([*corners, corners[0]])])
-    shares = gg.hover_thrust_shares(way[:, [0, 1, 0, 1]], vehicle)
+    shares = gg.invertibility.hover_thrust_shares(way[:, [0, 1, 0, 1]], vehicle)
     return 4 * float(shares.max()) if shares.min() > 0 else math.inf
 
 

@@ -8,7 +8,8 @@ Every picture takes axes or makes its own, and returns them. What it shows is th
 import matplotlib.pyplot as plt
 
 import gaitgraph as gg
-from gaitgraph import figures, plots
+from gaitgraph import plots
+from gaitgraph.plots import figures
 
 gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
 

@@ -17,7 +17,7 @@ gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.17
 
 for number, samples in (("float", 40), ("fixed", 100), ("fixed", 400)):
     timed = gait.parametrize(period=1.0, samples=samples)
-    timed.write("gait3.h", force=True, options=gg.FormatOptions(number=number))
+    timed.write("gait3.h", force=True, options=gg.io.FormatOptions(number=number))
     lines = Path("gait3.h").read_text().splitlines()
     size = samples * (8 if number == "fixed" else 32)
     (told,) = (line for line in lines if "off the gait by" in line)

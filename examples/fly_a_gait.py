@@ -9,7 +9,9 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.flight import FlightSettings, fly, from_hover
+from gaitgraph.flight.courses import from_hover
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
 
 corners = np.pi / 8 * np.array([(3, -3), (3, -1), (1, -1), (1, -3)])
 red = gg.lift(corners, "red")

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.fibers import family_distances
+from gaitgraph.surface.fibers import family_distances
 
 # %%
 # Waypoints have two angles, for the red sheet, or four. Angles near a fibre are moved onto it. The loop is valid, and
@@ -38,7 +38,7 @@ x, y = np.meshgrid(angle, angle)
 delta = np.full_like(x, coefficients.delta)
 figure, (sheet, fiber) = plt.subplots(1, 2, figsize=(9, 4.5), layout="constrained")
 for ax, page, shown in ((sheet, (x, y, x, y), (0, 1)), (fiber, (delta, x, delta, y), (1, 3))):
-    positive = gg.level_determinant(np.stack(page, axis=-1), coefficients) > 0
+    positive = gg.invertibility.level_determinant(np.stack(page, axis=-1), coefficients) > 0
     ax.contourf(x, y, positive, levels=[-0.5, 0.5, 1.5], colors=["0.85", "white"])
     for gait, style in ((on_grid, ":"), (exact, "-")):
         for start, end in zip(gait.alpha, gait.ends, strict=True):

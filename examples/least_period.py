@@ -31,7 +31,7 @@ print(gg.paced(gait, limits, 0.6, rounding="2deg").reason)
 
 timed = pacing.timed
 assert timed is not None
-print(gg.servo_response(timed, 0.02))
+print(gg.timing.servo_response(timed, 0.02))
 
 # %%
 # The limits, and where the law runs at them.

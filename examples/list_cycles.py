@@ -9,11 +9,11 @@ from itertools import islice
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.graph import nodes_above
-from gaitgraph.regions import Zones
+from gaitgraph.graph.build import nodes_above
+from gaitgraph.surface.components import Zones
 
 square = [("pi/8", "-3pi/8"), ("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8")]
-waypoints = [[gg.angle_from_text(text) for text in point] for point in square]
+waypoints = [[gg.angles.angle_from_text(text) for text in point] for point in square]
 
 # %%
 # The graph of a region, R < 0. Cycles come one by one, the shortest first, each with its verdict.
@@ -34,8 +34,8 @@ print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, 
 # Through given nodes, none twice. The order may be left open; the answer says whether it is proven to be the shortest.
 
 graph = gg.surface_graph("negative")
-answer = gg.simple_cycle(graph, nodes_above(graph, waypoints), any_order=True)
-if isinstance(answer, gg.SimpleCycle):
+answer = gg.graph.simple_cycle(graph, nodes_above(graph, waypoints), any_order=True)
+if isinstance(answer, gg.graph.SimpleCycle):
     print(f"through its corners, in any order: {answer.cycle.length:.4f} rad, proven shortest: {answer.exact}")
     print(f"flyable {answer.cycle.report.flyable}, by the whole report")
     plots.gait_loop(answer.cycle.path, ax=plots.singular_value_map())

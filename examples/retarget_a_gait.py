@@ -10,7 +10,7 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.tables import Table
+from gaitgraph.gait.table import Table
 
 # %%
 # Four legs that swing one after another, as in a walk: opposite arms are half a period apart.

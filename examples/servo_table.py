@@ -7,8 +7,8 @@ one servo mounted the other way round, and wants pulse widths over milliseconds.
 """
 
 import gaitgraph as gg
-from gaitgraph.tables import table_of
-from gaitgraph.writing import write_tables
+from gaitgraph.gait.table import table_of
+from gaitgraph.io.writing import write_tables
 
 plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
 table = table_of(plan.gait.parametrize(period=2.0, samples=8))
@@ -16,7 +16,7 @@ table = table_of(plan.gait.parametrize(period=2.0, samples=8))
 # %%
 # The map could stand in a TOML file for ``gaitgraph export --servos``. Motor 2 turns the other way.
 
-servos = gg.joint_map_from_mapping(
+servos = gg.io.joint_map_from_mapping(
     {
         "preset": "x_frame",
         "unit": "us",
@@ -31,7 +31,7 @@ servos = gg.joint_map_from_mapping(
         ],
     }
 )
-mapped = gg.mapped_table(table, servos)
+mapped = gg.io.mapped_table(table, servos)
 for name, values in mapped.columns.items():
     print(f"{name:>15}", *(f"{value:7.1f}" for value in values))
 

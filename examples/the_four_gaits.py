@@ -45,5 +45,5 @@ for name, gait in gaits.items():
 
 sign = gg.validate(gaits["Gait 2"])["R_sign"]
 print(sign.mark, f"R nearest to 0 is {sign.value:.1e}; the digits carry {sign.limit:.1e}")
-exact = gg.lift(square, "blue", coefficients=gg.coefficients_of(kind="exact"))
+exact = gg.lift(square, "blue", coefficients=gg.invertibility.coefficients_of(kind="exact"))
 print("with exact coefficients: valid", gg.validate(exact).valid)

@@ -13,8 +13,8 @@ import numpy as np
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.areas import thrust_region
-from gaitgraph.drawing import plane_axes
+from gaitgraph.plots.axes import plane_axes
+from gaitgraph.surface.conditions import thrust_region
 
 # %%
 # Where the least singular value is at least 0.05 and all hover thrusts are positive, by sign of R, in rad². What is
@@ -44,7 +44,7 @@ for kappa in kappas:
 # most, so that nothing is reached where κ < 0.025.
 
 for kappa in (0.0249, 0.0251):
-    value = gg.least_singular_value([0, 0, 0, 0], gg.Vehicle(drag_ratio=kappa))
+    value = gg.invertibility.least_singular_value([0, 0, 0, 0], gg.Vehicle(drag_ratio=kappa))
     print(f"κ = {kappa}: least singular value {value:.4f} at α = 0")
 
 # %%

@@ -12,7 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.flight import FlightSettings, fly
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
 
 gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]).gait
 rate, lag = math.radians(300), 0.05
@@ -33,8 +34,8 @@ for name, pacing in (
 # the sheet, since opposite servos err alike; one servo that lags by 60 ms takes it off.
 
 for period in (2.0, 1.0, 0.5, 0.25):
-    alike = gg.servo_response(gait.parametrize(period), lag)
-    unlike = gg.servo_response(gait.parametrize(period), [lag, lag, 1.2 * lag, lag])
+    alike = gg.timing.servo_response(gait.parametrize(period), lag)
+    unlike = gg.timing.servo_response(gait.parametrize(period), [lag, lag, 1.2 * lag, lag])
     print(
         f"T = {period:4g} s: error {alike.peak().max():.3f} rad, off the sheet {alike.distance_off_sheet():.3f} rad, "
         f"with one slower servo {unlike.distance_off_sheet():.3f} rad, "

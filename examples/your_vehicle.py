@@ -16,17 +16,17 @@ mine = gg.Vehicle(
     mass=1.2,
     arm_length=0.25,
     drag_to_thrust=0.02,  # Km/Kf in metres
-    max_tilt=gg.angle_from_text("75deg"),
+    max_tilt=gg.angles.angle_from_text("75deg"),
     max_tilt_rate=5.0,
     max_thrust=9.0,
 )
-print(f"κ = {mine.drag_ratio:.3f}, δ = {gg.coefficients_of(mine).delta:.4f} rad")
+print(f"κ = {mine.drag_ratio:.3f}, δ = {gg.invertibility.coefficients_of(mine).delta:.4f} rad")
 
 # %%
 # The coefficients of formula (1) are those of the vehicle, exact. The paper's four digits belong to its own vehicle.
 
 for vehicle in (gg.PAPER, mine):
-    numbers = gg.coefficients_of(vehicle, "exact")
+    numbers = gg.invertibility.coefficients_of(vehicle, "exact")
     print(f"{vehicle.name:6}", *(f"{value:8.4f}" for value in (numbers.attitude, numbers.single, numbers.double)))
 
 # %%

@@ -36,7 +36,7 @@ class MissingExtra(InputError, ImportError):
 
 
 class ContractError(GaitgraphError, ValueError):
-    """A graph does not keep the written contract of :mod:`gaitgraph.graph`."""
+    """A graph does not keep the written contract of :mod:`gaitgraph.graph.build`."""
 
 
 class Infeasible(GaitgraphError, RuntimeError):

@@ -255,7 +255,7 @@ class Vehicle:
         return "\n".join([f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}", *lines])
 
     def _repr_html_(self) -> str:
-        from gaitgraph.showing import html_of_vehicle
+        from gaitgraph.plots.showing import html_of_vehicle
 
         return html_of_vehicle(self)
 

@@ -13,23 +13,23 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
-from gaitgraph.anyangle import meeting_points, region_of, straight_loop_holds
-from gaitgraph.anyangle.meetings import _least_length, mixed_loop
-from gaitgraph.invertibility import coefficients_of, least_singular_value_on_red
-from gaitgraph.planning import _preference
-from gaitgraph.requests import PlanRequest, request_of
-from gaitgraph.segments import keeps_singular_value_above
+from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
+from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above
+from gaitgraph.planning.meetings import _least_length, meeting_points, mixed_loop
+from gaitgraph.planning.planner import _preference
+from gaitgraph.planning.prepared import region_of
+from gaitgraph.planning.request import PlanRequest, request_of
+from gaitgraph.planning.straight import straight_loop_holds
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.plans import Loop, Plan
+    from gaitgraph.planning.plan import Loop, Plan
 
 Point = tuple[float, float]
 G1, G2, G3, G4 = GAITS
@@ -126,10 +126,10 @@ def holds_between_samples_too(loop: Loop, request: PlanRequest) -> None:
     """What a flyable loop promises, by decompositions and closed forms at many points, and by the certified report."""
     s = np.linspace(0, 1, 101)[:, None, None]
     along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
-    assert gg.least_singular_value(along, request.vehicle).min() >= request.floor - 1e-12
-    assert gg.hover_thrust_shares(along, request.vehicle).min() > 0
+    assert gg.invertibility.least_singular_value(along, request.vehicle).min() >= request.floor - 1e-12
+    assert gg.invertibility.hover_thrust_shares(along, request.vehicle).min() > 0
     wanted = 1 if loop.sign == "positive" else -1
-    assert (wanted * gg.level_determinant(along, loop.gait.coefficients) > 0).all()
+    assert (wanted * gg.invertibility.level_determinant(along, loop.gait.coefficients) > 0).all()
     assert loop.gait.check(floor=request.floor).flyable
 
 
@@ -522,7 +522,7 @@ def test_colors_change_only_where_the_sheets_meet() -> None:
     assert loop.length == pytest.approx(perimeter(points), abs=1e-6)
     s = np.linspace(0, 1, 1001)[:, None, None]
     along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
-    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+    for residual in (gg.invertibility.roll_sensitivity, gg.invertibility.pitch_sensitivity):
         assert np.abs(residual(along, loop.gait.coefficients)).max() < 1e-12
     # The exact sheets meet where R = 0, and one color alone has no loop.
     assert not exact(points, sign="negative", coefficients="exact")
@@ -665,7 +665,7 @@ def test_what_the_grid_serves_is_served(points: list[Point], divisions: int, nam
     request = request_of({"waypoints": points, **VEHICLES[name]})
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     if coefficients.kind == "published":
-        values = [gg.level_determinant([x, y, x, y], coefficients) for x, y in points]
+        values = [gg.invertibility.level_determinant([x, y, x, y], coefficients) for x, y in points]
         if np.abs(values).min() < 0.01:
             return
     served_by_both(points, divisions, VEHICLES[name])
@@ -719,7 +719,7 @@ class TestLateVerdicts:
     @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
     def test_no_mixed_loop_falls_below_its_bound(self, points: list[tuple[float, float]]) -> None:
         request = PlanRequest(waypoints=points)
-        coefficients = gg.coefficients_of()
+        coefficients = gg.invertibility.coefficients_of()
         for sign in ("negative", "positive"):
             mixed = mixed_loop(request, coefficients, sign)
             if mixed is not None:

@@ -9,32 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 from scipy.integrate import quad
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.areas import (
-    Region,
-    Sign,
-    admissible,
-    admissible_region,
-    certain_determinant,
-    conditions,
-    hover_region,
-    sign_components,
-    sign_region,
-    singular_value_region,
-    thrust_region,
-    tilt_region,
-    zones_region,
-)
-from gaitgraph.areas.borders import Border, Waves, cosine, zeros_of_degree_two
-from gaitgraph.checks import check_gait
 from gaitgraph.errors import InputError, MissingConstant
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import (
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
@@ -43,13 +25,17 @@ from gaitgraph.invertibility import (
     level_determinant_resolution,
     noise_of,
 )
-from gaitgraph.regions import Zones, red_label
-from gaitgraph.segments import (
-    least_singular_value_along,
-    thrust_shares_along,
-    thrusts_push_up,
-)
-from gaitgraph.surface import sheet_angles
+from gaitgraph.invertibility.singular_value_bounds import least_singular_value_along
+from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
+from gaitgraph.surface import admissible, conditions
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
+from gaitgraph.surface.components import Zones, red_label
+from gaitgraph.surface.conditions import hover_region, singular_value_region, thrust_region, tilt_region, zones_region
+from gaitgraph.surface.region import Region
+from gaitgraph.surface.signs import Sign, certain_determinant, sign_components, sign_region
+from gaitgraph.surface.solutions import sheet_angles
+from gaitgraph.validation.checks import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 
 KAPPAS = (0.01, 0.06, PAPER.drag_ratio, 0.5, 0.8, 1.5)

@@ -9,23 +9,22 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import shapely
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 from scipy.optimize import brentq
 
 import gaitgraph as gg
-from gaitgraph.attitudes import AcceptableAttitudes, acceptable_attitudes, singular_curve
 from gaitgraph.errors import InputError
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import (
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import (
     body_vertical,
     coefficients_of,
     determinant,
     level_determinant,
     scaled_decoupling_matrix,
 )
-from gaitgraph.margins import attitude_sensitivities, tilt_margin
+from gaitgraph.invertibility.tilt_margins import attitude_sensitivities, tilt_margin
+from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes, singular_curve
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 from tests.test_margins import ANGLE, EXACT, VEHICLES, along, some_vehicle

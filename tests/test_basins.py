@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 
 from gaitgraph.cli import main
-from gaitgraph.drawing import COLOR_OF, GREY, picture_bytes
 from gaitgraph.errors import InputError, MissingConstant, OutputExists
-from gaitgraph.figures import paper_gait
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.pacing.limits import Limits
-from gaitgraph.pacing.pace import least_period
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.plots.axes import COLOR_OF, GREY, picture_bytes
+from gaitgraph.plots.figures import paper_gait
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import least_period
 from gaitgraph.vehicle import PAPER
 
 pytest.importorskip("mujoco")
 
-from gaitgraph.flight import FlightSettings
 from gaitgraph.flight.basins import CASES, Basin, basin_of, basins_of, table_of_basins, write_basins
 from gaitgraph.flight.records import OUTCOMES
+from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.plots.basins import _LOOKS, basin_map, basins_figure
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.formats.options import FormatOptions
-from gaitgraph.gait import lift
-from gaitgraph.joints.files import joint_map_named
-from gaitgraph.reading import provenance_in
-from gaitgraph.tables import ANGLES, Table, table_of
-from gaitgraph.writing import write_tables
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import ANGLES, Table, table_of
+from gaitgraph.io.joint_files import joint_map_named
+from gaitgraph.io.options import FormatOptions
+from gaitgraph.io.reading import provenance_in
+from gaitgraph.io.writing import write_tables
 from tests.published import GAITS
 
 if TYPE_CHECKING:

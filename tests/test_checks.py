@@ -7,15 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
 import gaitgraph as gg
-from gaitgraph import checks
-from gaitgraph.checks import stretch_of
-from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import (
+from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
@@ -24,9 +21,11 @@ from gaitgraph.invertibility import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.reports import Check, Report
-from gaitgraph.rules import limit_check
-from gaitgraph.stretches import Place
+from gaitgraph.validation import checks
+from gaitgraph.validation.checks import stretch_of
+from gaitgraph.validation.pieces import Place
+from gaitgraph.validation.report import Check, Report
+from gaitgraph.validation.rules import limit_check
 from tests.published import GAITS, PublishedGait
 
 
@@ -193,7 +192,7 @@ def test_vehicle_limits() -> None:
 
 def test_a_thrust_limit_needs_the_mass() -> None:
     vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
-    with pytest.raises(gg.MissingConstant, match="mass"):
+    with pytest.raises(gg.errors.MissingConstant, match="mass"):
         lift(GAITS[2].angles, "red", vehicle=vehicle).check()
 
 
@@ -754,7 +753,7 @@ def test_one_corner_on_blue_is_enough_wherever_it_comes(
 def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -> None:
     vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
     with pytest.raises(
-        gg.MissingConstant, match="states no mass \\(kg\\), which the check of the largest thrust needs"
+        gg.errors.MissingConstant, match="states no mass \\(kg\\), which the check of the largest thrust needs"
     ):
         lift(GAITS[2].angles, "red", vehicle=vehicle).check()
 

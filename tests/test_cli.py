@@ -18,7 +18,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
 from gaitgraph.cli.commands import CommandFiles, Group
-from gaitgraph.reading import read_table
+from gaitgraph.io.reading import read_table
 from tests.published import GAITS, PublishedGait
 
 G1, _, G3, G4 = GAITS
@@ -330,7 +330,7 @@ def test_unforeseen_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> No
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("gaitgraph.surface.roots", broken)
+    monkeypatch.setattr("gaitgraph.surface.solutions.roots", broken)
     with pytest.raises(ZeroDivisionError):
         main(["roots", "0", "0"])
 
@@ -651,7 +651,7 @@ def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.
     def spent(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("gaitgraph.planning.plan", spent)
+    monkeypatch.setattr("gaitgraph.planning.planner.plan", spent)
     result = run("plan", "--waypoint", "0,0")
     assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
     assert "not enough memory" in result.err

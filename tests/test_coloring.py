@@ -7,17 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from gaitgraph.coloring import (
+from gaitgraph.errors import InputError
+from gaitgraph.surface.adjacency import (
     PLANE_TYPES,
     first_violation,
     neighbors_allowed,
     types_from_text,
     types_may_be_adjacent,
 )
-from gaitgraph.errors import InputError
 
 # Figure 15 (a): which planes of one angle are lined.
 ONE_ANGLE = {

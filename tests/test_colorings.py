@@ -14,15 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.coloring import first_violation, neighbors_allowed, types_from_text
-from gaitgraph.exchange import colorings_of_file
-from gaitgraph.invertibility import noise_of
-from gaitgraph.paintings import MOST_LISTED, Coloring, ColoringListing
-from gaitgraph.palettes import (
+from gaitgraph.invertibility.matrices import noise_of
+from gaitgraph.io.exchange import colorings_of_file
+from gaitgraph.surface.adjacency import first_violation, neighbors_allowed, types_from_text
+from gaitgraph.surface.color_choices import (
     SIGNS,
     STEPS,
     ChainCount,
@@ -33,16 +31,17 @@ from gaitgraph.palettes import (
     _step,
     palette_of,
 )
-from gaitgraph.surface import text_from_types
+from gaitgraph.surface.loop_colorings import MOST_LISTED, Coloring, ColoringListing
+from gaitgraph.surface.solutions import text_from_types
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gaitgraph.palettes import Sign
+    from gaitgraph.surface.color_choices import Sign
 
 G1, G2, G3, G4 = GAITS
-PUBLISHED, EXACT = gg.coefficients_of(kind="published"), gg.coefficients_of(kind="exact")
+PUBLISHED, EXACT = gg.invertibility.coefficients_of(kind="published"), gg.invertibility.coefficients_of(kind="exact")
 MIRRORED = gg.Vehicle(drag_ratio=gg.PAPER.drag_ratio, first_rotor_spin="counterclockwise")
 
 Point = tuple[float, float]
@@ -80,7 +79,7 @@ either_kind = st.sampled_from([PUBLISHED, EXACT])
 def offers(loop: Sequence[Point], sign: str, coefficients: gg.Coefficients, tolerance: float = pi / 32) -> list[Any]:
     """Return, for each point, the colors of its roots with a sign of R, red first, with their types, as texts."""
     plane = np.array(loop, dtype=float)
-    roots = gg.root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=tolerance)
+    roots = gg.surface.root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=tolerance)
     wanted = -1.0 if sign == "negative" else 1.0
     out = []
     for k in range(len(plane)):
@@ -413,7 +412,7 @@ def test_where_a_loop_starts_and_which_way_it_runs_keep_the_colourings(
 @given(loop=loops)
 def test_the_mirrored_spin_at_the_mirrored_angles_has_the_same_colourings(loop: Loop) -> None:
     mirrored = [(-a, -b) for a, b in loop]
-    numbers = gg.coefficients_of(MIRRORED)
+    numbers = gg.invertibility.coefficients_of(MIRRORED)
     # What the law rests on: R(α; −κ) = R(−α; κ) and α3 − α1, α4 − α2 of both sheets change their sign (section 16).
     ours, theirs = gg.colorings(loop, coefficients=EXACT), gg.colorings(mirrored, vehicle=MIRRORED)
     assert numbers.kind == "exact"
@@ -474,7 +473,7 @@ def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficie
         assert number == 1 or brute(choices[: number - 1], closed=False)
         return
     first, second = obstacle.points
-    assert not gg.types_may_be_adjacent(*obstacle.types)
+    assert not gg.surface.types_may_be_adjacent(*obstacle.types)
     before = brute(choices[:first], closed=False)
     assert before
     if second == 1:
@@ -557,7 +556,7 @@ def test_a_point_without_a_root_of_the_sign_is_named_unless_a_pair_comes_first()
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
 def test_exact_coefficients_leave_all_red_or_nothing(kind: gg.invertibility.Kind) -> None:
-    coefficients = gg.coefficients_of(kind=kind)
+    coefficients = gg.invertibility.coefficients_of(kind=kind)
     rng = np.random.default_rng(11)
     for _ in range(60):
         loop = rng.uniform(-1.2, 1.2, (3, 2))
@@ -578,7 +577,7 @@ def csv_of(names: str, rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join([names, *(",".join(map(str, row)) for row in rows)]) + "\n"
 
 
-def same(first: gg.Colorings, second: gg.Colorings) -> bool:
+def same(first: gg.surface.Colorings, second: gg.surface.Colorings) -> bool:
     np.testing.assert_array_equal(first.points, second.points)
     return list(first) == list(second) and first.counts == second.counts and first.obstacles == second.obstacles
 
@@ -718,7 +717,7 @@ def test_files_that_hold_no_loop(tmp_path: Path, name: str, content: str, told: 
         colorings_of_file(path)
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
-    with pytest.raises(gg.FileProblem):
+    with pytest.raises(gg.errors.FileProblem):
         colorings_of_file(tmp_path / f"missing-{name}" if not name.endswith(".txt") else tmp_path / "missing.csv")
 
 

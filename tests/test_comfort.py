@@ -17,17 +17,17 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.cli import _FILES, cli, options, terminal
+from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
 from gaitgraph.flight.settings import ARMS
-from gaitgraph.optimal.optima import OBJECTIVES
-from gaitgraph.requests import CHOICES
-from gaitgraph.timing import LAWS
-from gaitgraph.watching import OwnOutputs, changes, files_of_request
+from gaitgraph.optimization.result import OBJECTIVES
+from gaitgraph.planning.request import CHOICES
+from gaitgraph.timing.timed_gait import LAWS
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from gaitgraph.tables import Table
+    from gaitgraph.gait.table import Table
 
 ESCAPE = "\x1b"
 ANSI = re.compile(r"\x1b\[\d+m")
@@ -493,7 +493,7 @@ def while_watching(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[float]
                 raise KeyboardInterrupt
             act()
 
-        monkeypatch.setattr("gaitgraph.watching.sleep", sleep)
+        monkeypatch.setattr("gaitgraph.cli.watching.sleep", sleep)
         return slept
 
     return plan
@@ -597,7 +597,7 @@ def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.M
         sizes.extend(map(len, pieces))
         path.write_text("")
 
-    monkeypatch.setattr("gaitgraph.formats.texts.write_csv", taken)
+    monkeypatch.setattr("gaitgraph.io.texts.write_csv", taken)
     rows, long = 70_000, ["--samples", "69999", "--output", "long.csv", "--force"]
     assert run("plan", *SQUARE, "--output", "gait.json").code == 0
     for command in (
@@ -688,7 +688,7 @@ def test_a_request_that_cannot_be_read_keeps_its_vehicle(tmp_path: Path) -> None
 
 
 def test_outputs_are_all_kept_if_one_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gaitgraph.tables import pieces_of
+    from gaitgraph.gait.table import pieces_of
 
     monkeypatch.chdir(tmp_path)
     table = partial(pieces_of, gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
@@ -698,7 +698,7 @@ def test_outputs_are_all_kept_if_one_is_not_ours(tmp_path: Path, monkeypatch: py
     assert own.own == ("a.csv", "b.json")
     kept = Path("a.csv").read_bytes()
     Path("b.json").write_text("mine")
-    with pytest.raises(gg.OutputExists, match=r"b\.json"):
+    with pytest.raises(gg.errors.OutputExists, match=r"b\.json"):
         own.write(other)
     assert Path("a.csv").read_bytes() == kept
     Path("b.json").unlink()

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.compact import sweeps
-from gaitgraph.compact.bits import CompactGraph, checked_compact_divisions, compact_graph, loss_within
-from gaitgraph.compact.rasters import zone_raster
-from gaitgraph.compact.sweeps import FAR, engine_of, roads_of
-from gaitgraph.compact.walks import CompactWalk, compact_loop, compact_order, compact_walk, reachable_nodes
-from gaitgraph.graph import grid_axis, nodes_above, surface_graph
-from gaitgraph.invertibility import hover_thrust_shares, least_singular_value_on_red
-from gaitgraph.loads import MOST_LOAD, loads_of, mean_load, red_load
-from gaitgraph.regions import Zones
-from gaitgraph.search import Blocked, ClosedWalk, allowed_edges, best_order, closed_walk, quanta_of
+from gaitgraph.graph import compact_sweeps as sweeps
+from gaitgraph.graph.build import grid_axis, nodes_above, surface_graph
+from gaitgraph.graph.compact_bits import CompactGraph, checked_compact_divisions, compact_graph, loss_within
+from gaitgraph.graph.compact_rasters import zone_raster
+from gaitgraph.graph.compact_sweeps import FAR, engine_of, roads_of
+from gaitgraph.graph.compact_walks import CompactWalk, compact_loop, compact_order, compact_walk, reachable_nodes
+from gaitgraph.graph.loads import MOST_LOAD, loads_of, mean_load, red_load
+from gaitgraph.graph.walks import Blocked, ClosedWalk, allowed_edges, best_order, closed_walk, quanta_of
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
+from gaitgraph.surface.components import Zones
 
 USES = ("flyable", "valid", "two_color")
 SQUARE = np.pi / 8 * np.array([(3, -3), (3, -1), (1, -1), (1, -3)])
@@ -495,7 +495,7 @@ def test_planning_on_a_fine_grid_needs_little_memory() -> None:
     """At most 60 bytes a grid node and sheet beside the libraries, which is what a refusal counts with."""
     code = (
         "import resource\n"
-        "from gaitgraph.compact.walks import compact_loop\n"
+        "from gaitgraph.graph.compact_walks import compact_loop\n"
         "def used(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "asked = dict(waypoints=[(1.4, -1.4), (-0.6, 0.5)], sign='negative', use='two_color', engine='waves')\n"
         "compact_loop(divisions=64, **asked)\n"

@@ -9,21 +9,22 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.figures import paper_gait
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.pacing.limits import Limits
-from gaitgraph.pacing.pace import least_period
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.plots.figures import paper_gait
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import least_period
 from gaitgraph.vehicle import PAPER, Vehicle
 
 pytest.importorskip("mujoco")
 
-from gaitgraph.flight import Course, FlightSettings, fly, from_hover
-from gaitgraph.flight.courses import refusal_and_warnings, repeated
+from gaitgraph.flight.courses import Course, from_hover, refusal_and_warnings, repeated
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
 
 if TYPE_CHECKING:
-    from gaitgraph.gait import Gait
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.timing.timed_gait import TimedGait
 
 KINDS = ("published", "exact")
 LAWS = ("smooth", "constant-speed", "equal-time")
@@ -137,7 +138,7 @@ def test_what_is_forbidden_flies_anyway_and_ends_where_the_determinant_vanishes(
 
 
 def _level_determinants(course: Course, t: float) -> Any:
-    from gaitgraph.invertibility import level_determinant
+    from gaitgraph.invertibility.matrices import level_determinant
 
     return level_determinant(course.at(np.array([0.0, t])), coefficients_of(course.vehicle, "exact"))
 

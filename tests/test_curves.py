@@ -6,16 +6,15 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from numpy.polynomial import polynomial as power
 from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
-from gaitgraph.curves.curve import Curve, curve_through
-from gaitgraph.curves.polynomials import bernstein_from_power, derivative_of, values_of
-from gaitgraph.curves.rounding import rounded
-from gaitgraph.invertibility import least_singular_value, level_determinant
+from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
+from gaitgraph.timing.curve import Curve, curve_through
+from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
+from gaitgraph.timing.rounding import rounded
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True)
@@ -50,8 +49,8 @@ def test_a_curve_stays_on_its_sheet_without_wrapping(loop: list[tuple[float, flo
         return
     curve = curve_through(loop, color)
     alpha = curve.at(np.linspace(0, curve.span, 501))
-    assert np.abs(gg.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
-    assert np.abs(gg.pitch_sensitivity(alpha, curve.coefficients)).max() < 1e-12
+    assert np.abs(gg.invertibility.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
+    assert np.abs(gg.invertibility.pitch_sensitivity(alpha, curve.coefficients)).max() < 1e-12
     # No wrap: opposite angles change by as much as the first pair.
     step = np.diff(alpha, axis=0)
     np.testing.assert_allclose(np.abs(step[:, 2:]), np.abs(step[:, :2]), atol=1e-12)
@@ -119,7 +118,7 @@ def test_what_a_check_says_holds_on_a_dense_sampling(center: tuple[float, float]
     alpha = curve.at(np.linspace(0, curve.span, 4001))
     sigma = least_singular_value(alpha, curve.vehicle).min()
     values = np.asarray(level_determinant(alpha, curve.coefficients))
-    shares = gg.hover_thrust_shares(alpha, curve.vehicle)
+    shares = gg.invertibility.hover_thrust_shares(alpha, curve.vehicle)
     if report["least_singular_value"].ok:
         assert 0.05 <= report["least_singular_value"].value <= sigma + 1e-12  # type: ignore[operator]
         assert report["least_singular_value"].value >= sigma - 1e-3
@@ -141,7 +140,7 @@ def test_what_a_check_says_holds_on_a_dense_sampling(center: tuple[float, float]
 
 def test_a_curve_that_bulges_between_flyable_points_is_refused() -> None:
     # The corners hover with positive thrusts; the spline swings across α1 = δ between them.
-    delta = gg.coefficients_of().delta
+    delta = gg.invertibility.coefficients_of().delta
     corners = [(delta + 0.02, -1.2), (delta + 0.02, -0.4), (1.2, -0.8)]
     assert gg.lift(corners, "red").check()["hover_thrust"].ok
     curve = curve_through(corners)

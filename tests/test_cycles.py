@@ -11,21 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.catalog import catalog
-from gaitgraph.circuits import Cycle, cycles
-from gaitgraph.enumeration import Enumeration
-from gaitgraph.graph import surface_graph
-from gaitgraph.regions import Zones
-from gaitgraph.simplecycles import NoCycle, SimpleCycle, routed, simple_cycle
+from gaitgraph.graph.build import surface_graph
+from gaitgraph.graph.catalog import catalog
+from gaitgraph.graph.cycle_list import Cycle, cycles
+from gaitgraph.graph.enumeration import Enumeration
+from gaitgraph.graph.simple_cycles import NoCycle, SimpleCycle, routed, simple_cycle
+from gaitgraph.surface.components import Zones
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from gaitgraph.ways import Rows
+    from gaitgraph.graph.lengths_ahead import Rows
 
 USES: dict[str, Callable[[Any], bool]] = {
     "flyable": lambda edge: edge["flyable"],
@@ -124,7 +123,7 @@ def test_every_cycle_once_in_the_total_order(
 ) -> None:
     number, edges = graph
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.enumeration.MOST_HELD", held)
+        patch.setattr("gaitgraph.graph.enumeration.MOST_HELD", held)
         search = Enumeration(rows_of(number, edges), most=most)
         expected = [item for item in brute_items(edges) if most is None or item[0] <= most]
         found = []
@@ -146,8 +145,8 @@ def test_cycles_through_stops_are_those_that_pass_them(
     stop = st.lists(st.integers(0, number - 1), unique=True, min_size=1, max_size=3)
     stops = data.draw(st.lists(stop, min_size=1, max_size=4))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.enumeration.MOST_HELD", held)
-        patch.setattr("gaitgraph.ways._MOST_STATES", 3)
+        patch.setattr("gaitgraph.graph.enumeration.MOST_HELD", held)
+        patch.setattr("gaitgraph.graph.lengths_ahead._MOST_STATES", 3)
         search = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order)
         expected = [item for item in brute_items(edges) if passes(item[1], stops, any_order)]
         before = search.bound
@@ -536,10 +535,10 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
         simple_cycle(graph, [["x"]])
     with pytest.raises(gg.InputError, match="effort: -1"):
         simple_cycle(graph, [[(6, 2, "red")]], effort=-1)
-    with pytest.raises(gg.ContractError, match="'vehicle' is missing"):
+    with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         cycles(nx.Graph())
     del graph.graph["floor"]
-    with pytest.raises(gg.ContractError, match="'floor' is missing"):
+    with pytest.raises(gg.errors.ContractError, match="'floor' is missing"):
         cycles(graph)
 
 
@@ -550,7 +549,7 @@ def test_a_catalogue_is_of_a_request(request_: Any) -> None:
 
 
 def test_a_catalogue_merges_both_signs_in_order() -> None:
-    request = gg.PlanRequest(waypoints=[(0.0, 0.0)], divisions=6)
+    request = gg.planning.PlanRequest(waypoints=[(0.0, 0.0)], divisions=6)
     merged = list(catalog(request, through=False, max_length=2.2))
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))

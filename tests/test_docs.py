@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import pytest
 
 from gaitgraph.cli import main
-from gaitgraph.figures import FIGURES
-from gaitgraph.reading import read_table
+from gaitgraph.io.reading import read_table
+from gaitgraph.plots.figures import FIGURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -23,8 +23,7 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.explorer import answers, guards, jobs, server
@@ -34,8 +33,8 @@ from gaitgraph.explorer.maps import map_answer
 from gaitgraph.explorer.server import Listening, application
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, state_of
 from gaitgraph.explorer.tables import file_answer, formats_answer, table_answer
-from gaitgraph.formats import FORMATS
-from gaitgraph.scenes import scene_of
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.plots.scenes import scene_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -188,8 +187,12 @@ class TestPlan:
         assert np.allclose(np.transpose(series["alpha"]), timed.alpha, atol=1e-6)
         assert np.allclose(np.transpose(series["rates"]), timed.rates, atol=1e-6)
         assert np.allclose(series["R"], timed.columns()["R"], atol=1e-6)
-        assert np.allclose(series["least_singular_value"], gg.least_singular_value(timed.alpha), atol=1e-6)
-        assert np.allclose(np.transpose(series["hover_thrusts"]), gg.hover_thrust_shares(timed.alpha), atol=1e-5)
+        assert np.allclose(
+            series["least_singular_value"], gg.invertibility.least_singular_value(timed.alpha), atol=1e-6
+        )
+        assert np.allclose(
+            np.transpose(series["hover_thrusts"]), gg.invertibility.hover_thrust_shares(timed.alpha), atol=1e-5
+        )
         scene = scene_of(timed.alpha)
         assert answer["scene"]["t"] == series["t"]
         assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene.discs[:, 2], atol=0.06)
@@ -204,10 +207,15 @@ class TestPlan:
         series = ask("plan", of_gait(1))["series"]
         assert {value for rotor in series["hover_thrusts"] for value in rotor} == {None}
         alpha = gg.plan_loop(GAITS[0].angles, color="blue", sign=GAITS[0].sign).timed(samples=100).alpha
-        least = gg.least_singular_value(alpha)
+        least = gg.invertibility.least_singular_value(alpha)
         assert least.max() < 1e-3
         assert np.allclose(series["least_singular_value"], least, rtol=0, atol=1e-10)
-        assert np.allclose(series["R"], gg.level_determinant(alpha, gg.coefficients_of()), rtol=0, atol=1e-10)
+        assert np.allclose(
+            series["R"],
+            gg.invertibility.level_determinant(alpha, gg.invertibility.coefficients_of()),
+            rtol=0,
+            atol=1e-10,
+        )
 
     def test_the_order_is_that_of_the_waypoints(self, ask: Client) -> None:
         crossed = [GAIT3.angles[k] for k in (0, 2, 1, 3)]
@@ -237,7 +245,7 @@ class TestPlan:
     def test_another_drag_ratio_is_another_vehicle(self, ask: Client) -> None:
         state = {"waypoints": [list(point) for point in GAIT3.angles], "drag_ratio": 0.3}
         answer = ask("plan", state)
-        vehicle = gg.vehicle_from_mapping({"preset": "paper", "drag_ratio": 0.3})
+        vehicle = gg.vehicle.vehicle_from_mapping({"preset": "paper", "drag_ratio": 0.3})
         assert answer["checks"][5]["value"] == gg.plan_loop(GAIT3.angles, vehicle=vehicle).report.checks[5].value
         own = ask("plan", state | {"drag_ratio": gg.PAPER.drag_ratio})
         assert own["checks"] == ask("plan", state | {"drag_ratio": None})["checks"]
@@ -282,7 +290,7 @@ class TestMap:
         values = np.array(answer["values"]).reshape(n, n)
         for row, column in ((3, 100), (64, 64), (90, 17)):
             a1, a2 = axis[column], axis[row]
-            expected = float(gg.level_determinant([a1, a2, a1, a2], gg.coefficients_of()))
+            expected = float(gg.invertibility.level_determinant([a1, a2, a1, a2], gg.invertibility.coefficients_of()))
             assert values[row, column] == pytest.approx(expected, rel=1e-4)
         assert answer["range"] == pytest.approx([values.min(), values.max()], rel=1e-4)
         assert answer["note"] is None
@@ -482,7 +490,7 @@ class TestDownload:
         assert list(listed) == list(FORMATS)
         assert listed[".csv"] == {"suffix": ".csv", "name": "CSV", "available": True, "why_not": None, "reads": True}
         assert not listed[".db3"]["reads"]
-        monkeypatch.setattr("gaitgraph.formats.find_spec", lambda module: None)
+        monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda module: None)
         missing = {one["suffix"]: one for one in formats_answer()}[".parquet"]
         assert not missing["available"]
         assert missing["why_not"] == told(ask.file(of_gait(3), ".parquet"), 400)
@@ -523,7 +531,7 @@ def test_setup_tells_what_the_page_offers(ask: Client) -> None:
     assert setup["version"] == gg.__version__
     assert setup["defaults"] == DEFAULTS
     assert setup["limits"]["waypoints"] == 64
-    assert [preset["name"] for preset in setup["presets"]] == gg.preset_names()
+    assert [preset["name"] for preset in setup["presets"]] == gg.vehicle.preset_names()
     for published, told_gait in zip(GAITS, setup["paper_gaits"], strict=True):
         assert told_gait["color"] == published.color
         assert told_gait["sign"] == published.sign

@@ -10,13 +10,29 @@ from typing import TYPE_CHECKING, Any
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.optimize import least_squares, minimize_scalar, root
 
 import gaitgraph as gg
-from gaitgraph.fiberloops import fiber_candidates, gait_along
-from gaitgraph.fibers import (
+from gaitgraph.gait.gait import Gait, lift_to_fiber
+from gaitgraph.graph.build import nodes_above, surface_arrays, surface_graph
+from gaitgraph.graph.walks import Blocked, closed_walk
+from gaitgraph.invertibility.determinant_bounds import least_level_determinant
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    hover_thrust_shares,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+    rotor_directions,
+    zero_moment_direction,
+)
+from gaitgraph.io.reading import read_table
+from gaitgraph.planning.fiberloops import fiber_candidates, gait_along
+from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.unfolding import shortest_leg_across, shortest_leg_between_fibers
+from gaitgraph.surface.components import Zones, red_label
+from gaitgraph.surface.fibers import (
     FAMILIES,
     FIBERS,
     families_along,
@@ -32,24 +48,7 @@ from gaitgraph.fibers import (
     travel_of,
     types_contradict,
 )
-from gaitgraph.gait import Gait, lift_to_fiber
-from gaitgraph.graph import nodes_above, surface_arrays, surface_graph
-from gaitgraph.invertibility import (
-    coefficients_of,
-    hover_thrust_shares,
-    level_determinant,
-    pitch_sensitivity,
-    roll_sensitivity,
-    rotor_directions,
-    zero_moment_direction,
-)
-from gaitgraph.reading import read_table
-from gaitgraph.regions import Zones, red_label
-from gaitgraph.requests import PlanRequest
-from gaitgraph.search import Blocked, closed_walk
-from gaitgraph.segments import least_level_determinant
-from gaitgraph.surface import sheet_angles
-from gaitgraph.unfolding import shortest_leg_across, shortest_leg_between_fibers
+from gaitgraph.surface.solutions import sheet_angles
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -285,7 +284,9 @@ def test_types_on_fibres_hold_one_that_is_free() -> None:
         3: [True, True, True, True, False],
         0: [False] * 5,
     }
-    assert all(gg.types_may_be_adjacent("(?,*)", other) for other in ("(+,+)", "(-,-)", "(*,?)", "(?,?)", "(?,*)"))
+    assert all(
+        gg.surface.types_may_be_adjacent("(?,*)", other) for other in ("(+,+)", "(-,-)", "(*,?)", "(?,?)", "(?,*)")
+    )
 
 
 def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
@@ -520,7 +521,7 @@ def test_gaits_on_fibres_are_written_read_and_drawn_and_no_way_leads_to_them(tmp
     from matplotlib import pyplot
 
     from gaitgraph import plots
-    from gaitgraph.exchange import export
+    from gaitgraph.io.exchange import export
 
     gait = lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
     bare = tmp_path / "bare.csv"
@@ -568,7 +569,7 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
     """All pairs, word by word: on a fibre at most a step apart in both free angles, from a line to red in the plane."""
     out = set()
     step = graph.graph["step"] * (1 + 1e-9)
-    at = coefficients_of(gg.vehicle_from_mapping(graph.graph["vehicle"]), graph.graph["coefficients"]).delta
+    at = coefficients_of(gg.vehicle.vehicle_from_mapping(graph.graph["vehicle"]), graph.graph["coefficients"]).delta
     angles = {name: np.array([data[f"alpha{k}"] for k in range(1, 5)]) for name, data in graph.nodes(data=True)}
 
     def is_red(name: Any) -> bool:
@@ -620,7 +621,7 @@ def test_edges_are_exactly_the_steps_on_fibres_and_from_their_lines(name: str, s
         assert data["keeps_sign"] == (R.min() > 0)
         assert data["travel"] == pytest.approx(np.linalg.norm(q - p) / math.sqrt(2))
         if data["keeps_sign"]:
-            sampled = gg.least_singular_value(along, vehicle).min()
+            sampled = gg.invertibility.least_singular_value(along, vehicle).min()
             assert sampled - 2e-2 <= data["least_singular_value"] <= sampled + 1e-12
 
 
@@ -691,7 +692,7 @@ def breakages() -> list[tuple[str, Any]]:
 def test_whatever_breaks_the_contract_of_fibres_is_named(message: str, break_it: Any) -> None:
     graph = surface_graph("positive", 8, sheets="all")
     break_it(graph)
-    with pytest.raises(gg.ContractError, match=message):
+    with pytest.raises(gg.errors.ContractError, match=message):
         gg.validate_graph(graph)
 
 

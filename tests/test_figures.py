@@ -20,11 +20,11 @@ from matplotlib.testing.compare import compare_images
 from matplotlib.text import Text
 
 import gaitgraph as gg
-from gaitgraph import figures
 from gaitgraph.cli import main
-from gaitgraph.drawing import FORMATS, paper_style, picture_bytes
-from gaitgraph.figures import FIGURES, draw, names_of_figures, write_figures
-from gaitgraph.tables import table_of
+from gaitgraph.gait.table import table_of
+from gaitgraph.plots import figures
+from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
+from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
 from tests.published import GAITS
 
 ROOT = Path(__file__).parent.parent
@@ -96,10 +96,10 @@ def test_a_name_that_is_nearly_one() -> None:
 
 def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
     for known in GAITS:
-        gait = figures.paper_gait(known.number, gg.PAPER, gg.coefficients_of())
+        gait = figures.paper_gait(known.number, gg.PAPER, gg.invertibility.coefficients_of())
         np.testing.assert_allclose(gait.alpha[:, :2], known.angles)
         assert gait.color == known.color
-        printed = figures._printed_gait(known.number, gg.coefficients_of()).alpha
+        printed = figures._printed_gait(known.number, gg.invertibility.coefficients_of()).alpha
         np.testing.assert_allclose(printed, np.column_stack([known.angles, known.printed]))
 
 
@@ -177,11 +177,11 @@ def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
     left, middle, right, last = drawn("19").axes
     assert [patch.get_gid() for patch in left.patches] == ["singular"]
     assert [len(lines_of(ax, "singular")) for ax in (left, middle, right, last)] == [48, 48, 96, 96]
-    exact = gg.coefficients_of(kind="exact")
+    exact = gg.invertibility.coefficients_of(kind="exact")
     printed = figures._printed_gait(2, exact)
     alpha = printed.parametrize(law="constant-speed").at(np.arange(48) / 48)[0]
     for row, line in zip(alpha, lines_of(right, "singular")[:48], strict=True):
-        assert np.abs(gg.determinant(row, exact, *np.asarray(line.get_xydata()).T)).max() < 1e-12
+        assert np.abs(gg.invertibility.determinant(row, exact, *np.asarray(line.get_xydata()).T)).max() < 1e-12
 
 
 def test_figures_20_and_21_agree_with_the_paper() -> None:
@@ -259,14 +259,16 @@ def test_files_are_written_whole(folder: Path) -> None:
 
 def test_files_that_exist_are_kept_without_force(folder: Path) -> None:
     Path("figure_15.svg").write_text("mine")
-    with pytest.raises(gg.OutputExists, match=r"^output: 'figure_15.svg' exists; allowed is a new file, or --force"):
+    with pytest.raises(
+        gg.errors.OutputExists, match=r"^output: 'figure_15.svg' exists; allowed is a new file, or --force"
+    ):
         write_figures(".", only=["2", "15"])
     assert sorted(path.name for path in folder.iterdir()) == ["figure_15.svg"]
     assert Path("figure_15.svg").read_text() == "mine"
     write_figures(".", only=["15"], force=True)
     assert Path("figure_15.svg").read_text() != "mine"
     Path("figure_02.png").mkdir()
-    with pytest.raises(gg.OutputExists, match="is a folder"):
+    with pytest.raises(gg.errors.OutputExists, match="is a folder"):
         write_figures(".", only=["2"], force=True)
 
 
@@ -374,7 +376,9 @@ def test_command_says_what_to_install(
 
 
 def test_matplotlib_is_imported_only_when_drawing() -> None:
-    code = "import sys, gaitgraph.figures, gaitgraph.plots, gaitgraph.drawing; print('matplotlib' in sys.modules)"
+    code = (
+        "import sys, gaitgraph.plots.figures, gaitgraph.plots, gaitgraph.plots.axes; print('matplotlib' in sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
 

@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import settings as effort
-from hypothesis import strategies as st
+from hypothesis import given, settings as effort, strategies as st
 from scipy.integrate import solve_ivp
 
 from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
-from gaitgraph.flight import REFERENCES, Cockpit, Course, FlightSettings, fly, from_hover, settings_from_mapping
 from gaitgraph.flight.allocation import Allocation, allocation_of
 from gaitgraph.flight.controllers import wanted_attitude
-from gaitgraph.flight.courses import repeated
+from gaitgraph.flight.courses import Course, from_hover, repeated
 from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
 from gaitgraph.flight.engine import Engine, engine_of
 from gaitgraph.flight.records import COLUMNS
 from gaitgraph.flight.references import Reference
 from gaitgraph.flight.servos import served
-from gaitgraph.flight.settings import ARMS
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import (
+from gaitgraph.flight.settings import ARMS, REFERENCES, FlightSettings, settings_from_mapping
+from gaitgraph.flight.simulation import Cockpit, fly
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import (
     arm_angles,
     body_vertical,
     coefficients_of,
@@ -45,7 +43,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.timing.timed_gait import TimedGait
 
     FloatArray = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import pytest
 
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra
 from gaitgraph.flight.engine import Engine, engine_of, mjcf_of, quaternion_of, without_log
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     control_force_matrix,
     control_moment_matrix,

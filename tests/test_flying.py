@@ -20,18 +20,18 @@ import pytest
 from PIL import Image
 
 import gaitgraph as gg
-from gaitgraph.figures import paper_gait
-from gaitgraph.flight import FlightSettings, fly
 from gaitgraph.flight.clocks import ROW_BY_ROW, RowTimedGait, biased, timed_of_file
 from gaitgraph.flight.engine import quaternion_of
-from gaitgraph.flight.films import _clock_of, _Drawing, write_film
 from gaitgraph.flight.outputs import write_flight
 from gaitgraph.flight.records import COLUMNS, Flight
 from gaitgraph.flight.rendering import rendered_frames
-from gaitgraph.formats.gifs import provenance_of_gif
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.plots import flights_side_by_side, plot_flight
-from gaitgraph.plots.flights import name_of_flight
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.plots.figures import paper_gait
+from gaitgraph.plots.flight_films import _clock_of, _Drawing, write_film
+from gaitgraph.plots.flights import flights_side_by_side, name_of_flight, plot_flight
+from gaitgraph.plots.gif_films import provenance_of_gif
 from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
 
@@ -663,7 +663,7 @@ def test_the_engine_renders_what_is_drawn(
     assert "film: the engine cannot render here" in done.err
     assert "no film to render" in run("fly", "gait3", "--output", "a.csv", "--render").err
     turned = [np.roll(picture, 5 * k, axis=1).astype(np.uint8) for k in range(20)]
-    monkeypatch.setattr("gaitgraph.flight.films.rendered_frames", lambda _, times: np.stack(turned[: len(times)]))
+    monkeypatch.setattr("gaitgraph.plots.flight_films.rendered_frames", lambda _, times: np.stack(turned[: len(times)]))
     write_flight(levelling, [tmp_path / "b.gif"], rendered=True)
     with Image.open(tmp_path / "b.gif") as film:
         assert film.size == (480, 360)

@@ -24,26 +24,26 @@ import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from scipy.io import loadmat, savemat
 
 import gaitgraph as gg
-from gaitgraph import exchange, files, reading
-from gaitgraph.completing import completed, completed_pieces
-from gaitgraph.exchange import export, export_file, request_of_file
-from gaitgraph.formats import FORMATS, columns, parquet
-from gaitgraph.frames import table_from_frame
-from gaitgraph.gait import lift
-from gaitgraph.reading import jsons, read_pieces, read_table
-from gaitgraph.tables import ROWS_OF_A_PIECE, Table, merged, pieces_of, provenance_text, table_of
-from gaitgraph.writing import write_pieces, write_tables
+from gaitgraph import files, reading
+from gaitgraph.gait.completing import completed, completed_pieces
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged, pieces_of, provenance_text, table_of
+from gaitgraph.io import columns, exchange, json_reader as jsons, parquet
+from gaitgraph.io.exchange import export, export_file, request_of_file
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.io.frames import table_from_frame
+from gaitgraph.io.reading import read_pieces, read_table
+from gaitgraph.io.writing import write_pieces, write_tables
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.timing.timed_gait import TimedGait
 
 G1, _, G3, _ = GAITS
 SUFFIXES = [".csv", ".json", ".npz", ".mat", ".parquet"]
@@ -302,7 +302,7 @@ def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any
         assert done.json["rows"] == count
     assert run("export", "gait.csv", "z.m", "--force").out.startswith("wrote z.m: a function that loads and plots")
     # Pieces that a format does not look at are counted all the same, and once.
-    servos = gg.joint_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
+    servos = gg.io.joint_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
     alone, beside = (
         export_file(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
         for names in (["a.csv"], ["z.m", "a.csv"])
@@ -435,9 +435,9 @@ def test_a_new_clock_is_given_on_export(planned: TimedGait, tmp_path: Path) -> N
     told = export_file(tmp_path / "a.npz", [tmp_path / "b.mat", tmp_path / "b.m"], samples=30, period=4.0)
     assert told.rows == 31
     assert read_table(tmp_path / "b.mat")["t"][-1] == 4.0
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         export_file(tmp_path / "a.npz", [tmp_path / "b.mat"])
-    with pytest.raises(gg.FileProblem, match="No such file"):
+    with pytest.raises(gg.errors.FileProblem, match="No such file"):
         export_file(tmp_path / "none.npz", [tmp_path / "c.mat"])
 
 
@@ -610,7 +610,7 @@ def test_a_long_compressed_matlab_file_is_inflated_on_the_way(inside: bool, tmp_
     alpha = np.round(np.sin(np.arange(4 * rows) * 1e-4), 3).reshape(4, rows).T
     content = {"alpha": alpha, "t": np.arange(rows) / 100.0, "R": np.zeros(rows)}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.formats.matlab._SHORT", 1 << 18)
+        patch.setattr("gaitgraph.io.mat._SHORT", 1 << 18)
         mat_of(path, {"gait": content} if inside else content, packed=True)
         tracemalloc.start()
         try:
@@ -659,7 +659,7 @@ def test_matlab_files_that_are_broken_or_bombs_are_refused(tmp_path: Path, monke
     # Forty million zeros in forty thousand bytes, named alpha1: they are counted before they are inflated.
     packed = b"".join(_packed_zeros(name, 5_000_000) for name in FOUR)
     path.write_bytes(whole[:128] + packed)
-    for room in (columns, sys.modules["gaitgraph.formats.matlab"]):
+    for room in (columns, sys.modules["gaitgraph.io.mat"]):
         monkeypatch.setattr(room, "MOST_BYTES", 10_000_000)
     assert f"its columns take 160000000 bytes, and it has {128 + len(packed)}" in refusal(path)
     path.write_bytes(whole[:128] + _packed_zeros("gait", 5_000_000, kind=2))
@@ -726,7 +726,7 @@ def test_parquet_files_that_are_broken_are_refused(valid_files: dict[str, list[b
         assert "it is no Parquet file, or a broken one" in refusal(path)
     path.write_bytes(whole[:-4] + b"PARE")
     assert "encrypted" in refusal(path)
-    values = whole.index(np.float64(gg.angle_from_text("3pi/8")).tobytes())
+    values = whole.index(np.float64(gg.angles.angle_from_text("3pi/8")).tobytes())
     path.write_bytes(whole[:values] + bytes([whole[values] ^ 1]) + whole[values + 1 :])
     assert "verify page integrity" in refusal(path)
 
@@ -746,10 +746,10 @@ def test_a_file_is_named_once_and_said_to_be_no_text(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", [".npz", ".mat", ".parquet", ".m"])
 def test_files_that_cannot_be_read(suffix: str, tmp_path: Path) -> None:
     find = reading.provenance_in if suffix == ".m" else read_table
-    with pytest.raises(gg.FileProblem, match="No such file"):
+    with pytest.raises(gg.errors.FileProblem, match="No such file"):
         find(tmp_path / f"none{suffix}")
     (tmp_path / f"folder{suffix}").mkdir()
-    with pytest.raises(gg.FileProblem, match="Is a directory"):
+    with pytest.raises(gg.errors.FileProblem, match="Is a directory"):
         find(tmp_path / f"folder{suffix}")
 
 
@@ -882,7 +882,7 @@ def test_a_missing_library_is_told(library: str, planned: TimedGait, monkeypatch
 
 def test_a_missing_extra_is_told(planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     planned.write(tmp_path / "a.parquet")
-    monkeypatch.setattr("gaitgraph.formats.find_spec", lambda _: None)
+    monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda _: None)
     for ask in (lambda: read_table(tmp_path / "a.parquet"), lambda: planned.write(tmp_path / "b.parquet")):
         with pytest.raises(gg.InputError, match=r"pip install 'gaitgraph\[table\]'") as caught:
             ask()
@@ -895,7 +895,7 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
     code = (
         "import sys, gaitgraph as gg\n"
         "gg.validate('a.npz')\n"
-        "from gaitgraph.exchange import export_file\n"
+        "from gaitgraph.io.exchange import export_file\n"
         "export_file('a.npz', ['b.csv', 'b.json', 'b.m'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )

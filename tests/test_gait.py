@@ -6,18 +6,21 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.gait import Gait, lift, vertices
-from gaitgraph.surface import COLORS, roots
+from gaitgraph.gait.gait import Gait, lift, vertices
+from gaitgraph.surface.solutions import COLORS, roots
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
 kinds = st.sampled_from(
-    [gg.coefficients_of(), gg.coefficients_of(kind="exact"), gg.coefficients_of(gg.vehicle_named("beetle_omni"))]
+    [
+        gg.invertibility.coefficients_of(),
+        gg.invertibility.coefficients_of(kind="exact"),
+        gg.invertibility.coefficients_of(gg.vehicle_named("beetle_omni")),
+    ]
 )
 
 
@@ -37,7 +40,7 @@ def test_points_between_corners_are_on_their_sheet(points, color, numbers, fract
     sign = 1 if color == "red" else -1
     constant = gait.alpha[:, 2:] - sign * gait.alpha[:, :2]
     wraps = np.abs(np.roll(constant, -1, axis=0) - constant).max(axis=1) > 1
-    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+    for residual in (gg.invertibility.roll_sensitivity, gg.invertibility.pitch_sensitivity):
         assert np.abs(residual(along[~wraps], numbers)).max(initial=0) < 1e-12
 
 

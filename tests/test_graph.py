@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
-from gaitgraph.invertibility import coefficients_of, least_singular_value, level_determinant
-from gaitgraph.regions import Zones, red_label
-from gaitgraph.surface import roots
+from gaitgraph.graph.build import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
+from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
+from gaitgraph.surface.components import Zones, red_label
+from gaitgraph.surface.solutions import roots
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_flags_hold_along_whole_edges(sign: Any) -> None:
     # The sampled least is a little above the true one, the attribute within 1e-5 of it.
     assert (arrays.least_singular_value[red] <= least + 1.1e-5).all()
     assert (arrays.least_singular_value[red] >= least - 1e-5).all()
-    shares = gg.hover_thrust_shares(along[:, arrays.flyable])
+    shares = gg.invertibility.hover_thrust_shares(along[:, arrays.flyable])
     assert shares.min() > 0
     assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
 
@@ -167,7 +167,7 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
     R = (1 if sign == "positive" else -1) * level_determinant(along, numbers)
     assert R.min() > 0
     least = least_singular_value(along, vehicle).min(axis=0)
-    shares = gg.hover_thrust_shares(along, vehicle)
+    shares = gg.invertibility.hover_thrust_shares(along, vehicle)
     margins = [least - floor, shares.min(axis=(0, 2)), np.full(len(least), 1.0)]
     if vehicle.max_thrust is not None:
         assert vehicle.mass is not None
@@ -205,7 +205,7 @@ def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -
 
 def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
     with pytest.raises(
-        gg.MissingConstant, match=r"states no mass \(.*\), which the limit of the largest thrust needs$"
+        gg.errors.MissingConstant, match=r"states no mass \(.*\), which the limit of the largest thrust needs$"
     ):
         surface_arrays(vehicle=gg.Vehicle(drag_ratio=0.2, max_thrust=3.0))
 
@@ -245,7 +245,7 @@ def test_vehicle_limits_reach_the_edges() -> None:
     weak = surface_arrays("positive", vehicle=gg.PAPER.replace(max_thrust=2.0))
     assert 0 < weak.flyable.sum() < free.sum()
     corners = weak.alpha[np.unique(weak.edge[weak.flyable])]
-    assert gg.hover_thrust_shares(corners).max() * 0.429 * 9.8 <= 2.0
+    assert gg.invertibility.hover_thrust_shares(corners).max() * 0.429 * 9.8 <= 2.0
     narrow = surface_arrays("positive", vehicle=gg.PAPER.replace(max_tilt=0.8))
     assert np.abs(narrow.alpha[np.unique(narrow.edge[narrow.flyable])]).max() <= 0.8
 
@@ -316,7 +316,7 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     }
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)
     for key in ("vehicle", "coefficients"):
-        with pytest.raises(gg.ContractError, match=f"^graph metadata: '{key}' is missing$"):
+        with pytest.raises(gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"):
             vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
 
 
@@ -449,19 +449,19 @@ def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> N
     graph = surface_graph("negative")
     gg.validate_graph(graph)
     break_it(graph)
-    with pytest.raises(gg.ContractError, match=message):
+    with pytest.raises(gg.errors.ContractError, match=message):
         gg.validate_graph(graph)
 
 
 def test_the_sign_of_every_node_is_the_graphs() -> None:
     graph = surface_graph("negative")
     graph.graph["sign"] = "positive"
-    with pytest.raises(gg.ContractError, match="the graph's sign is positive"):
+    with pytest.raises(gg.errors.ContractError, match="the graph's sign is positive"):
         gg.validate_graph(graph)
 
 
 def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
-    with pytest.raises(gg.ContractError, match="DiGraph"):
+    with pytest.raises(gg.errors.ContractError, match="DiGraph"):
         gg.validate_graph(negative.to_directed())
 
 

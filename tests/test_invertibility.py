@@ -18,13 +18,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sympy
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 import gaitgraph as gg
 from gaitgraph.errors import InputError, MissingConstant
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     Kind,
     body_vertical,
     coefficients_of,

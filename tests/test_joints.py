@@ -9,19 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.invertibility import attitude_of, body_vertical, scaled_decoupling_matrix
-from gaitgraph.joints.files import joint_map_from_mapping, joint_map_named
-from gaitgraph.joints.inverse import table_from_joints
-from gaitgraph.joints.joint import Joint
-from gaitgraph.joints.maps import JointMap, clipped_rows, mapped_columns, mapped_table
-from gaitgraph.joints.presets import joint_map_names
-from gaitgraph.reading import read_table
-from gaitgraph.tables import ACCELERATIONS, RATES, Table, table_of
-from gaitgraph.writing import write_tables
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, table_of
+from gaitgraph.invertibility.matrices import attitude_of, body_vertical, scaled_decoupling_matrix
+from gaitgraph.io.joint import Joint
+from gaitgraph.io.joint_files import joint_map_from_mapping, joint_map_named
+from gaitgraph.io.joint_inverse import table_from_joints
+from gaitgraph.io.joint_map import JointMap, clipped_rows, mapped_columns, mapped_table
+from gaitgraph.io.joint_presets import joint_map_names
+from gaitgraph.io.reading import read_table
+from gaitgraph.io.writing import write_tables
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -166,8 +165,8 @@ def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, mot
     vehicle = gg.PAPER.replace(first_arm_angle=one.first_arm_angle, first_rotor_spin=one.first_rotor_spin)
     one.check_vehicle(vehicle)
     upright = np.zeros(4)
-    pushing_up = np.sign(gg.control_force_matrix(upright, vehicle)[2])
-    torque = gg.control_moment_matrix(upright, vehicle) * pushing_up
+    pushing_up = np.sign(gg.invertibility.control_force_matrix(upright, vehicle)[2])
+    torque = gg.invertibility.control_moment_matrix(upright, vehicle) * pushing_up
     for joint, (place, spin) in zip(one.joints, motors, strict=True):
         x, y, z = torque[:, joint.rotor - 1]
         assert (np.sign(-y), np.sign(x)) == place  # a push up at (px, py) turns about (py, −px)
@@ -193,8 +192,8 @@ def test_turning_the_arms_about_yaw_changes_no_robustness(turn: str, table: Tabl
         )
         before, after = (np.linalg.svd(matrix, compute_uv=False) for matrix in matrices)
         assert np.allclose(before, after)
-    assert gg.tilt_margin(alpha, gg.coefficients_of(turned)) == pytest.approx(
-        gg.tilt_margin(alpha, gg.coefficients_of(kind="exact"))
+    assert gg.invertibility.tilt_margin(alpha, gg.invertibility.coefficients_of(turned)) == pytest.approx(
+        gg.invertibility.tilt_margin(alpha, gg.invertibility.coefficients_of(kind="exact"))
     )
 
 
@@ -381,7 +380,7 @@ def test_a_map_file_may_have_a_table_of_its_own(servos: Path, tmp_path: Path) ->
     inside.write_text("name = 'a'\n[servos]\n")
     with pytest.raises(gg.InputError, match=r"name: stands beside the \[servos\] table"):
         joint_map_named(inside)
-    with pytest.raises(gg.FileProblem, match="cannot read"):
+    with pytest.raises(gg.errors.FileProblem, match="cannot read"):
         joint_map_named(tmp_path / "none.toml")
 
 

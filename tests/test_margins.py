@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.optimize import brentq
 
 import gaitgraph as gg
 from gaitgraph.errors import InputError
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import (
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.branch_and_bound import Least
+from gaitgraph.invertibility.matrices import (
     Coefficients,
     body_vertical,
     coefficients_of,
@@ -25,7 +25,7 @@ from gaitgraph.invertibility import (
     level_determinant,
     scaled_decoupling_matrix,
 )
-from gaitgraph.margins import (
+from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     attitude_sensitivities,
     least_singular_value_within,
@@ -35,7 +35,6 @@ from gaitgraph.margins import (
     singular_everywhere,
     tilt_margin,
 )
-from gaitgraph.segments import Least
 from gaitgraph.vehicle import Vehicle
 from tests.published import GAITS, PublishedGait
 

@@ -12,21 +12,21 @@ import shapely
 from scipy import ndimage
 
 import gaitgraph as gg
-from gaitgraph.areas import admissible_region
-from gaitgraph.cli.optimising import optimize_command
-from gaitgraph.curves.curve import Curve
+from gaitgraph.cli.optimize import optimize_command
 from gaitgraph.errors import Infeasible, InputError, MissingConstant
-from gaitgraph.invertibility import hover_thrust_shares, least_singular_value, least_singular_value_on_red
-from gaitgraph.optimal.corridors import Sides
-from gaitgraph.optimal.efforts import LeastEffort
-from gaitgraph.optimal.levels import component_meeting, highest_level, least_share_region, level_region
-from gaitgraph.optimal.optima import OBJECTIVES, OptimalGait
-from gaitgraph.optimal.optimum import CLEARANCE, optimal_gait
-from gaitgraph.optimal.programs import Discs, SmoothLoop
-from gaitgraph.optimal.splines import basis_rows, control_points_along, effort_matrix, hull_matrix, power_pieces
-from gaitgraph.optimal.tours import least_loop_length, shortest_loop
-from gaitgraph.reading import read_table
-from gaitgraph.validation import validate
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
+from gaitgraph.io.reading import read_table
+from gaitgraph.optimization.corridors import Sides
+from gaitgraph.optimization.efforts import LeastEffort
+from gaitgraph.optimization.levels import component_meeting, highest_level, least_share_region, level_region
+from gaitgraph.optimization.optimize import CLEARANCE, optimal_gait
+from gaitgraph.optimization.programs import Discs, SmoothLoop
+from gaitgraph.optimization.result import OBJECTIVES, OptimalGait
+from gaitgraph.optimization.splines import basis_rows, control_points_along, effort_matrix, hull_matrix, power_pieces
+from gaitgraph.optimization.tours import least_loop_length, shortest_loop
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.timing.curve import Curve
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -189,7 +189,7 @@ def test_highest_level_agrees_with_a_grid(objective: Any) -> None:
 
 def test_highest_level_finds_the_pass_between_obstacles() -> None:
     """Two discs of high level, joined only through a gate where the level is lower."""
-    from gaitgraph.regions import Zones
+    from gaitgraph.surface.components import Zones
 
     zones = Zones(keep_out=[[(-1.57, 0.6), (-1.3, 0.6), (-1.3, 0.7), (-1.57, 0.7)],
                             [(-1.25, 0.6), (0.2, 0.6), (0.2, 0.7), (-1.25, 0.7)]])  # fmt: skip
@@ -220,7 +220,7 @@ def test_no_polygon_through_discs_is_shorter_than_the_bound(seed: int) -> None:
 
 
 def test_the_bound_of_points_bends_around_obstacles() -> None:
-    from gaitgraph.regions import Zones
+    from gaitgraph.surface.components import Zones
 
     zones = Zones(keep_out=[[(-0.7, 0.6), (-0.5, 0.6), (-0.5, 1.0), (-0.7, 1.0)]])
     region = admissible_region(PAPER, sign="positive", zones=zones)

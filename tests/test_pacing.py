@@ -9,28 +9,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
 import gaitgraph as gg
-from gaitgraph.cli.pacing import pace_command
-from gaitgraph.curves.curve import Curve, curve_through
-from gaitgraph.curves.rounding import rounded
-from gaitgraph.gait import lift
-from gaitgraph.pacing.limits import Limits, limits_of
-from gaitgraph.pacing.pace import least_period, paced
-from gaitgraph.pacing.rests import phases
-from gaitgraph.pacing.speeds import fastest_squared_speeds
-from gaitgraph.reading import read_table
-from gaitgraph.tables import table_of
+from gaitgraph.cli.pace import pace_command
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import table_of
+from gaitgraph.io.reading import read_table
+from gaitgraph.timing.curve import Curve, curve_through
+from gaitgraph.timing.limits import Limits, limits_of
+from gaitgraph.timing.pace import least_period, paced
+from gaitgraph.timing.rest_laws import phases
+from gaitgraph.timing.rounding import rounded
+from gaitgraph.timing.speeds import fastest_squared_speeds
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.pacing.pacedgait import PacedGait
+    from gaitgraph.timing.paced_gait import PacedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 FORTH_AND_BACK = lift([(0.4, -0.4), (1.2, -0.4)], "red")
@@ -606,7 +605,7 @@ def test_the_command_paces_a_gait_file(tmp_path: Path) -> None:
     assert len(table) == 51
     assert table.about["law"] == "least-period"
     np.testing.assert_array_equal(table.alpha[0], table.alpha[-1])
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         run_pace(*asked, "--output", str(output))
     code, text = run_pace(*asked, "--output", str(output), "--force", "--period", "1.5")
     assert code == 0

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.graph import surface_graph
+from gaitgraph.graph.build import surface_graph
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     import networkx as nx
 
-    from gaitgraph.plans import Plan
+    from gaitgraph.planning.plan import Plan
 
 G1, G2, G3, G4 = GAITS
 
@@ -93,7 +92,7 @@ def test_a_flyable_detour_beats_a_shorter_valid_loop() -> None:
     for loop, above in ((plan.loop, True), (straight, False)):
         s = np.linspace(0, 1, 501)[:, None, None]
         along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
-        assert bool(gg.least_singular_value(along, vehicle).min() >= 0.9) is above
+        assert bool(gg.invertibility.least_singular_value(along, vehicle).min() >= 0.9) is above
 
 
 def test_a_loop_that_only_the_clock_forbids_is_preferred_to_one_that_physics_forbids() -> None:
@@ -130,7 +129,7 @@ def test_separated_waypoints_come_with_the_wall_between_them() -> None:
     # The certificate is checked without the search: the labels differ, so R vanishes on any way between.
     s = np.linspace(0, 1, 2001)[:, None]
     line = (1 - s) * np.array([1.2, -0.6, 1.2, -0.6]) + s * np.array([-1.5, 0.5, -1.5, 0.5])
-    assert (gg.level_determinant(line, gg.coefficients_of(kind="exact")) > 0).any()
+    assert (gg.invertibility.level_determinant(line, gg.invertibility.coefficients_of(kind="exact")) > 0).any()
 
 
 @pytest.mark.no_cover
@@ -146,11 +145,13 @@ def test_a_waypoint_with_the_wrong_sign_is_named_with_its_R() -> None:
     (obstacle,) = plan.obstacles
     assert obstacle.kind == "waypoint"
     assert obstacle.waypoints == (2,)
-    assert obstacle.R == pytest.approx(float(gg.level_determinant([-0.5, 0.5, -0.5, 0.5], gg.coefficients_of())))
+    assert obstacle.R == pytest.approx(
+        float(gg.invertibility.level_determinant([-0.5, 0.5, -0.5, 0.5], gg.invertibility.coefficients_of()))
+    )
 
 
 def test_a_singular_waypoint_is_named() -> None:
-    edge = gg.coefficients_of(kind="exact").delta - pi / 2
+    edge = gg.invertibility.coefficients_of(kind="exact").delta - pi / 2
     plan = on_grid([(edge, 0.3)], color="red", coefficients="exact")
     assert "the matrix is singular there" in str(plan.reason)
 
@@ -242,7 +243,7 @@ def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
     (loop,) = plan.alternatives
     assert loop.color == "mixed"
     assert loop.report.two_color
-    assert loop.report["continuous"].value == pytest.approx(2 * (pi / 16 - gg.coefficients_of().delta))
+    assert loop.report["continuous"].value == pytest.approx(2 * (pi / 16 - gg.invertibility.coefficients_of().delta))
     assert not loop.report["continuous"].ok
     assert not loop.report.valid
     assert loop.as_mapping()["color"] == "mixed"
@@ -359,15 +360,15 @@ def test_whatever_is_planned_holds_when_sampled(points: list[tuple[float, float]
     gait = plan.gait
     s = np.linspace(0, 1, 101)[:, None, None]
     along = gait.alpha + s * (gait.ends - gait.alpha)
-    for residual in (gg.roll_sensitivity, gg.pitch_sensitivity):
+    for residual in (gg.invertibility.roll_sensitivity, gg.invertibility.pitch_sensitivity):
         assert np.abs(residual(along, gait.coefficients)).max() < 1e-10
-    R = gg.level_determinant(along, gait.coefficients)
+    R = gg.invertibility.level_determinant(along, gait.coefficients)
     assert R.min() * R.max() > 0 or not plan.report["R_sign"].decided
     for point in plan.waypoints:
         assert np.abs(plan.loop.path.alpha[:, :2] - point).max(axis=1).min() <= 1e-9  # what is closer is one node
     if plan.report.flyable:
-        assert gg.least_singular_value(along).min() >= 0.05
-        assert gg.hover_thrust_shares(along).min() > 0
+        assert gg.invertibility.least_singular_value(along).min() >= 0.05
+        assert gg.invertibility.hover_thrust_shares(along).min() > 0
 
 
 def test_robust_ties_are_ties() -> None:
@@ -421,7 +422,7 @@ def test_a_vehicle_may_be_a_mapping_and_polygons_arrays() -> None:
 def test_a_graph_without_its_metadata_is_refused() -> None:
     import networkx as nx
 
-    with pytest.raises(gg.ContractError, match="'vehicle' is missing"):
+    with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         on_grid(G3.waypoints, graph=nx.Graph())
 
 
@@ -465,11 +466,11 @@ def test_the_loop_is_made_for_the_request() -> None:
         assert plan.loop is not None
         for gait in (plan.loop.path, plan.loop.gait, plan.gait):
             assert gait.vehicle == vehicle
-            assert gait.coefficients == gg.coefficients_of(vehicle, kind)
+            assert gait.coefficients == gg.invertibility.coefficients_of(vehicle, kind)
             assert gait.crossing_tolerance == pi / 16
         assert plan.report["least_singular_value"].limit == 0.01
         rate = plan.report["tilt_rate"].value
-        timed = gg.parametrize(plan.gait, 3.0, law="constant-speed")
+        timed = gg.timing.parametrize(plan.gait, 3.0, law="constant-speed")
         assert rate == timed.check()["tilt_rate"].value
         assert plan.loop.path.color == plan.loop.gait.color == "red"
         assert plan.loop.order == (0, 1, 2, 3)
@@ -502,10 +503,10 @@ def refusals(plan: Plan) -> list[tuple[str, str, str, tuple[int, ...], str]]:
 
 def on_sheet(color: str, point: tuple[float, float]) -> float:
     """Return R of equation (6) on a sheet, from the planes themselves."""
-    (a1, a2), delta = point, gg.coefficients_of().delta
+    (a1, a2), delta = point, gg.invertibility.coefficients_of().delta
     a3, a4 = (a1, a2) if color == "red" else (2 * delta - a1, -2 * delta - a2)
     a3, a4 = (angle - pi * round(angle / pi) for angle in (a3, a4))  # a shift by π turns the sign of R
-    return float(gg.level_determinant([a1, a2, a3, a4], gg.coefficients_of()))
+    return float(gg.invertibility.level_determinant([a1, a2, a3, a4], gg.invertibility.coefficients_of()))
 
 
 def test_each_color_and_sign_without_a_loop_is_refused_by_the_first_waypoint_in_its_way() -> None:
@@ -534,8 +535,8 @@ def test_where_no_waypoint_could_serve_no_graph_is_built() -> None:
     points = [(0.5, -0.5), (-0.5, 0.5)]
     told: list[str] = []
     plan = on_grid(points, coefficients="exact", progress=told.append)
-    exact = gg.coefficients_of(kind="exact")
-    R = [float(gg.level_determinant([*point, *point], exact)) for point in points]
+    exact = gg.invertibility.coefficients_of(kind="exact")
+    R = [float(gg.invertibility.level_determinant([*point, *point], exact)) for point in points]
     blue = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
     red = [f"red, R > 0: waypoint 1 (0.5000, -0.5000) has R = {R[0]:.4g}"]
     red += [f"red, R < 0: waypoint 2 (-0.5000, 0.5000) has R = {R[1]:.4g}"]
@@ -570,7 +571,7 @@ def test_a_forbidden_waypoint_is_told_from_one_with_the_wrong_sign() -> None:
 
 
 def test_a_singular_waypoint_is_told_with_its_place() -> None:
-    edge = gg.coefficients_of(kind="exact").delta - pi / 2
+    edge = gg.invertibility.coefficients_of(kind="exact").delta - pi / 2
     plan = on_grid([(edge, 0.3)], color="red", coefficients="exact")
     place = f"waypoint 1 ({edge:.4f}, 0.3000) has R = 0, the matrix is singular there"
     assert [obstacle.message for obstacle in plan.obstacles] == [f"red, R > 0: {place}", f"red, R < 0: {place}"]
@@ -636,7 +637,7 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
         "negative",
         8,
         vehicle=vehicle,
-        coefficients=gg.coefficients_of(kind="exact"),
+        coefficients=gg.invertibility.coefficients_of(kind="exact"),
         floor=0.07,
         waypoints=[(0.5, -0.6)],
     )
@@ -731,7 +732,9 @@ def test_a_waypoint_with_roots_of_both_signs_is_told_with_the_R_that_was_wanted(
     """On a side of the square α3 = ±π/2 both solve; the two have R of either sign."""
     fence = [(1.5, 0.4), (1.6, 0.4), (1.6, 0.6), (1.5, 0.6)]
     plan = on_grid([(pi / 2, 0.5)], color="red", keep_out=[fence])
-    value = abs(float(gg.level_determinant([pi / 2, 0.5, pi / 2, 0.5], gg.coefficients_of())))
+    value = abs(
+        float(gg.invertibility.level_determinant([pi / 2, 0.5, pi / 2, 0.5], gg.invertibility.coefficients_of()))
+    )
     assert [obstacle.R for obstacle in plan.obstacles] == [pytest.approx(value), pytest.approx(-value)]
     assert ["forbids it" in obstacle.message for obstacle in plan.obstacles] == [True, True]
 

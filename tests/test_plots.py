@@ -21,10 +21,10 @@ from matplotlib.text import Annotation, Text
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
-from gaitgraph.coloring import PLANE_TYPES
-from gaitgraph.drawing import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
-from gaitgraph.invertibility import least_singular_value_on_red
-from gaitgraph.tables import Table, table_of
+from gaitgraph.gait.table import Table, table_of
+from gaitgraph.invertibility.matrices import least_singular_value_on_red
+from gaitgraph.plots.axes import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
+from gaitgraph.surface.adjacency import PLANE_TYPES
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BASELINE = Path(__file__).parent / "baseline"
-PUBLISHED, EXACT = gg.coefficients_of(), gg.coefficients_of(kind="exact")
+PUBLISHED, EXACT = gg.invertibility.coefficients_of(), gg.invertibility.coefficients_of(kind="exact")
 BEETLE = gg.vehicle_named("beetle_omni")
 STEP = math.pi / 16
 GAIT3 = gg.lift(GAITS[2].angles, "red")
@@ -163,8 +163,10 @@ def test_signed_roots(sign: Any, total: int) -> None:
         np.testing.assert_allclose(points[0][:, :2], points[1][:, :2])
         count += len(points[0])
         alpha = np.column_stack([points[0][:, :2], points[0][:, 2], points[1][:, 2]])
-        assert (np.sign(gg.level_determinant(alpha, PUBLISHED)) == (1 if sign == "positive" else -1)).all()
-        assert np.abs(gg.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
+        assert (
+            np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == (1 if sign == "positive" else -1)
+        ).all()
+        assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
     assert count == total
 
 
@@ -173,7 +175,9 @@ def test_values_of_R_are_those_of_the_roots(space: Any) -> None:
     points = by_label(space)
     assert {label: len(rows) for label, rows in points.items()} == {"red sheet": 128, "blue sheet": 28}
     red = points["red sheet"]
-    np.testing.assert_allclose(red[:, 2], gg.level_determinant(np.column_stack([red[:, :2], red[:, :2]]), PUBLISHED))
+    np.testing.assert_allclose(
+        red[:, 2], gg.invertibility.level_determinant(np.column_stack([red[:, :2], red[:, :2]]), PUBLISHED)
+    )
     assert 0 < points["blue sheet"][:, 2].max() < 3e-4
 
 
@@ -204,7 +208,7 @@ def test_the_lines_of_the_rule_are_the_rule(ax: Axes, of: Any) -> None:
     else:
         types = [label for label in PLANE_TYPES if label != "(?,?)"]
         pairs = combinations(types, 2)
-        assert drawn == {frozenset(pair) for pair in pairs if gg.types_may_be_adjacent(*pair)}
+        assert drawn == {frozenset(pair) for pair in pairs if gg.surface.types_may_be_adjacent(*pair)}
         assert len(drawn) == len(ax.lines) == 8
     places = {text.get_text().replace("−", "-"): text.get_position() for text in ax.texts}
     for line in ax.lines:
@@ -307,7 +311,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     places = biased.parametrize(law="constant-speed").at(np.arange(12) / 12)[0]
     assert len(curves) == 12
     for alpha, points in zip(places, curves, strict=True):
-        assert np.abs(gg.determinant(alpha, PUBLISHED, *points.T)).max() < 1e-9
+        assert np.abs(gg.invertibility.determinant(alpha, PUBLISHED, *points.T)).max() < 1e-9
     full, part = (points for points in lines_of(ax, "acceptable"))
     assert np.abs(full).max() == pytest.approx(HALF_PI)
     assert len(part) > 50
@@ -371,23 +375,23 @@ def test_gait_in_four_dimensions_of_tables() -> None:
 @pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.5)], ids=lambda v: v.name)
 def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert plots.regions_map(vehicle, ax=ax) is ax
-    exact = gg.coefficients_of(vehicle, "exact")
+    exact = gg.invertibility.coefficients_of(vehicle, "exact")
     curves = [np.asarray(line.get_xydata()) for line in ax.lines if "= " in str(line.get_gid())]
     assert len(curves) == 3
     for points in curves:
-        value = gg.level_determinant(np.column_stack([points, points]), exact)
+        value = gg.invertibility.level_determinant(np.column_stack([points, points]), exact)
         assert np.abs(value).max() < 1e-9 * np.abs(exact.bilinear_form).sum()
         assert np.abs(points).max() <= HALF_PI + 1e-12
     hover = [np.asarray(patch.get_path().vertices)[:4] for patch in ax.patches if patch.get_gid() == "hover"]
     assert len(hover) == 2
     for corners in hover:
-        assert (gg.hover_thrust_shares(np.tile(corners.mean(axis=0), 2), vehicle) > 0).all()
+        assert (gg.invertibility.hover_thrust_shares(np.tile(corners.mean(axis=0), 2), vehicle) > 0).all()
     (left, above), (right, below) = (corners.mean(axis=0) for corners in hover)
     for outside in ((left, below), (right, above)):
-        assert (gg.hover_thrust_shares(np.tile(outside, 2), vehicle) < 0).any()
+        assert (gg.invertibility.hover_thrust_shares(np.tile(outside, 2), vehicle) < 0).any()
     named = {text.get_text(): text.get_position() for text in ax.texts if text.get_text().startswith("$R")}
     for text, place in named.items():
-        assert (float(gg.level_determinant(np.tile(place, 2), exact)) > 0) == (">" in text)
+        assert (float(gg.invertibility.level_determinant(np.tile(place, 2), exact)) > 0) == (">" in text)
 
 
 def test_thrust_contours_carry_their_level(ax: Axes) -> None:
@@ -395,7 +399,7 @@ def test_thrust_contours_carry_their_level(ax: Axes) -> None:
     labels = [text for text in ax.texts if text.get_text()[0] == "0"]
     assert sorted(text.get_text() for text in labels) == ["0.3", "0.3", "0.4", "0.4", "0.6", "0.6"]
     for text in labels:
-        shares = gg.hover_thrust_shares(np.tile(text.get_position(), 2))
+        shares = gg.invertibility.hover_thrust_shares(np.tile(text.get_position(), 2))
         np.testing.assert_allclose(shares, float(text.get_text()), atol=1e-12)
 
 
@@ -418,8 +422,8 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
 def test_the_sketch_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
     vehicle = gg.PAPER.replace(first_rotor_spin=spin, first_arm_angle=angle)
     assert plots.vehicle_sketch(vehicle, ax=ax) is ax
-    upward = np.where(gg.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
-    force = (gg.control_force_matrix([0.1] * 4, vehicle) * upward)[:2]
+    upward = np.where(gg.invertibility.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
+    force = (gg.invertibility.control_force_matrix([0.1] * 4, vehicle) * upward)[:2]
     leans = {str(one.get_gid()): one for one in ax.texts if isinstance(one, Annotation) and one.get_gid()}
     for k in range(4):
         arrow = leans[f"lean {k + 1}"]

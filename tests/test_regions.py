@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 from scipy.integrate import quad
 
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility import coefficients_of, level_determinant, level_determinant_resolution
-from gaitgraph.regions import HOVER_LABEL, Zones, red_label, separating_factor
-from gaitgraph.segments import least_level_determinant
+from gaitgraph.invertibility.determinant_bounds import least_level_determinant
+from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, level_determinant_resolution
+from gaitgraph.surface.components import HOVER_LABEL, Zones, red_label, separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 

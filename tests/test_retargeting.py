@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import shapely
 
-from gaitgraph.areas import admissible_region
-from gaitgraph.cli.optimising import retarget_command
+from gaitgraph.cli.optimize import retarget_command
 from gaitgraph.errors import Infeasible, InputError
-from gaitgraph.gait import lift
-from gaitgraph.reading import read_table
-from gaitgraph.retargeting.nearest import MOST_ROWS, retarget
-from gaitgraph.tables import ANGLES, Table, table_of
-from gaitgraph.validation import validate
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import ANGLES, Table, table_of
+from gaitgraph.io.reading import read_table
+from gaitgraph.io.writing import write_tables
+from gaitgraph.optimization.nearest import MOST_ROWS, retarget
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
-from gaitgraph.writing import write_tables
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,18 +12,13 @@ import pytest
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.attitudes import acceptable_attitudes
 from gaitgraph.errors import FileProblem, InputError
-from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import (
-    coefficients_of,
-    determinant,
-    least_singular_value,
-    level_determinant,
-)
-from gaitgraph.margins import least_singular_value_within, tilt_margin
-from gaitgraph.robustness import Robustness, robustness_of
-from gaitgraph.tables import Table, table_of
+from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.table import Table, table_of
+from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
+from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
+from gaitgraph.robustness.attitudes import acceptable_attitudes
+from gaitgraph.robustness.biased import Robustness, robustness_of
 from tests.published import GAITS, PublishedGait
 from tests.test_margins import EXACT, along
 

@@ -16,30 +16,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import yaml  # type: ignore[import-untyped, unused-ignore]
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 import gaitgraph as gg
 from gaitgraph.errors import MissingExtra
-from gaitgraph.exchange import export
-from gaitgraph.formats import FORMATS, bags, storages
-from gaitgraph.formats.bags import STATE, STRING, TRAJECTORY
-from gaitgraph.formats.options import FormatOptions
-from gaitgraph.formats.trajectories import points_of, told_after
-from gaitgraph.gait import lift
-from gaitgraph.joints.files import joint_map_named
-from gaitgraph.reading import provenance_in, read_table
-from gaitgraph.tables import ACCELERATIONS, ANGLES, RATES, Table, table_of
-from gaitgraph.writing import write_tables
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, table_of
+from gaitgraph.io import bag_storage as storages, rosbag as bags
+from gaitgraph.io.exchange import export
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.io.joint_files import joint_map_named
+from gaitgraph.io.options import FormatOptions
+from gaitgraph.io.reading import provenance_in, read_table
+from gaitgraph.io.rosbag import STATE, STRING, TRAJECTORY
+from gaitgraph.io.trajectory import points_of, told_after
+from gaitgraph.io.writing import write_tables
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.timing.timed_gait import TimedGait
 
 SECOND = 1_000_000_000
 BAGS = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
@@ -121,7 +121,7 @@ def bag_of(path: Path, messages: list[tuple[str, int, Any]], suffix: str = ".mca
 
 def refused(path: Path) -> str:
     """Return the one line with which a bag is refused."""
-    with pytest.raises((gg.InputError, gg.FileProblem)) as refusal:
+    with pytest.raises((gg.InputError, gg.errors.FileProblem)) as refusal:
         read_table(path)
     text = str(refusal.value)
     assert "\n" not in text
@@ -212,7 +212,7 @@ def test_any_name_will_do(tmp_path: Path, suffix: str, name: str) -> None:
     TIMED.write(path, options=FormatOptions(joint_names=NAMES, trajectory_topic="/a/b", states_topic="/c"))
     assert len(read_table(path)) == 21
     assert [one.name for one in folder.iterdir()] == [path.name]
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         TIMED.write(path)
     TIMED.write(path, force=True)
     assert [one.name for one in tmp_path.iterdir()] == [name]
@@ -389,7 +389,7 @@ def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> No
 
 
 def test_a_missing_library_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("gaitgraph.formats.find_spec", lambda name: None)
+    monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda name: None)
     for act in (lambda: TIMED.write(tmp_path / "g.mcap"), lambda: read_table(tmp_path / "g.db3")):
         with pytest.raises(MissingExtra, match=r"pip install 'gaitgraph\[ros\]'"):
             act()
@@ -401,7 +401,9 @@ def test_a_full_disk_leaves_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         raise sqlite3.OperationalError("database or disk is full")
 
     monkeypatch.setattr(Writer, "write", full)
-    with pytest.raises(gg.FileProblem, match=r"cannot write '.*g.db3': the database says: database or disk is full"):
+    with pytest.raises(
+        gg.errors.FileProblem, match=r"cannot write '.*g.db3': the database says: database or disk is full"
+    ):
         TIMED.write(tmp_path / "g.db3")
     assert not list(tmp_path.iterdir())
 
@@ -537,7 +539,7 @@ def test_no_bag_at_all(tmp_path: Path) -> None:
         (tmp_path / name).write_text("trajectory: {}\n")
         with pytest.raises(gg.InputError, match=f"{name}': it does not tell what made it"):
             provenance_in(tmp_path / name)
-    with pytest.raises(gg.FileProblem, match="No such file"):
+    with pytest.raises(gg.errors.FileProblem, match="No such file"):
         told_after("# ", tmp_path / "none.yaml", end="# end")
 
 

@@ -6,12 +6,11 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.curves.rounding import rounded
-from gaitgraph.gait import lift
+from gaitgraph.gait.gait import lift
+from gaitgraph.timing.rounding import rounded
 from tests.published import GAITS
 
 angle = st.floats(-1.4, 1.4)

@@ -14,13 +14,13 @@ import pytest
 from PIL import GifImagePlugin, Image
 
 import gaitgraph as gg
-from gaitgraph.formats.gifs import frame_delays, provenance_of_gif
-from gaitgraph.formats.pictures import MOST_FRAMES
-from gaitgraph.formats.svgs import provenance_of_svg
-from gaitgraph.reading import provenance_in
-from gaitgraph.scenes import ROTOR_COLORS, Scene, scene_of
-from gaitgraph.tables import Table, provenance_text, table_of
-from gaitgraph.writing import write_tables
+from gaitgraph.gait.table import Table, provenance_text, table_of
+from gaitgraph.io.reading import provenance_in
+from gaitgraph.io.writing import write_tables
+from gaitgraph.plots.film_settings import MOST_FRAMES
+from gaitgraph.plots.gif_films import frame_delays, provenance_of_gif
+from gaitgraph.plots.scenes import ROTOR_COLORS, Scene, scene_of
+from gaitgraph.plots.svg_films import provenance_of_svg
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,8 +59,8 @@ def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
     whole = vehicle.replace(
         thrust_coefficient=1.0, arm_length=1.0, drag_ratio=vehicle.drag_ratio, drag_coefficient=None
     )
-    force = gg.control_force_matrix(alpha, whole)
-    force = np.swapaxes(force * np.sign(gg.control_force_matrix(np.zeros(4), whole)[2]), -1, -2)
+    force = gg.invertibility.control_force_matrix(alpha, whole)
+    force = np.swapaxes(force * np.sign(gg.invertibility.control_force_matrix(np.zeros(4), whole)[2]), -1, -2)
     assert np.allclose(thrust / np.linalg.norm(thrust, axis=-1, keepdims=True), force)
     normal = np.cross(across, along)
     assert np.allclose(normal / np.linalg.norm(normal, axis=-1, keepdims=True), force)
@@ -264,7 +264,7 @@ def test_pictures_that_are_not_whole_are_refused(kind: str, pictures: Path, tmp_
     path.write_bytes(content.replace(b"gaitgraph gait table", b"somebody elses table"))
     with pytest.raises(gg.InputError, match="not told by gaitgraph"):
         provenance_in(path)
-    with pytest.raises(gg.FileProblem, match="cannot read"):
+    with pytest.raises(gg.errors.FileProblem, match="cannot read"):
         provenance_in(tmp_path / f"none.{kind}")
 
 

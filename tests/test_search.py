@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph import surface_graph
-from gaitgraph.search import Blocked, ClosedWalk, best_order, closed_walk
+from gaitgraph.graph.build import surface_graph
+from gaitgraph.graph.walks import Blocked, ClosedWalk, best_order, closed_walk
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -186,7 +186,7 @@ def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int,
     found = length_of(graph, stops, best.order)
     assert found <= length_of(graph, stops, tuple(range(number))) + 1e-9
     if number <= 12:
-        monkeypatch.setattr("gaitgraph.search.MOST_ANY_ORDER", number)
+        monkeypatch.setattr("gaitgraph.graph.walks.MOST_ANY_ORDER", number)
         exact = best_order(graph, stops)
         assert exact is not None
         assert exact.exact

@@ -10,10 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.branch_and_bound import Least, least_along, least_of_bent
+from gaitgraph.invertibility.determinant_bounds import (
+    least_level_determinant,
+    level_determinant_curvature,
+    range_of_level_determinant,
+)
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
@@ -23,20 +28,13 @@ from gaitgraph.invertibility import (
     roll_sensitivity,
     zero_moment_inputs,
 )
-from gaitgraph.segments import (
-    Least,
+from gaitgraph.invertibility.residual_bounds import largest_residual
+from gaitgraph.invertibility.singular_value_bounds import (
     keeps_singular_value_above,
-    largest_residual,
-    least_along,
-    least_level_determinant,
-    least_of_bent,
     least_singular_value_along,
     least_singular_value_of_all,
-    level_determinant_curvature,
-    range_of_level_determinant,
-    thrust_shares_along,
-    thrusts_push_up,
 )
+from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -591,7 +589,7 @@ class TestThrusts:
     def test_without_any_cut_the_bracket_holds_on_long_segments(
         self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("gaitgraph.segments.search._MOST_HALVINGS", 0)
+        monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 0)
         start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 4000, 4))
         end[::2] = start[::2] + 0.1 * (end[::2] - start[::2])
         upward = thrusts_push_up(start, end, vehicle)
@@ -625,7 +623,7 @@ class TestThrusts:
             asked.append(len(alpha))
             return zero_moment_inputs(alpha, vehicle)
 
-        monkeypatch.setattr("gaitgraph.segments.thrusts.zero_moment_inputs", counting)
+        monkeypatch.setattr("gaitgraph.invertibility.thrust_bounds.zero_moment_inputs", counting)
         turn = np.arange(8) * (math.pi / 4)
         corners = np.column_stack([0.8 + 0.4 * np.cos(turn), -0.8 + 0.4 * np.sin(turn)])[:, [0, 1, 0, 1]]
         upward, *_ = thrust_shares_along(corners, np.roll(corners, -1, axis=0))
@@ -695,7 +693,7 @@ class TestOfAll:
         assert np.isfinite(less.upper).sum() <= 1 + np.isfinite(least_singular_value_of_all(starts, ends).upper).sum()
 
     def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.segments.singularvalues.least_singular_value", None)
+        monkeypatch.setattr("gaitgraph.invertibility.singular_value_bounds.least_singular_value", None)
         corners = np.array([[1.178, -1.178] * 2, [1.178, -0.393] * 2, [0.393, -0.393] * 2])
         found = least_singular_value_of_all(corners[:-1], corners[1:])
         assert found.worst()[0] > 0.4
@@ -719,11 +717,11 @@ def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPat
     rng = np.random.default_rng(4)
     starts, ends = rng.uniform(-1.5, 1.5, (30, 4)), rng.uniform(-1.5, 1.5, (30, 4))
     whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
-    monkeypatch.setattr("gaitgraph.segments.search._BATCH", 7)
+    monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._BATCH", 7)
     pieces = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
     np.testing.assert_allclose(pieces.lower, whole.lower, atol=1.1e-3)
     np.testing.assert_allclose(pieces.upper, whole.upper, atol=1.1e-3)
     assert (pieces.upper - pieces.lower <= 1e-3 + 1e-12).all()
-    monkeypatch.setattr("gaitgraph.segments.search._MOST_HALVINGS", 50)
+    monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 50)
     rough = least_singular_value_along(starts, ends, tolerance=1e-6, each=True)
     assert (rough.lower <= whole.upper + 1e-12).all()

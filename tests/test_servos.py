@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.gait import lift
-from gaitgraph.invertibility import least_singular_value
-from gaitgraph.pacing.limits import Limits
-from gaitgraph.pacing.pace import paced
-from gaitgraph.pacing.servos import servo_response
-from gaitgraph.surface import sheet_distances
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.surface.solutions import sheet_distances
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import paced
+from gaitgraph.timing.servo_lag import servo_response
 from tests.published import GAITS
 
 if TYPE_CHECKING:
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.timing.timed_gait import TimedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 
@@ -106,7 +105,7 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     assert off > 0.02
     assert off <= response.distance_off_sheet() <= off + 1e-4
     # The error in α3 moves the gait along α3 alone, so Rθ or Rφ no longer vanish.
-    assert np.abs(gg.roll_sensitivity(response.actual, SQUARE.coefficients)).max() > 1e-3
+    assert np.abs(gg.invertibility.roll_sensitivity(response.actual, SQUARE.coefficients)).max() > 1e-3
 
 
 def test_a_blue_gait_stays_on_its_sheet_too() -> None:
@@ -144,7 +143,7 @@ def test_the_vehicle_states_the_lag() -> None:
     assert answer["lag"] == 0.048
     assert "least singular value" in str(response)
     assert answer["peak_error"][0] == response.peak()[0]
-    with pytest.raises(gg.MissingConstant, match="servo_lag"):
+    with pytest.raises(gg.errors.MissingConstant, match="servo_lag"):
         servo_response(SQUARE.parametrize(1.0))
 
 

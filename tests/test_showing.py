@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.angles import HALF_PI
-from gaitgraph.sketches import HUES, MOST_RINGS
+from gaitgraph.plots.sketches import HUES, MOST_RINGS
 from gaitgraph.vehicle import preset_names, vehicle_named
 from tests.published import GAITS
 
@@ -38,7 +37,7 @@ HOLES = [
     for y in np.arange(0.05, 1.3, 0.1)
 ]
 GAPS = np.linspace(0.2, 1.1, 8)
-FIBER = gg.lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
+FIBER = gg.gait.lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
 CORNERS = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
 BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
 
@@ -77,7 +76,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "region": gg.admissible_region,
     "empty region": lambda: gg.admissible_region(floor=1.5),
     "region with holes": lambda: gg.admissible_region(
-        zones=gg.PlanRequest(waypoints=[(-0.45, 0.45)], keep_out=HOLES).zones
+        zones=gg.planning.PlanRequest(waypoints=[(-0.45, 0.45)], keep_out=HOLES).zones
     ),
 }
 
@@ -218,7 +217,9 @@ def test_a_region_shows_its_holes() -> None:
     assert "empty" in page_of(shown("empty region")).text
     assert page_of(shown("empty region")).of("table") == []
     assert "1  " in str(gg.admissible_region())
-    parts = gg.PlanRequest(waypoints=[(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS])
+    parts = gg.planning.PlanRequest(
+        waypoints=[(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS]
+    )
     assert "… and 2 more" in str(gg.admissible_region(zones=parts.zones))
 
 
@@ -227,7 +228,7 @@ def test_a_gait_on_a_fibre_shows_its_free_angles() -> None:
     assert {"α2", "α4"} <= set(page.texts)
     (loop,) = (path for path in page.of("path") if path.get("stroke-width") == "2")
     np.testing.assert_allclose(plane_from_page(points_of(loop["d"]))[:-1], FIBER.alpha[:, [1, 3]], atol=2e-3)
-    second = gg.lift_to_fiber([(0.2, 0.4), (0.9, 0.3)], "fiber2")
+    second = gg.gait.lift_to_fiber([(0.2, 0.4), (0.9, 0.3)], "fiber2")
     assert "its loop in the plane of α1 and α3" in page_of(second).text
 
 
@@ -349,8 +350,8 @@ def test_the_repr_of_a_vehicle_says_nothing_that_follows() -> None:
 def test_reprs_of_answers_are_one_line() -> None:
     answers = {
         "<Pacing: period 0.7095 s": gg.least_period(RED, gg.Limits(rate=10, acceleration=100)),
-        "<Rounding: 4 corners": gg.rounded(RED, "2deg"),
-        "<Curve: red, ": gg.rounded(RED, "2deg").curve,
+        "<Rounding: 4 corners": gg.timing.rounded(RED, "2deg"),
+        "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
         "<Transition: infeasible>": gg.transition("hover", RED),
         "<Transition: 2 corners": gg.transition("hover", gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red")),
         "<Retargeted: retargeted, 4 rows": gg.retarget(BLUE),

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 import gaitgraph
-from gaitgraph import figures, plots
+from gaitgraph import plots
+from gaitgraph.plots import figures
 
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
 

@@ -17,14 +17,14 @@ import pytest
 
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.files import write_whole
-from gaitgraph.flight import FlightSettings
-from gaitgraph.study import StudyRun, read_study, run_study, study_from_mapping
+from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.study import cases as cases_room
 from gaitgraph.study.cases import columns_of, flown_batch, row_of, versions
-from gaitgraph.study.running import check_size
+from gaitgraph.study.designs import read_study, study_from_mapping
+from gaitgraph.study.running import StudyRun, check_size, run_study
 
 if TYPE_CHECKING:
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.timing.timed_gait import TimedGait
 
 SMALL: dict[str, Any] = {
     "name": "small",
@@ -118,8 +118,8 @@ def test_a_study_is_its_mapping(tmp_path: Path) -> None:
 
 
 def test_gaits_come_from_files_too(tmp_path: Path, small: StudyRun) -> None:
-    from gaitgraph.figures import paper_gait
-    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.plots.figures import paper_gait
     from gaitgraph.vehicle import PAPER
 
     gait = paper_gait(3, PAPER, coefficients_of(PAPER))

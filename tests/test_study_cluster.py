@@ -17,8 +17,9 @@ from typing import Any
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.study import clusters, run_study
+from gaitgraph.study import clusters
 from gaitgraph.study.cases import flown_batch
+from gaitgraph.study.running import run_study
 from tests.test_study import contents
 
 psutil = pytest.importorskip("psutil")

@@ -16,20 +16,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from scipy.optimize import root as find_root
 
-from gaitgraph.coloring import PLANE_TYPES
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
     determinant,
     level_determinant,
     zero_moment_direction,
 )
-from gaitgraph.surface import (
+from gaitgraph.surface.adjacency import PLANE_TYPES
+from gaitgraph.surface.solutions import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     at_end_of_range,

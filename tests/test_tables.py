@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph import tables, writing
-from gaitgraph.exchange import export, gait_of, read_gait, request_of_file
-from gaitgraph.gait import lift
-from gaitgraph.planning import plan as planned
-from gaitgraph.reading import read_table
-from gaitgraph.tables import Table, table_of
-from gaitgraph.writing import write_pieces, write_tables
+from gaitgraph.gait import table as tables
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import Table, table_of
+from gaitgraph.io import writing
+from gaitgraph.io.exchange import export, gait_of, read_gait, request_of_file
+from gaitgraph.io.reading import read_table
+from gaitgraph.io.writing import write_pieces, write_tables
+from gaitgraph.planning.planner import plan as planned
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -131,7 +131,9 @@ def test_export_keeps_rows_that_have_a_clock(tmp_path: Path) -> None:
     full = read_table(tmp_path / "full.json")
     assert full["t"].tolist() == [0, 0.3, 1]
     assert full["types"] == ("(+,+)",) * 3
-    np.testing.assert_allclose(full["R"], gg.level_determinant(full.alpha, gg.coefficients_of()))
+    np.testing.assert_allclose(
+        full["R"], gg.invertibility.level_determinant(full.alpha, gg.invertibility.coefficients_of())
+    )
     retimed = export(path, [tmp_path / "retimed.csv"], period=2.0, samples=10, law="equal-time")
     assert retimed["t"][-1] == 2.0
     assert len(retimed) == 11
@@ -224,10 +226,10 @@ def test_malformed_files_are_refused_in_one_line(tmp_path: Path, suffix: str, te
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(gg.FileProblem, match="No such file"):
+    with pytest.raises(gg.errors.FileProblem, match="No such file"):
         read_table(tmp_path / "none.csv")
     (tmp_path / "folder.csv").mkdir()
-    with pytest.raises(gg.FileProblem, match="Is a directory"):
+    with pytest.raises(gg.errors.FileProblem, match="Is a directory"):
         read_table(tmp_path / "folder.csv")
     with pytest.raises(gg.InputError, match="allowed are the suffixes .csv, .json"):
         read_table(tmp_path / "gait.xlsx")
@@ -279,7 +281,7 @@ def test_outputs_that_exist_stay_unless_forced(tmp_path: Path) -> None:
     timed = lift(G3.angles, "red").parametrize()
     first, second = tmp_path / "new.csv", tmp_path / "old.json"
     second.write_text("mine")
-    with pytest.raises(gg.OutputExists, match="exists; allowed is a new file"):
+    with pytest.raises(gg.errors.OutputExists, match="exists; allowed is a new file"):
         timed.write(first, second)
     assert second.read_text() == "mine"
     assert not first.exists()
@@ -295,7 +297,7 @@ def test_what_is_no_regular_file_is_not_replaced(tmp_path: Path, force: bool) ->
     link.symlink_to(pipe)
     table = table_of(lift(G1.angles, "red").parametrize())
     for path in (pipe, link):
-        with pytest.raises(gg.OutputExists, match="no regular file"):
+        with pytest.raises(gg.errors.OutputExists, match="no regular file"):
             write_tables(table, [path], force=force)
     assert pipe.is_fifo()
 
@@ -311,7 +313,7 @@ def test_outputs_that_cannot_be(tmp_path: Path) -> None:
     with pytest.raises(gg.InputError, match="named twice"):
         timed.write(tmp_path / "x.csv", tmp_path / "." / "x.csv")
     (tmp_path / "d.csv").mkdir()
-    with pytest.raises(gg.OutputExists, match="is a folder"):
+    with pytest.raises(gg.errors.OutputExists, match="is a folder"):
         timed.write(tmp_path / "d.csv", force=True)
 
 
@@ -323,7 +325,7 @@ def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pyte
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(gg.FileProblem, match="No space left on device"):
+    with pytest.raises(gg.errors.FileProblem, match="No space left on device"):
         lift(G3.angles, "red").parametrize().write(path, force=True)
     assert path.read_text() == "mine"
     assert [entry.name for entry in tmp_path.iterdir()] == ["gait.csv"]
@@ -332,7 +334,7 @@ def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pyte
 def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "gait.csv"
     monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: path.write_text("mine"))
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         lift(G3.angles, "red").parametrize().write(path)
     assert path.read_text() == "mine"
 
@@ -346,7 +348,7 @@ def test_without_hard_links_new_files_are_still_placed(tmp_path: Path, monkeypat
     timed.write(tmp_path / "gait.csv")
     assert len(read_table(tmp_path / "gait.csv")) == 101
     monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: None)
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         timed.write(tmp_path / "gait.csv")
 
 
@@ -383,7 +385,7 @@ def test_another_vehicle_or_other_coefficients_change_types_and_r(tmp_path: Path
     for options in ({"vehicle": beetle}, {"coefficients": "exact"}):
         table = export(tmp_path / "a.json", [tmp_path / "b.json"], force=True, **options)
         vehicle = options.get("vehicle", gg.PAPER)
-        expected = gg.level_determinant(table.alpha, gg.coefficients_of(vehicle, "exact"))  # type: ignore[arg-type]
+        expected = gg.invertibility.level_determinant(table.alpha, gg.invertibility.coefficients_of(vehicle, "exact"))  # type: ignore[arg-type]
         np.testing.assert_allclose(table["R"], expected)
         assert table.about["coefficients"] == "exact"
 
@@ -429,19 +431,19 @@ def test_links_modes_and_strange_places(tmp_path: Path) -> None:
     assert link.is_symlink()
     assert len(read_table(real)) == 3
     assert real.stat().st_mode & 0o777 == 0o600
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         timed.write(loop)
-    with pytest.raises(gg.FileProblem, match="File name too long"):
+    with pytest.raises(gg.errors.FileProblem, match="File name too long"):
         timed.write(tmp_path / ("x" * 300 + ".csv"))
     timed.write(tmp_path / ("x" * 245 + ".csv"))
-    with pytest.raises(gg.FileProblem, match="is no folder"):
+    with pytest.raises(gg.errors.FileProblem, match="is no folder"):
         timed.write(real / "x.csv")
     with pytest.raises(gg.GaitgraphError):
         timed.write(tmp_path / "a\0.csv")
 
 
 def test_if_one_output_cannot_be_written_none_is(tmp_path: Path) -> None:
-    with pytest.raises(gg.FileProblem):
+    with pytest.raises(gg.errors.FileProblem):
         lift(G3.angles, "red").parametrize(samples=2).write(tmp_path / "good.csv", "/proc/bad.csv")
     assert list(tmp_path.iterdir()) == []
 
@@ -468,7 +470,9 @@ def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(tmp_path
     head = "t,alpha1,alpha2,alpha3,alpha4,R,types,alpha1_rate"
     path.write_text(head + '\n0,0.4,-0.4,0.4,-0.4,7,"(-,-)",9\n1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9\n')
     table = export(path, [tmp_path / "out.csv"])
-    np.testing.assert_allclose(table["R"], gg.level_determinant(table.alpha, gg.coefficients_of()))
+    np.testing.assert_allclose(
+        table["R"], gg.invertibility.level_determinant(table.alpha, gg.invertibility.coefficients_of())
+    )
     assert table["types"] == ("(+,+)",) * 3
     assert list(table.columns) == list(tables.ORDER)
     np.testing.assert_allclose(table["alpha1_rate"], [0.4, -0.4, 0.4])

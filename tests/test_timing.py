@@ -7,13 +7,12 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.integrate import quad
 
 import gaitgraph as gg
-from gaitgraph.gait import lift
-from gaitgraph.timing import LAWS, TimedGait, parametrize
+from gaitgraph.gait.gait import lift
+from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)
@@ -27,7 +26,7 @@ def test_vertices_over_one_second(gait: PublishedGait, law: str) -> None:
     expected = np.column_stack([gait.angles, gait.printed])
     np.testing.assert_allclose(timed.vertices(), expected, atol=5.0001e-4)
     # Four equal edges and 100 samples: the corners are samples, so the table has the same vertices.
-    np.testing.assert_allclose(gg.vertices(timed.alpha, 1e-9), timed.vertices(), atol=1e-9)
+    np.testing.assert_allclose(gg.gait.vertices(timed.alpha, 1e-9), timed.vertices(), atol=1e-9)
 
 
 @settings(deadline=None, max_examples=60)

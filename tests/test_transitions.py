@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.regions import HOVER_LABEL, red_label, separating_factor
-from gaitgraph.reports import DEFAULT_FLOOR
-from gaitgraph.timing import LAWS
+from gaitgraph.surface.components import HOVER_LABEL, red_label, separating_factor
+from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.validation.report import DEFAULT_FLOOR
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 G1, G2, G3, G4 = (gg.lift(gait.angles, gait.color) for gait in GAITS)
-EXACT = gg.coefficients_of(kind="exact")
+EXACT = gg.invertibility.coefficients_of(kind="exact")
 KAPPA, DELTA = gg.PAPER.drag_ratio, EXACT.delta
 
 # A point of each of the seven components of the red sheet (section 10 of theory.md).
@@ -38,7 +37,7 @@ DETOUR = 1 / math.cos(pi / 8)
 
 
 def numbers_of(vehicle: gg.Vehicle) -> gg.Coefficients:
-    return gg.coefficients_of(vehicle, "exact")
+    return gg.invertibility.coefficients_of(vehicle, "exact")
 
 
 def dense(path: FloatArray, count: int = 400) -> FloatArray:
@@ -60,11 +59,11 @@ def off_the_way(points: FloatArray, path: FloatArray) -> float:
 
 def check_flight(points: FloatArray, vehicle: gg.Vehicle, sign: float, floor: float = DEFAULT_FLOOR) -> None:
     """Check the physics at sampled points, without any of the bounds that the planner uses."""
-    assert (sign * gg.level_determinant(points, numbers_of(vehicle)) > 0).all()
-    assert (gg.least_singular_value(points, vehicle) >= floor - 1e-9).all()
-    assert (gg.hover_thrust_shares(points, vehicle) > 0).all()
+    assert (sign * gg.invertibility.level_determinant(points, numbers_of(vehicle)) > 0).all()
+    assert (gg.invertibility.least_singular_value(points, vehicle) >= floor - 1e-9).all()
+    assert (gg.invertibility.hover_thrust_shares(points, vehicle) > 0).all()
     np.testing.assert_array_equal(points[:, 2:], points[:, :2])  # on the red sheet
-    determinant = gg.determinant(points, numbers_of(vehicle), roll=0.3, pitch=-0.2)
+    determinant = gg.invertibility.determinant(points, numbers_of(vehicle), roll=0.3, pitch=-0.2)
     assert (sign * determinant > 0).all()
 
 
@@ -72,7 +71,7 @@ def ends_of(end: gg.Gait | str) -> FloatArray:
     return np.zeros((1, 4)) if isinstance(end, str) else end.alpha
 
 
-def check_ends(found: gg.Transition, start: Any, end: Any) -> None:
+def check_ends(found: gg.planning.Transition, start: Any, end: Any) -> None:
     for number, one, place in zip(found.corners, (start, end), (0, -1), strict=True):
         if isinstance(one, str):
             assert number is None
@@ -130,7 +129,9 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, s
     check_flight(table.alpha, gg.PAPER, 1.0)
     assert off_the_way(table.alpha, found.path) < 1e-12
     assert set(table["color"]) == {"red"}
-    np.testing.assert_array_equal(table["R"], gg.level_determinant(table.alpha, gg.coefficients_of()))
+    np.testing.assert_array_equal(
+        table["R"], gg.invertibility.level_determinant(table.alpha, gg.invertibility.coefficients_of())
+    )
     assert (table["R"] > 0).all()
     assert table.about["period"] == found.duration == 2.0
     told = [None if corner is None else corner + 1 for corner in found.corners]
@@ -158,7 +159,7 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path, suffix: str) -> None:
     # Read as a closed polyline it is the way there and back.
     closed = gg.gait_of(table)
     np.testing.assert_allclose(closed.alpha, found.gait.alpha, atol=1e-12)
-    with pytest.raises(gg.OutputExists):
+    with pytest.raises(gg.errors.OutputExists):
         found.write(path)
     found.write(path, force=True)
 
@@ -245,7 +246,7 @@ def test_whatever_is_answered_holds_for_any_vehicle(kappa: float, ends: Any, flo
         return
     assert labels[0] == labels[1]
     points = dense(found.path)
-    assert (signs[0] * gg.level_determinant(points, numbers) > 0).all()
+    assert (signs[0] * gg.invertibility.level_determinant(points, numbers) > 0).all()
     assert found.report is not None
     straight = dense(np.vstack([first.alpha, last.alpha]))
     if found.report.flyable:
@@ -253,13 +254,13 @@ def test_whatever_is_answered_holds_for_any_vehicle(kappa: float, ends: Any, flo
     else:
         assert found.reason == found.report.reason
         # Otherwise the straight way would have been there, and flown.
-        broken = gg.least_singular_value(straight, vehicle).min() < floor + 1e-4
-        assert broken or gg.hover_thrust_shares(straight, vehicle).min() < 1e-4
+        broken = gg.invertibility.least_singular_value(straight, vehicle).min() < floor + 1e-4
+        assert broken or gg.invertibility.hover_thrust_shares(straight, vehicle).min() < 1e-4
     if found.length > np.linalg.norm((last.alpha - first.alpha)[0, :2]) * (1 + 1e-9):
-        kept = (signs[0] * gg.level_determinant(straight, numbers)).min() > 1e-6
+        kept = (signs[0] * gg.invertibility.level_determinant(straight, numbers)).min() > 1e-6
         kept &= not found.report.flyable or (
-            gg.least_singular_value(straight, vehicle).min() > floor + 1e-4
-            and gg.hover_thrust_shares(straight, vehicle).min() > 1e-6
+            gg.invertibility.least_singular_value(straight, vehicle).min() > floor + 1e-4
+            and gg.invertibility.hover_thrust_shares(straight, vehicle).min() > 1e-6
         )
         assert not kept
 
@@ -273,7 +274,7 @@ def test_mirrored_spins_mirror_the_way_and_turned_arms_keep_it(
     mirrored = gg.Vehicle(drag_ratio=KAPPA, first_rotor_spin="counterclockwise")
     turned = gg.Vehicle(drag_ratio=KAPPA, first_arm_angle=turn)
 
-    def between(vehicle: gg.Vehicle, factor: float) -> gg.Transition:
+    def between(vehicle: gg.Vehicle, factor: float) -> gg.planning.Transition:
         ends = [gg.lift([(factor * a, factor * b)], "red", vehicle=vehicle, coefficients=numbers_of(vehicle))
                 for a, b in points]  # fmt: skip
         return gg.transition(*ends)
@@ -299,7 +300,11 @@ def test_hover_of_a_mirrored_vehicle_reaches_the_mirrored_gait_4_and_not_gait_4(
     refused = gg.transition("hover", gg.lift(G4.alpha[:, :2], "red", vehicle=mirrored))
     assert refused.proof is not None
     assert refused.proof["R_end"] == pytest.approx(
-        float(gg.level_determinant(-G4.alpha, EXACT)[np.argmax(np.abs(gg.level_determinant(-G4.alpha, EXACT)))])
+        float(
+            gg.invertibility.level_determinant(-G4.alpha, EXACT)[
+                np.argmax(np.abs(gg.invertibility.level_determinant(-G4.alpha, EXACT)))
+            ]
+        )
     )
 
 
@@ -380,8 +385,8 @@ def test_a_flyable_way_bends_where_the_straight_one_is_nearly_singular() -> None
     first = gg.lift([(3 * pi / 8, -pi / 8)], "red", vehicle=vehicle)
     last = gg.lift([(pi / 8, -3 * pi / 8)], "red", vehicle=vehicle)
     straight = dense(np.vstack([first.alpha, last.alpha]))
-    assert gg.least_singular_value(straight, vehicle).min() < floor - 0.01
-    assert gg.least_singular_value(straight[[0, -1]], vehicle).min() > floor
+    assert gg.invertibility.least_singular_value(straight, vehicle).min() < floor - 0.01
+    assert gg.invertibility.least_singular_value(straight[[0, -1]], vehicle).min() > floor
     found = gg.transition(first, last, floor=floor)
     assert found.reason is None
     assert len(found.path) > 2
@@ -397,19 +402,19 @@ def test_a_valid_way_bends_around_the_curve_where_R_vanishes(ends: tuple[float, 
     """The curve is convex there, so that the straight way between two points just below it crosses it twice."""
     first, last = (gg.lift([below_the_curve(a1, 0.05)], "red") for a1 in ends)
     straight = dense(np.vstack([first.alpha, last.alpha]))
-    assert (gg.level_determinant(straight[[0, -1]], EXACT) < 0).all()
-    assert gg.level_determinant(straight, EXACT).max() > 0.1
+    assert (gg.invertibility.level_determinant(straight[[0, -1]], EXACT) < 0).all()
+    assert gg.invertibility.level_determinant(straight, EXACT).max() > 0.1
     assert not gg.lift(straight[[0, -1], :2], "red").check().valid
     found = gg.transition(first, last)
     assert found
     assert len(found.path) > 2
     check_ends(found, first, last)
-    assert (gg.level_determinant(dense(found.path), EXACT) < 0).all()
+    assert (gg.invertibility.level_determinant(dense(found.path), EXACT) < 0).all()
     assert found.report is not None
     assert found.report.valid
     # It leaves the quadrants of positive thrusts, and says so.
     assert not found.report.flyable
-    assert gg.hover_thrust_shares(dense(found.path)).min() < 0
+    assert gg.invertibility.hover_thrust_shares(dense(found.path)).min() < 0
     assert not found.report["hover_thrust"].ok
     assert found.reason == found.report.reason
     assert found.length >= np.linalg.norm((first.alpha - last.alpha)[:, :2])
@@ -475,10 +480,12 @@ def test_a_gait_with_negative_R_is_refused_from_hover_with_a_proof() -> None:
         assert (found.status, found.report, found.corners) == ("infeasible", None, (None, None))
         assert found.proof is not None
         for name, one in (("R_start", start), ("R_end", end)):
-            values = gg.level_determinant(ends_of(one), gg.coefficients_of())
+            values = gg.invertibility.level_determinant(ends_of(one), gg.invertibility.coefficients_of())
             assert found.proof[name] in values.tolist()
             # The exact physics agrees with the sign.
-            assert (np.sign(gg.level_determinant(ends_of(one), EXACT)) == np.sign(found.proof[name])).all()
+            assert (
+                np.sign(gg.invertibility.level_determinant(ends_of(one), EXACT)) == np.sign(found.proof[name])
+            ).all()
         assert found.proof["R_start"] * found.proof["R_end"] < 0
         assert found.reason is not None
         assert f"{found.proof['R_start']:+.4g}" in found.reason
@@ -505,7 +512,7 @@ def test_every_flight_from_hover_to_negative_R_passes_a_singular_matrix(
     flight = np.vstack([start, *way, end]) if way else np.vstack([start, end])
     s = np.linspace(0, 1, 50)[:, None]
     states = np.concatenate([(1 - s) * a + s * b for a, b in itertools.pairwise(flight)])
-    value = gg.determinant(states[:, :4], EXACT, states[:, 4], states[:, 5])
+    value = gg.invertibility.determinant(states[:, :4], EXACT, states[:, 4], states[:, 5])
     assert value[0] == pytest.approx(proof["R_start"] * math.cos(pitch) * math.cos(roll))
     assert value[0] > 0
     assert value[-1] < 0
@@ -540,8 +547,8 @@ def test_the_seven_components(i: int, j: int) -> None:
     assert "\n" not in found.reason
     if labels[0].prod() != labels[1].prod():
         assert found.proof is not None
-        assert found.proof["R_start"] == float(gg.level_determinant(first.alpha[0], EXACT))
-        assert found.proof["R_end"] == float(gg.level_determinant(last.alpha[0], EXACT))
+        assert found.proof["R_start"] == float(gg.invertibility.level_determinant(first.alpha[0], EXACT))
+        assert found.proof["R_end"] == float(gg.invertibility.level_determinant(last.alpha[0], EXACT))
         return
     assert found.proof is None  # off the surface there are ways (section 12 of theory.md)
     wall = separating_factor(SEVEN[i], SEVEN[j])
@@ -567,7 +574,7 @@ def test_where_the_sheets_meet_R_is_zero() -> None:
     meeting = [(a, b) for a in (DELTA, DELTA - pi / 2) for b in (-DELTA, pi / 2 - DELTA)]
     red, blue = (gg.lift(meeting, color, coefficients=EXACT).alpha for color in ("red", "blue"))
     np.testing.assert_allclose(np.sin(red - blue), 0, atol=1e-12)
-    np.testing.assert_allclose(gg.level_determinant(red, EXACT), 0, atol=1e-12)
+    np.testing.assert_allclose(gg.invertibility.level_determinant(red, EXACT), 0, atol=1e-12)
 
 
 def test_blue_to_blue_is_valid_and_not_flyable() -> None:
@@ -581,8 +588,8 @@ def test_blue_to_blue_is_valid_and_not_flyable() -> None:
     assert "the whole blue sheet is singular" in found.reason
     check_ends(found, G1, G2)
     points = dense(found.path)
-    assert gg.least_singular_value(points).max() < 1e-4  # δ is rounded
-    assert (gg.level_determinant(points, gg.coefficients_of()) < 0).all()
+    assert gg.invertibility.least_singular_value(points).max() < 1e-4  # δ is rounded
+    assert (gg.invertibility.level_determinant(points, gg.invertibility.coefficients_of()) < 0).all()
     assert set(found.gait.colors) == {"blue"}
     assert gg.transition(G2, G1).length == pytest.approx(found.length)
 
@@ -954,7 +961,7 @@ def test_the_way_ends_at_the_corner_even_if_that_is_a_little_off_the_surface() -
 @pytest.mark.parametrize("kind", ["published", "exact"])
 def test_rounded_coefficients_open_no_way_through_a_saddle(kind: Any) -> None:
     """(−1.5, 1.5) has R > 0 in a small component of its own; where β1 and β2 reach ±π/2 together, R only touches 0."""
-    corner = gg.lift([(-1.5, 1.5)], "red", coefficients=gg.coefficients_of(kind=kind))
+    corner = gg.lift([(-1.5, 1.5)], "red", coefficients=gg.invertibility.coefficients_of(kind=kind))
     found = gg.transition("hover", corner)
     assert not found
     assert found.reason is not None

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph import files
-from gaitgraph.gait import Gait, lift
-from gaitgraph.invertibility import (
+from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
@@ -24,15 +24,15 @@ from gaitgraph.invertibility import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.reading import csvs, read_pieces, read_table
-from gaitgraph.tables import Table
-from gaitgraph.validation import MOST_LISTED_ROWS, validate
+from gaitgraph.io import csv_reader as csvs
+from gaitgraph.io.reading import read_pieces, read_table
+from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.reports import Report
+    from gaitgraph.validation.report import Report
 
 G1, G2, G3, G4 = GAITS
 NAMES = ("alpha1", "alpha2", "alpha3", "alpha4")
@@ -57,7 +57,7 @@ def part_of(table: Table, start: int, end: int) -> Table:
 def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
     ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
     pieces = [part_of(table, a, b) for a, b in itertools.pairwise(ends)]
-    monkeypatch.setattr("gaitgraph.validation.read_pieces", lambda path, progress=None: iter(pieces))
+    monkeypatch.setattr("gaitgraph.validation.validating.read_pieces", lambda path, progress=None: iter(pieces))
     return validate("in pieces.csv", **limits)
 
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     control_force_matrix,
     control_moment_matrix,

@@ -10,11 +10,10 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitgraph.errors import InputError
-from gaitgraph.visibility import ShortestPaths, orientation
+from gaitgraph.planning.shortest_paths import ShortestPaths, orientation
 
 
 def length_of(path: Any) -> float:

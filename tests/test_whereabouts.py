@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.requests import PlanRequest
-from gaitgraph.whereabouts import whereabouts_of
+from gaitgraph.planning.location import whereabouts_of
+from gaitgraph.planning.request import PlanRequest
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
 

@@ -49,7 +49,7 @@ def use_style(conf: dict[str, Any], name: str) -> None:
     """Draw the pictures of the examples as the figures are drawn."""
     import matplotlib as mpl
 
-    from gaitgraph.drawing import STYLE
+    from gaitgraph.plots.axes import STYLE
 
     mpl.rcParams.update(STYLE)
     mpl.rcParams["savefig.dpi"] = 180
@@ -71,7 +71,7 @@ def copy_examples(app: Sphinx, config: Config) -> None:
 def draw_figures(app: Sphinx) -> None:
     """Draw the figures that pages show, unless they are there and newer than the code that draws them."""
     import gaitgraph
-    from gaitgraph.figures import FIGURES, write_figures
+    from gaitgraph.plots.figures import FIGURES, write_figures
 
     folder = app.srcdir / "_figures"
     pages = "".join(page.read_text(encoding="utf-8") for page in sorted(app.srcdir.glob("*.md")))

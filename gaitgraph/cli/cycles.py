@@ -66,8 +66,8 @@ def cycles_command(
     from itertools import islice
     from math import isfinite
 
-    from gaitgraph.catalog import catalog
-    from gaitgraph.requests import read_request, request_from_mapping, stated_fields
+    from gaitgraph.graph.catalog import catalog
+    from gaitgraph.planning.request import read_request, request_from_mapping, stated_fields
 
     asked = stated(options)
     polygons_from_texts(asked)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from click.shell_completion import CompletionItem
 
-    from gaitgraph.joints.maps import JointMap
+    from gaitgraph.io.joint_map import JointMap
     from gaitgraph.vehicle import Vehicle
 
     Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
@@ -89,7 +89,7 @@ def _preset_names() -> list[str]:
 
 
 def _joint_map_names() -> list[str]:
-    from gaitgraph.joints.presets import joint_map_names
+    from gaitgraph.io.joint_presets import joint_map_names
 
     return joint_map_names()
 
@@ -217,7 +217,7 @@ def as_options(**flags: Any) -> Iterator[None]:
 
 def joint_map_or_none(name: str | None) -> JointMap | None:
     """Return the map of ``--servos`` or ``--columns``; None if it is not given."""
-    from gaitgraph.joints.files import joint_map_named
+    from gaitgraph.io.joint_files import joint_map_named
 
     return None if name is None else joint_map_named(name)
 

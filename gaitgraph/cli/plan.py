@@ -30,7 +30,7 @@ from gaitgraph.errors import GaitgraphError, InputError, did_you_mean
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.plans import Plan
+    from gaitgraph.planning.plan import Plan
 
 __all__ = ["plan_command", "transition_command"]
 
@@ -71,13 +71,13 @@ def plan_command(
     The exit code is 1, with the reason, if there is no such gait. With --watch it is planned again until you interrupt;
     outputs are then replaced as long as nobody else has changed them.
     """
-    from gaitgraph.exchange import request_of_file
-    from gaitgraph.planning import plan
-    from gaitgraph.requests import request_from_mapping
-    from gaitgraph.summary import text_of_plan
-    from gaitgraph.tables import pieces_of
-    from gaitgraph.timing import checked_clock
-    from gaitgraph.watching import OwnOutputs, changes, files_of_request
+    from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
+    from gaitgraph.gait.table import pieces_of
+    from gaitgraph.io.exchange import request_of_file
+    from gaitgraph.planning.planner import plan
+    from gaitgraph.planning.request import request_from_mapping
+    from gaitgraph.planning.summary import text_of_plan
+    from gaitgraph.timing.timed_gait import checked_clock
 
     asked = stated(options)
     polygons_from_texts(asked)
@@ -156,9 +156,9 @@ def transition_command(
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no way: between R > 0, where
     hover is, and R < 0 every flight passes a singular matrix.
     """
-    from gaitgraph.exchange import read_gait
-    from gaitgraph.transitions import HOVER, transition
-    from gaitgraph.writing import check_outputs
+    from gaitgraph.io.exchange import read_gait
+    from gaitgraph.io.writing import check_outputs
+    from gaitgraph.planning.transitions import HOVER, transition
 
     check_outputs(outputs, force=force)
     setting = {"vehicle": vehicle_or_none(vehicle), "coefficients": coefficients}

@@ -48,8 +48,8 @@ def region_command(request_file: str | None, waypoints: Sequence[str], use: Any,
 
     The exit code is 1 if no part holds them all, so that no closed gait can pass them.
     """
-    from gaitgraph.requests import read_request, request_from_mapping
-    from gaitgraph.whereabouts import whereabouts_of
+    from gaitgraph.planning.location import whereabouts_of
+    from gaitgraph.planning.request import read_request, request_from_mapping
 
     asked = stated(options)
     polygons_from_texts(asked)

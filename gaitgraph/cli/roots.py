@@ -7,12 +7,7 @@ from typing import Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import (
-    angle_not_negative,
-    crossing_option,
-    json_option,
-    setting_options,
-)
+from gaitgraph.cli.options import angle_not_negative, crossing_option, json_option, setting_options
 from gaitgraph.cli.terminal import print_json
 
 __all__ = ["roots_command"]
@@ -36,8 +31,8 @@ def roots_command(
     from dataclasses import asdict
 
     from gaitgraph.angles import angle_from_text, text_from_angle
-    from gaitgraph.invertibility import coefficients_of
-    from gaitgraph.surface import DEFAULT_CROSSING_TOLERANCE, roots
+    from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.surface.solutions import DEFAULT_CROSSING_TOLERANCE, roots
     from gaitgraph.vehicle import PAPER, vehicle_named
 
     numbers = coefficients_of(PAPER if vehicle is None else vehicle_named(vehicle), coefficients)

@@ -7,10 +7,7 @@ from typing import Any
 import click
 
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import (
-    json_option,
-    setting_options,
-)
+from gaitgraph.cli.options import json_option, setting_options
 from gaitgraph.cli.terminal import print_json
 
 __all__ = ["vehicles_command"]
@@ -21,7 +18,7 @@ __all__ = ["vehicles_command"]
 @json_option
 def vehicles_command(vehicle: str | None, coefficients: Any, as_json: bool) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show the one of --vehicle."""
-    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import preset_names, vehicle_named
 
     rows = []

@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
     least_singular_value_on_red,
     level_determinant,
 )
-from gaitgraph.planning import plan
-from gaitgraph.robustness import robustness_of
-from gaitgraph.scenes import scene_of
+from gaitgraph.planning.planner import plan
+from gaitgraph.plots.scenes import scene_of
+from gaitgraph.robustness.biased import robustness_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gaitgraph.explorer.state import State
-    from gaitgraph.invertibility import Coefficients
-    from gaitgraph.plans import Loop, Plan
-    from gaitgraph.reports import Check
-    from gaitgraph.robustness import Robustness
-    from gaitgraph.timing import TimedGait
+    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.planning.plan import Loop, Plan
+    from gaitgraph.robustness.biased import Robustness
+    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.validation.report import Check
     from gaitgraph.vehicle import Vehicle
 
 __all__ = [

@@ -12,20 +12,20 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import GaitgraphError
 from gaitgraph.explorer.state import checked_choice, checked_object, vehicle_of
-from gaitgraph.graph import DEFAULT_DIVISIONS
-from gaitgraph.invertibility import (
+from gaitgraph.graph.build import DEFAULT_DIVISIONS
+from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
     least_singular_value,
     level_determinant,
     noise_of,
 )
-from gaitgraph.surface import COLORS, Color, sheet_angles, text_from_types, types_of
+from gaitgraph.surface.solutions import COLORS, Color, sheet_angles, text_from_types, types_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.areas import Region
+    from gaitgraph.surface.region import Region
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["SHADINGS", "map_answer"]
@@ -152,7 +152,9 @@ def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
 
 
 def _region(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> Region:
-    from gaitgraph.areas import admissible_region, hover_region, sign_region
+    from gaitgraph.surface.admissible import admissible_region
+    from gaitgraph.surface.conditions import hover_region
+    from gaitgraph.surface.signs import sign_region
 
     if name == "hover":
         return hover_region(vehicle)

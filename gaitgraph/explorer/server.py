@@ -273,8 +273,8 @@ def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
     from gaitgraph.explorer.maps import SHADINGS
     from gaitgraph.explorer.tables import formats_answer
-    from gaitgraph.requests import CHOICES
-    from gaitgraph.timing import LAWS
+    from gaitgraph.planning.request import CHOICES
+    from gaitgraph.timing.timed_gait import LAWS
     from gaitgraph.vehicle import preset_names, vehicle_named
 
     return {
@@ -307,8 +307,8 @@ def _objectives_of(methods: Iterable[str], objectives: Iterable[str]) -> dict[st
 
 def _paper_gaits() -> list[dict[str, Any]]:
     """Return the four gaits of the paper's Section 5."""
-    from gaitgraph.figures import PAPER_GAITS, paper_gait
-    from gaitgraph.invertibility import coefficients_of
+    from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.plots.figures import PAPER_GAITS, paper_gait
     from gaitgraph.vehicle import PAPER
 
     found = {number: paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}

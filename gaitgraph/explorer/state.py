@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.requests import PlanRequest
-from gaitgraph.timing import DEFAULT_SAMPLES, LAWS, checked_clock
+from gaitgraph.planning.request import PlanRequest
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:

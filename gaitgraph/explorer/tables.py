@@ -14,37 +14,30 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
-from gaitgraph.exchange import closed_rows, gait_of
-from gaitgraph.explorer.answers import (
-    checks_answer,
-    planned,
-    rounded,
-    scene_answer,
-    series_answer,
-    spread_rows,
-)
+from gaitgraph.explorer.answers import checks_answer, planned, rounded, scene_answer, series_answer, spread_rows
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, State, checked_choice, state_of, vehicle_of
-from gaitgraph.formats import FORMATS, known_format
-from gaitgraph.invertibility import (
+from gaitgraph.gait.table import merged, table_of
+from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.reading import read_pieces
-from gaitgraph.reports import DEFAULT_FLOOR
-from gaitgraph.tables import merged, table_of
-from gaitgraph.validation import validate
+from gaitgraph.io.exchange import closed_rows, gait_of
+from gaitgraph.io.formats import FORMATS, known_format
+from gaitgraph.io.reading import read_pieces
+from gaitgraph.io.writing import write_tables
+from gaitgraph.validation.report import DEFAULT_FLOOR
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
-from gaitgraph.writing import write_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from gaitgraph.invertibility import Coefficients
-    from gaitgraph.reports import Report
-    from gaitgraph.tables import Table
+    from gaitgraph.gait.table import Table
+    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["file_answer", "formats_answer", "table_answer"]

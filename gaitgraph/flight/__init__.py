@@ -1,22 +1,21 @@
-"""Gaits proven in flight: a vehicle in the physics engine MuJoCo, feedback linearisation, and what comes of it."""
+"""Flight in the physics engine MuJoCo: vehicle, controller, references, servos, records, basins."""
 
 from __future__ import annotations
 
-from gaitgraph.flight.courses import Course, from_hover
-from gaitgraph.flight.engine import Engine, engine_of
-from gaitgraph.flight.records import Flight
-from gaitgraph.flight.settings import REFERENCES, FlightSettings, settings_from_mapping
-from gaitgraph.flight.simulation import Cockpit, fly
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "REFERENCES",
-    "Cockpit",
-    "Course",
-    "Engine",
-    "Flight",
-    "FlightSettings",
-    "engine_of",
-    "fly",
-    "from_hover",
-    "settings_from_mapping",
-]
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.flight.basins import Basin as Basin, basin_of as basin_of, basins_of as basins_of
+    from gaitgraph.flight.courses import Course as Course, from_hover as from_hover
+    from gaitgraph.flight.engine import Engine as Engine, engine_of as engine_of
+    from gaitgraph.flight.records import Flight as Flight
+    from gaitgraph.flight.settings import (
+        REFERENCES as REFERENCES,
+        FlightSettings as FlightSettings,
+        settings_from_mapping as settings_from_mapping,
+    )
+    from gaitgraph.flight.simulation import Cockpit as Cockpit, fly as fly
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import rotor_directions, thrust_signs
+from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

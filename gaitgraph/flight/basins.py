@@ -1,6 +1,6 @@
 """The basin of a gait: from which roll and pitch it settles, found by flying from each, beside what a determinant says.
 
-The acceptable attitudes of a gait (:mod:`gaitgraph.attitudes`) are those at which it is never singular, at no moment of
+The acceptable attitudes of a gait (:mod:`gaitgraph.robustness.attitudes`) are those at which it is never singular, at no moment of
 its period. The basin is another set, and neither holds the other:
 
 * a flight leaves its first attitude at once, so it need not wait for the moment at which that one is singular; and on
@@ -30,17 +30,17 @@ from gaitgraph.flight.outputs import PLOTS, TABLES, check_flight_outputs
 from gaitgraph.flight.records import OUTCOMES
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import Cockpit
-from gaitgraph.formats import FORMATS
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.margins import attitude_sensitivities
-from gaitgraph.robustness import robustness_of
-from gaitgraph.tables import Table
-from gaitgraph.timing import TimedGait
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.attitudes import AcceptableAttitudes
+    from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 __all__ = [
     "CASES",
@@ -95,7 +95,7 @@ class Basin:
     same_side
         Whether the determinant at take-off has the sign that it has in level flight then, shape (b, m, m).
     acceptable
-        The attitudes at which the gait is never singular, as :func:`gaitgraph.robustness.robustness_of` finds them.
+        The attitudes at which the gait is never singular, as :func:`gaitgraph.robustness.biased.robustness_of` finds them.
     inside
         Which of the grid are among them, shape (m, m).
     refusal
@@ -260,7 +260,7 @@ def basin_of(
     begins
         At how many moments, evenly over the period, flights take off.
     anyway
-        Whether to fly what physics forbids; see :func:`gaitgraph.flight.fly`.
+        Whether to fly what physics forbids; see :func:`gaitgraph.flight.simulation.fly`.
     progress
         Called with the part of the flights that are done.
 
@@ -269,7 +269,7 @@ def basin_of(
     InputError
         If a value is not allowed.
     MissingConstant, MissingExtra
-        As :func:`gaitgraph.flight.fly` does.
+        As :func:`gaitgraph.flight.simulation.fly` does.
 
     Notes
     -----
@@ -278,7 +278,7 @@ def basin_of(
 
     Examples
     --------
-    >>> from gaitgraph.gait import lift
+    >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
     >>> basin = basin_of(gait.parametrize(1.0), resolution=3, extent="20deg")
     >>> basin.fraction, basin.cases["inside_settled"]
@@ -367,7 +367,7 @@ def table_of_basins(every: Sequence[Basin]) -> Table:
 
 
 def check_basin_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any flight if an output cannot be; errors as :func:`gaitgraph.writing.check_outputs` has them."""
+    """Raise before any flight if an output cannot be; errors as :func:`gaitgraph.io.writing.check_outputs` has them."""
     known = [*TABLES, *PLOTS]
     for path in map(Path, paths):
         suffix = path.suffix.lower()
@@ -400,7 +400,7 @@ def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force:
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix in PLOTS:
-            from gaitgraph.drawing import picture_bytes
+            from gaitgraph.plots.axes import picture_bytes
             from gaitgraph.plots.basins import basins_figure
 
             kind: Any = suffix.removeprefix(".")

@@ -9,22 +9,22 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import GaitgraphError, InputError, shown
-from gaitgraph.exchange import closed_rows, read_gait
-from gaitgraph.planning import plan
-from gaitgraph.reading import read_table
-from gaitgraph.reports import DEFAULT_FLOOR, DEFAULT_TOLERANCE
-from gaitgraph.requests import holds_request, read_request
-from gaitgraph.tables import ANGLES, Table
-from gaitgraph.timing import LAWS, TimedGait, parametrize
-from gaitgraph.validation import validate
+from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.io.exchange import closed_rows, read_gait
+from gaitgraph.io.reading import read_table
+from gaitgraph.planning.planner import plan
+from gaitgraph.planning.request import holds_request, read_request
+from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
+from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.gait import Gait
-    from gaitgraph.invertibility import Kind
-    from gaitgraph.reports import Report
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Kind
+    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["ROW_BY_ROW", "RowTimedGait", "biased", "timed_of_file"]
@@ -82,7 +82,7 @@ class RowTimedGait(TimedGait):
         floor: float = DEFAULT_FLOOR,
         angle_rounding: float | None = None,
     ) -> Report:
-        """Return every check of the rows, as :func:`gaitgraph.validation.validate` makes them of a table."""
+        """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
         columns |= {name: np.append(gait.alpha[:, k], gait.alpha[0, k]) for k, name in enumerate(ANGLES)}

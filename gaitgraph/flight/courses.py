@@ -12,13 +12,13 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.clocks import RowTimedGait
-from gaitgraph.timing import TimedGait, parametrize
-from gaitgraph.transitions import transition
+from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.timed_gait import TimedGait, parametrize
 
 if TYPE_CHECKING:
     from gaitgraph.flight.settings import FlightSettings
-    from gaitgraph.gait import Gait
-    from gaitgraph.reports import Check, Report
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Course", "before_take_off", "from_hover", "refusal_and_warnings", "repeated"]
@@ -100,7 +100,7 @@ def refusal_and_warnings(report: Report) -> tuple[str, tuple[str, ...]]:
     Physics asks for a matrix that is invertible in level flight, for hover thrusts and tilt angles and rates within
     the vehicle's limits; not for a place on the surfaces.
 
-    >>> from gaitgraph.gait import lift
+    >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
     >>> refusal, warnings = refusal_and_warnings(gait.biased(0.8).parametrize(1.0).check())
     >>> refusal, len(warnings) > 0
@@ -195,7 +195,7 @@ def from_hover(
 
     Examples
     --------
-    >>> from gaitgraph.gait import lift
+    >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
     >>> from_hover(gait.parametrize(1.0)).duration
     6.0

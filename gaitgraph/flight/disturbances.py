@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import arm_angles, thrust_signs
+from gaitgraph.invertibility.matrices import arm_angles, thrust_signs
 
 if TYPE_CHECKING:
     from collections.abc import Callable

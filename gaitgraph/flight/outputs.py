@@ -7,12 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.drawing import FORMATS as PICTURES
-from gaitgraph.drawing import paper_style, picture_bytes, require_matplotlib
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import target_of, write_whole
-from gaitgraph.flight.films import write_film, write_rendered_film
-from gaitgraph.formats import FORMATS
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.plots.axes import FORMATS as PICTURES, paper_style, picture_bytes, require_matplotlib
+from gaitgraph.plots.flight_films import write_film, write_rendered_film
 from gaitgraph.plots.flights import figure_of_panels, plot_flight
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def check_flight_outputs(paths: Sequence[str | Path], *, force: bool = False) ->
     Raises
     ------
     InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`gaitgraph.writing.check_outputs` does for gaits.
+        As :func:`gaitgraph.io.writing.check_outputs` does for gaits.
     """
     seen: set[Path] = set()
     for path in map(Path, paths):

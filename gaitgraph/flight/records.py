@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility import least_singular_value
-from gaitgraph.tables import Table
-from gaitgraph.timing import LAWS
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:
     from pathlib import Path

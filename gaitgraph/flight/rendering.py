@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.engine import mjcf_of, mujoco_library, quaternion_of
-from gaitgraph.scenes import DEFAULT_VIEW
+from gaitgraph.plots.scenes import DEFAULT_VIEW
 
 if TYPE_CHECKING:
     from gaitgraph.flight.records import Flight

@@ -25,7 +25,7 @@ from gaitgraph.flight.records import COLUMNS, Flight, Outcome, is_settled, refus
 from gaitgraph.flight.references import Reference, reference_of
 from gaitgraph.flight.servos import served
 from gaitgraph.flight.settings import MOST_STEPS, FlightSettings
-from gaitgraph.timing import TimedGait
+from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -170,7 +170,7 @@ def fly(
 
     Examples
     --------
-    >>> from gaitgraph.gait import lift
+    >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
     >>> flight = fly(gait.parametrize(1.0), settings=FlightSettings(duration=1.5))
     >>> flight.settled, round(flight.settling_time, 1), round(flight.peak_thrust_share, 1)

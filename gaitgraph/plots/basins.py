@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.drawing import COLOR_OF, GREY, axes_or_new, blank_figure, legend_below, paper_style
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility import coefficients_of
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.plots.axes import COLOR_OF, GREY, axes_or_new, blank_figure, legend_below, paper_style
 from gaitgraph.plots.gaits import singular_attitudes
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.drawing import GREY, RED, axes_or_new, legend_above, require_matplotlib
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.scenes import ROTOR_COLORS
+from gaitgraph.plots.axes import GREY, RED, axes_or_new, legend_above, require_matplotlib
+from gaitgraph.plots.scenes import ROTOR_COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.flight import Flight
+    from gaitgraph.flight.records import Flight
 
 __all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "name_of_flight", "plot_flight"]
 
@@ -49,7 +49,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     Parameters
     ----------
     flight
-        What :func:`gaitgraph.flight.fly` returns. One that was refused has nothing to draw: its reason is written.
+        What :func:`gaitgraph.flight.simulation.fly` returns. One that was refused has nothing to draw: its reason is written.
     axes
         As many plane axes as there are panels; by default those of a new figure, one below another.
     panels

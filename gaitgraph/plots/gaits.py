@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
-from gaitgraph.drawing import (
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import Table
+from gaitgraph.io.exchange import gait_of
+from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
     RED,
@@ -21,24 +23,20 @@ from gaitgraph.drawing import (
     plane_axes,
     require_matplotlib,
 )
-from gaitgraph.errors import InputError, shown
-from gaitgraph.exchange import gait_of
 from gaitgraph.plots.regions import FINE
-from gaitgraph.plots.types import gait_loop, type_map
-from gaitgraph.surface import COLORS, sheet_angles
-from gaitgraph.tables import Table
-from gaitgraph.timing import TimedGait
+from gaitgraph.plots.type_maps import gait_loop, type_map
+from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
+from gaitgraph.surface.solutions import COLORS, sheet_angles
+from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from gaitgraph.gait import Gait
-    from gaitgraph.graph import Sign
-    from gaitgraph.invertibility import (
-        Coefficients,
-    )
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.graph.build import Sign
+    from gaitgraph.invertibility.matrices import Coefficients
 
 __all__ = ["at_face_value", "axes_of_a_gait", "gait_in_four_dimensions", "roll_pitch_diagram", "singular_attitudes"]
 
@@ -183,7 +181,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     timed
         A gait with a clock, or a table with `t`.
     gait
-        The closed polyline of a table; by default :func:`gaitgraph.exchange.gait_of` finds it.
+        The closed polyline of a table; by default :func:`gaitgraph.io.exchange.gait_of` finds it.
     axes
         Five plane axes: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
 

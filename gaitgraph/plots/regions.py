@@ -9,19 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.drawing import (
-    axes_or_new,
-    draw_label,
-    legend_below,
-    plane_axes,
-)
-from gaitgraph.invertibility import (
+from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value_on_red,
     level_determinant,
 )
-from gaitgraph.regions import red_label
+from gaitgraph.plots.axes import axes_or_new, draw_label, legend_below, plane_axes
+from gaitgraph.surface.components import red_label
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:

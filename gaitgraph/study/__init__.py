@@ -1,8 +1,13 @@
-"""Studies: vehicles, gaits, biases, periods and initial attitudes crossed, planned, checked and flown."""
+"""Studies: many flights, planned, checked and flown on Dask into a Parquet dataset."""
 
 from __future__ import annotations
 
-from gaitgraph.study.designs import Case, Study, read_study, study_from_mapping
-from gaitgraph.study.running import StudyRun, run_study
+from typing import TYPE_CHECKING
 
-__all__ = ["Case", "Study", "StudyRun", "read_study", "run_study", "study_from_mapping"]
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.study.designs import Study as Study, read_study as read_study
+    from gaitgraph.study.running import run_study as run_study
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph import __version__
 from gaitgraph.angles import number_of
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, needs_extra
-from gaitgraph.flight import fly
+from gaitgraph.flight.simulation import fly
 from gaitgraph.study.designs import Case, Study, study_from_mapping
 from gaitgraph.study.fleets import columns_of_constant
-from gaitgraph.timing import parametrize
+from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gaitgraph.gait import Gait
+    from gaitgraph.gait.gait import Gait
 
 __all__ = ["OUTCOMES", "columns_of", "flown_batch", "known_of", "lost_row", "row_of", "versions"]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.drawing import blank_figure, paper_style
+from gaitgraph.plots.axes import blank_figure, paper_style
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.flight import FlightSettings, settings_from_mapping
+from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 from gaitgraph.study.axes import Axis, axis_of, pitch_of, real_of, roll_of
 from gaitgraph.study.fleets import Model, models_of
 from gaitgraph.study.sources import GaitSource, sources_of

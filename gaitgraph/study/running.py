@@ -10,8 +10,8 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.drawing import require_matplotlib
 from gaitgraph.errors import InputError, shown
+from gaitgraph.plots.axes import require_matplotlib
 from gaitgraph.study.cases import OUTCOMES, flown_batch, versions
 from gaitgraph.study.clusters import cluster_there, flown_batches, require_dask, workers_here
 from gaitgraph.study.datasets import holds_study, opened_dataset, require_pyarrow

@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, did_you_mean, shown
-from gaitgraph.exchange import gait_of
-from gaitgraph.figures import PAPER_GAITS, paper_gait
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.planning import plan
-from gaitgraph.reading import read_table
-from gaitgraph.requests import holds_request, read_request, request_fields, request_of
-from gaitgraph.tables import Table
-from gaitgraph.timing import LAWS
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.io.exchange import gait_of
+from gaitgraph.io.reading import read_table
+from gaitgraph.planning.planner import plan
+from gaitgraph.planning.request import holds_request, read_request, request_fields, request_of
+from gaitgraph.plots.figures import PAPER_GAITS, paper_gait
+from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from gaitgraph.gait import Gait
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["GaitSource", "sources_of"]
@@ -43,7 +43,7 @@ class GaitSource:
     content
         The number, the fields of the request, or the columns; plain values.
     law
-        How time is spent along it; one of :data:`gaitgraph.timing.LAWS`.
+        How time is spent along it; one of :data:`gaitgraph.timing.timed_gait.LAWS`.
     """
 
     name: str

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gaitgraph.flight import FlightSettings, engine_of, fly
-from gaitgraph.gait import lift
+from gaitgraph.flight.engine import engine_of
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import fly
+from gaitgraph.gait.gait import lift
 from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
 

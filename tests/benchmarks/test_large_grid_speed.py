@@ -13,10 +13,10 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from gaitgraph.compact.bits import CompactGraph, compact_graph
-from gaitgraph.compact.sweeps import FAR, roads_of
-from gaitgraph.compact.walks import compact_walk
-from gaitgraph.graph import nodes_above, surface_graph
+from gaitgraph.graph.build import nodes_above, surface_graph
+from gaitgraph.graph.compact_bits import CompactGraph, compact_graph
+from gaitgraph.graph.compact_sweeps import FAR, roads_of
+from gaitgraph.graph.compact_walks import compact_walk
 
 DIVISIONS = 1024
 SMALL = 192
@@ -109,7 +109,7 @@ def test_the_finest_grid_needs_at_most_five_gigabytes(objective: str) -> None:
     )
     code = (
         "import resource\n"
-        "from gaitgraph.compact.walks import compact_loop\n"
+        "from gaitgraph.graph.compact_walks import compact_loop\n"
         f"walk = compact_loop({points}, sign='negative', divisions=4096, use={use!r}, objective={objective!r})\n"
         "print(walk.length, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
     )

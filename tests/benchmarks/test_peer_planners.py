@@ -12,9 +12,10 @@ import pytest
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.anyangle import PreparedRegion, region_of, straight_loop_holds
-from gaitgraph.invertibility import coefficients_of
-from gaitgraph.requests import request_of
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.planning.prepared import PreparedRegion, region_of
+from gaitgraph.planning.request import request_of
+from gaitgraph.planning.straight import straight_loop_holds
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,11 +14,11 @@ import pytest
 from scipy.optimize import root
 
 import gaitgraph as gg
-from gaitgraph.attitudes import acceptable_attitudes
-from gaitgraph.invertibility import coefficients_of, determinant, least_singular_value_bound
-from gaitgraph.margins import tilt_margin
-from gaitgraph.search import closed_walk
-from gaitgraph.surface import COLORS
+from gaitgraph.graph.walks import closed_walk
+from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value_bound
+from gaitgraph.invertibility.tilt_margins import tilt_margin
+from gaitgraph.robustness.attitudes import acceptable_attitudes
+from gaitgraph.surface.solutions import COLORS
 
 REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
 CORNERS = [(14, 2, "red"), (14, 6, "red"), (10, 6, "red"), (10, 2, "red")]
@@ -52,7 +52,7 @@ def test_processes(benchmark: Any, command: list[str]) -> None:
 
 
 def all_roots() -> int:
-    return sum(grid.types.size for grid in (gg.sheet_grid(color, AXIS, AXIS) for color in COLORS))
+    return sum(grid.types.size for grid in (gg.surface.sheet_grid(color, AXIS, AXIS) for color in COLORS))
 
 
 @pytest.mark.benchmark(group="roots on a 1025 x 1025 grid against numpy.sin")
@@ -160,7 +160,7 @@ def test_singular_values_ours(benchmark: Any) -> None:
 
 @pytest.mark.benchmark(group="least singular values against a decomposition of every matrix")
 def test_singular_values(benchmark: Any) -> None:
-    assert (benchmark(gg.least_singular_value, MATRICES) > 0).all()
+    assert (benchmark(gg.invertibility.least_singular_value, MATRICES) > 0).all()
 
 
 EXACT = coefficients_of(kind="exact")

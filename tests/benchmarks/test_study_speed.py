@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from gaitgraph.study import run_study
+from gaitgraph.study.running import run_study
 
 if TYPE_CHECKING:
     from pathlib import Path

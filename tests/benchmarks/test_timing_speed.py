@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gaitgraph.curves.rounding import rounded
-from gaitgraph.gait import lift
-from gaitgraph.pacing.limits import Limits
-from gaitgraph.pacing.pace import least_period
+from gaitgraph.gait.gait import lift
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import least_period
+from gaitgraph.timing.rounding import rounded
 from tests.published import GAITS
 
 toppra = pytest.importorskip("toppra")

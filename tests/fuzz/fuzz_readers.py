@@ -22,11 +22,11 @@ import atheris
 with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
-    from gaitgraph.exchange import colorings_of_file, export, gait_of
-    from gaitgraph.formats import arrays, matlab, parquet
-    from gaitgraph.reading import read_table
-    from gaitgraph.requests import read_request
-    from gaitgraph.validation import validate
+    from gaitgraph.io import mat as matlab, npz as arrays, parquet
+    from gaitgraph.io.exchange import colorings_of_file, export, gait_of
+    from gaitgraph.io.reading import read_table
+    from gaitgraph.planning.request import read_request
+    from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 
 KINDS = (".csv", ".json", "request", "vehicle", "angle", ".npz", ".mat", ".parquet")

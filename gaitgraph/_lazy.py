@@ -1,0 +1,45 @@
+"""Public names of a package that are loaded when they are first used, so that importing the package costs nothing.
+
+A package states each of its names once, in the imports of its ``if TYPE_CHECKING:`` block. Type checkers read them
+there; at run time :func:`lazy_names` reads the same block and imports a name's module when the name is asked for.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["lazy_names"]
+
+
+def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use."""
+
+    def modules() -> dict[str, str]:
+        """Return the module of each public name. A subpackage is its own module."""
+        import ast
+
+        spec = sys.modules[package].__spec__
+        source = spec.loader.get_source(package)  # type: ignore[union-attr]  # a package of source files has both
+        block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
+        found = {}
+        for node in block.body:
+            for name in node.names:  # type: ignore[attr-defined]  # the block holds imports only
+                inside = node.module == package  # type: ignore[attr-defined]
+                found[name.name] = f"{package}.{name.name}" if inside else node.module  # type: ignore[attr-defined]
+        return found
+
+    def getattr_(name: str) -> Any:
+        module = modules().get(name) if not name.startswith("__") else None
+        if module is None:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        loaded = import_module(module)
+        value = loaded if module == f"{package}.{name}" else getattr(loaded, name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return getattr_, lambda: sorted(modules())

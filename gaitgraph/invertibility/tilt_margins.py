@@ -1,0 +1,492 @@
+r"""How far a configuration is from a singular matrix: tilt margin and worst attitude.
+
+Formula (1) is v·n with v = (−Rθ, Rφ, R) and n the upward vertical in body axes, so the matrix is singular exactly where
+the vertical lies in the plane across v. The least tilt from upright that brings it there, in any direction, is the
+
+    tilt margin = asin(|R|/‖v‖) = atan(|R|/√(Rφ² + Rθ²)),
+
+90° on the gait surfaces and 0° where R = 0. Where v = 0 the matrix is singular at every attitude: there is no margin,
+and floating point would make one up out of noise, so NaN is returned wherever v is below what the coefficients, the
+digits of the angles and floating point carry.
+
+The determinant does not say how well the matrix can be inverted: its least singular value does. Within a tilt τ below
+the margin, the least over all attitudes is attained at the tilt τ itself (docs/theory.md, section 13), which leaves one
+direction to be searched, and that is a quartic equation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.branch_and_bound import Least, least_along
+from gaitgraph.invertibility.determinant_bounds import level_determinant_curvature
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    attitude_of,
+    body_vertical,
+    coefficients_of,
+    level_determinant,
+    level_determinant_resolution,
+    noise_of,
+    pitch_sensitivity,
+    roll_sensitivity,
+    rotor_directions,
+)
+from gaitgraph.invertibility.sine_bounds import largest_sine
+from gaitgraph.vehicle import PAPER, Vehicle
+
+__all__ = [
+    "EVERYWHERE",
+    "LeastMargin",
+    "attitude_sensitivities",
+    "least_singular_value_within",
+    "least_tilt_margin",
+    "nearest_singular_attitude",
+    "segment_singular_everywhere",
+    "sensitivity_deviations",
+    "singular_everywhere",
+    "tilt_margin",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+_BLOCK = 1 << 13
+EVERYWHERE = (
+    "the matrix is singular at every attitude, to within what the coefficients and the digits of the angles carry"
+)
+"""Why a gait has no tilt margin and no acceptable attitudes."""
+
+_LARGEST_RESOLUTION = 0.1
+"""Above it v is never in doubt: coefficients of four digits and angles of three carry less than that."""
+
+
+def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+    """Return v = (−Rθ, Rφ, R), the normal of the plane of singular verticals in body axes, shape (..., 3).
+
+    Formula (1) at an attitude is v·n, with n of :func:`gaitgraph.invertibility.matrices.body_vertical`.
+
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
+    [0.0, 0.0, 4.0]
+    """
+    parts = (
+        -np.asarray(pitch_sensitivity(alpha, coefficients)),
+        roll_sensitivity(alpha, coefficients),
+        level_determinant(alpha, coefficients),
+    )
+    return np.stack(np.broadcast_arrays(*parts), axis=-1) + 0.0
+
+
+def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:
+    """Return the least tilt from upright, in any direction, at which the matrix is singular [rad], shape (...).
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (..., 4) [rad].
+    coefficients
+        Those of formula (1); the physical margin takes exact ones.
+    angle_rounding
+        What each angle may be off by [rad].
+
+    Returns
+    -------
+    array of the leading shape, in [0, π/2]
+        NaN where there is none, because the matrix is singular at every attitude, to within what the digits carry; and
+        where an angle is NaN.
+
+    Notes
+    -----
+    Not guaranteed: that the matrix is well conditioned within the margin; see :func:`least_singular_value_within`.
+
+    Examples
+    --------
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> exact = coefficients_of(kind="exact")
+    >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
+    array([90.  , 86.79])
+    """
+    angles = _tilt_angles(alpha)
+    return np.abs(_signed_margin(angles.reshape(-1, 4), coefficients, angle_rounding)).reshape(angles.shape[:-1])[()]
+
+
+def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding: float) -> FloatArray:
+    """Return the tilt margin with the sign of R, NaN where there is none, for rows of shape (m, 4)."""
+    margin = np.empty(len(rows))
+    noise = noise_of(coefficients)
+    doubt = noise if coefficients.kind == "exact" and not angle_rounding else _LARGEST_RESOLUTION
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for k in range(0, len(rows), _BLOCK):
+            block = rows[k : k + _BLOCK]
+            across, level = _across_and_level(block, coefficients)
+            found = np.arctan(level / across)
+            near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
+            if near.size and doubt > noise:
+                near = near[singular_everywhere(block[near], coefficients, angle_rounding=angle_rounding)]
+            found[near] = np.nan
+            margin[k : k + _BLOCK] = found
+    return margin
+
+
+def _tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
+    """Return tilt angles as an array of shape (..., 4), NaN where they are not finite, or raise InputError."""
+    angles = np.asarray(alpha, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != 4:
+        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
+    return np.where(np.isfinite(angles), angles, np.nan)
+
+
+def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4): the same formulas with two functions an angle."""
+    columns = np.ascontiguousarray(rows.T)
+    s1, s2, s3, s4 = np.sin(columns)
+    c1, c2, c3, c4 = np.cos(columns)
+    cc, ss, sc, cs = c1 * c3, s1 * s3, s1 * c3, c1 * s3
+    CC, SS, SC, CS = c2 * c4, s2 * s4, s2 * c4, c2 * s4
+    odd, even = sc + cs, SC + CS
+    twice = 2.0 * coefficients.delta
+    sine, cosine = math.sin(twice), math.cos(twice)
+    pitch = (odd * cosine - (cc - ss) * sine) * (SC - CS)
+    roll = (sc - cs) * (even * cosine + (CC - SS) * sine)
+    level = (
+        cc * (4.0 * CC - 2.0 * SS + coefficients.single * even)
+        + ss * (coefficients.triple * even - 2.0 * CC)
+        + odd * (coefficients.double * even - coefficients.single * CC - coefficients.triple * SS)
+    )
+    return np.sqrt(pitch * pitch + roll * roll) / abs(sine), level
+
+
+def singular_everywhere(
+    alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
+) -> npt.NDArray[np.bool_]:
+    """Return whether Rφ, Rθ and R are all below what coefficients and digits carry, shape (...).
+
+    The matrix is then singular at every attitude, as on all of the blue sheet; what floating point or rounded
+    coefficients leave of v says nothing.
+    """
+    alpha = _tilt_angles(alpha)
+    a1, a2, a3, a4 = np.moveaxis(alpha, -1, 0)
+    v = np.abs(attitude_sensitivities(alpha, coefficients))
+    delta, noise = coefficients.delta, noise_of(coefficients)
+    # Each phase adds two angles, and 2δ or nothing.
+    off = 2.0 * (angle_rounding + coefficients.delta_rounding)
+    sines = [np.abs(np.sin(phase)) for phase in (a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta)]
+    scale = 1.0 / abs(math.sin(2 * delta))
+    across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + noise
+    level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
+    return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
+
+
+def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+    """Return the (roll, pitch) of least tilt at which the matrix is singular, shape (..., 2) [rad].
+
+    On the gait surfaces every direction is the same, 90° away, and NaN is returned, as it is where v = 0.
+
+    >>> from gaitgraph.invertibility.matrices import coefficients_of, determinant
+    >>> exact, alpha = coefficients_of(kind="exact"), [0.4, -1.1, 0.3, -0.9]
+    >>> roll, pitch = nearest_singular_attitude(alpha, exact)
+    >>> bool(abs(determinant(alpha, exact, roll, pitch)) < 1e-12)
+    True
+    """
+    v = attitude_sensitivities(_tilt_angles(alpha), coefficients)
+    across = np.hypot(v[..., 0], v[..., 1])
+    noise = noise_of(coefficients)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        # n = cos(margin)·z + sin(margin)·h with v·n = 0: h points against the horizontal part of v if R > 0.
+        unit = -np.where(v[..., 2] < 0, -1.0, 1.0)[..., None] * v[..., :2] / across[..., None]
+        margin = np.arctan(np.abs(v[..., 2]) / across)
+    up = np.concatenate([np.sin(margin)[..., None] * unit, np.cos(margin)[..., None]], axis=-1)
+    return np.where((across > noise)[..., None], attitude_of(up), np.nan)
+
+
+def sensitivity_deviations(
+    starts: FloatArray, ends: FloatArray, coefficients: Coefficients
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,).
+
+    Rφ and Rθ are products of two sines of linear functions of the tilt angles: their second derivative is at most
+    (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|, and zero where one factor is zero all along, as on the gait surfaces.
+    """
+    delta = coefficients.delta
+    shift = np.array([-2 * delta, 0.0, 0.0, 2 * delta])
+    mix = np.array([[1.0, 0, 1, 0], [0, 1, 0, -1], [1, 0, -1, 0], [0, 1, 0, 1]]).T
+    x0, x1 = starts @ mix + shift, ends @ mix + shift
+    rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
+    parts = [
+        (rate[:, i] ** 2 + rate[:, j] ** 2) * size[:, i] * size[:, j] + 2 * rate[:, i] * rate[:, j]
+        for i, j in ((0, 1), (2, 3))
+    ]
+    across = np.hypot(*parts) / abs(math.sin(2 * delta))
+    return across / 8, level_determinant_curvature(starts, ends - starts, coefficients) / 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeastMargin:
+    """The least tilt margin along segments: certainly in [lower, upper].
+
+    Parameters
+    ----------
+    lower, upper
+        The bracket [rad]; `upper` is attained. Both NaN where there is no margin.
+    segment, fraction
+        Where.
+    reason
+        "" or why it is zero, or why there is none.
+    """
+
+    lower: float
+    upper: float
+    segment: int
+    fraction: float
+    reason: str = ""
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a margin at all."""
+        return not math.isnan(self.upper)
+
+
+def least_tilt_margin(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    angle_rounding: float = 0.0,
+    tolerance: float = 1e-7,
+) -> LeastMargin:
+    """Bracket the least tilt margin along straight segments of tilt angles.
+
+    Zero where R changes its sign, or where v vanishes at a place alone; there is none if v vanishes along a whole
+    segment, if a single place is all there is, or if digits do not tell v from zero somewhere.
+
+    Parameters
+    ----------
+    starts, ends
+        Consecutive segments, shape (m, 4), m ≥ 1 [rad].
+    coefficients, angle_rounding
+        As for :func:`tilt_margin`.
+    tolerance
+        Width at which the bracket is narrow enough [rad].
+
+    Raises
+    ------
+    InputError
+        If the angles are not finite, the shapes differ, or the tolerance is no positive number.
+
+    Examples
+    --------
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> corners = np.array([[3, -3, 2.4, -2.4], [3, -1, 2.4, -0.8]]) * math.pi / 8
+    >>> round(math.degrees(least_tilt_margin(corners[:1], corners[1:], coefficients_of(kind="exact")).lower), 2)
+    74.46
+    """
+    starts, ends = np.atleast_2d(_tilt_angles(starts)), np.atleast_2d(_tilt_angles(ends))
+    if starts.shape != ends.shape or starts.ndim != 2 or not len(starts) or np.isnan(starts + ends).any():
+        raise InputError(
+            f"starts, ends: arrays of shapes {starts.shape} and {ends.shape}; allowed are two of (m, 4), m at least 1, "
+            "of finite angles"
+        )
+    if not 0 < number_of(tolerance) < math.inf:
+        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0 (rad)")
+    none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
+    if none is not None:
+        return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=EVERYWHERE)
+    level = np.asarray(level_determinant(starts, coefficients))
+    sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
+
+    def value(alpha: FloatArray) -> FloatArray:
+        margin = sign * _signed_margin(alpha, coefficients, angle_rounding)
+        return np.where(margin > 0, margin, 0.0)
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        across, rise = sensitivity_deviations(p0, p1, coefficients)
+        off = np.hypot(across, rise)
+        lower = np.minimum(*(_lowered(f, p, off, coefficients) for f, p in ((f0, p0), (f1, p1))))
+        return np.maximum(lower, 0.0)
+
+    found: Least = least_along(starts, ends, value, bound, tolerance=tolerance)
+    lower, upper, segment, fraction = found.worst()
+    if upper > 0:
+        return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
+    segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)
+    at = starts[segment] + fraction * (ends - starts)[segment]
+    alone = not crossed and bool(singular_everywhere(at, coefficients, angle_rounding=angle_rounding))
+    if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
+        # Only rounding makes it so: no margin can be told.
+        return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
+    reason = (
+        "R changes its sign"
+        if crossed
+        else "the matrix is singular at every attitude there, and not beside"
+        if alone
+        else "R vanishes there"
+    )
+    return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
+
+
+def _lowered(margin: FloatArray, alpha: FloatArray, off: FloatArray, coefficients: Coefficients) -> FloatArray:
+    """Return what is left of an end's margin when v strays from its chord by `off`.
+
+    R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and the
+    margin is at least m where it is not negative.
+    """
+    size = np.linalg.norm(attitude_sensitivities(alpha, coefficients), axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = off / size
+    return np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0)
+
+
+def segment_singular_everywhere(
+    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, rounding: float
+) -> int | None:
+    """Return the first segment along which v vanishes, if there is one."""
+    held = np.flatnonzero(singular_everywhere(starts, coefficients, angle_rounding=rounding))
+    for fraction in (1.0, 0.5, 0.381966):
+        at = starts[held] + fraction * (ends - starts)[held]
+        held = held[singular_everywhere(at, coefficients, angle_rounding=rounding)]
+    return int(held[0]) if held.size else None
+
+
+def _zero_of(
+    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, sign: float, segment: int, fraction: float
+) -> tuple[int, float, bool]:
+    """Return where R first changes its sign, and whether it does."""
+    noise = noise_of(coefficients)
+    first = sign * float(level_determinant(starts[0], coefficients))
+    before = -1.0 if first < -noise else 1.0
+    lost = np.flatnonzero(before * sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
+    if lost.size:
+        segment, high = int(lost[0]), 1.0
+    elif sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients)) < -noise:
+        high = fraction
+    else:
+        return segment, fraction, False
+    low = 0.0
+    while low < (middle := (low + high) / 2) < high:
+        at = starts[segment] + middle * (ends - starts)[segment]
+        if before * sign * float(level_determinant(at, coefficients)) > 0:
+            low = middle
+        else:
+            high = middle
+    return segment, high, True
+
+
+def checked_tilt(tilt: object) -> float:
+    """Return a tilt in [0, π/2) [rad], or raise InputError."""
+    number = number_of(tilt)
+    if not 0 <= number < HALF_PI:
+        raise InputError(f"tilt: {shown(tilt)}; allowed is an angle from 0 up to, but not, π/2 rad")
+    return number
+
+
+def least_singular_value_within(
+    alpha: npt.ArrayLike, tilt: float, vehicle: Vehicle = PAPER
+) -> tuple[FloatArray, FloatArray]:
+    """Return the least singular value at the worst attitude within a tilt, and that attitude.
+
+    The matrix is :func:`gaitgraph.invertibility.matrices.scaled_decoupling_matrix`, exact.
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (..., 4) [rad].
+    tilt
+        Largest tilt from upright, in any direction, in [0, π/2) [rad].
+    vehicle
+        The vehicle.
+
+    Returns
+    -------
+    value
+        Dimensionless, shape (...); zero where the tilt margin is not above `tilt`, NaN where an angle is not finite.
+    attitude
+        (roll, pitch) of the worst attitude, shape (..., 2) [rad].
+
+    Notes
+    -----
+    For a squared singular value λ below those of the control moment matrix, λ is below the least one at the vertical
+    n exactly if nᵀQ(λ)n < 0, with Q(λ) = f₀f₀ᵀ − λ·(1 + Σ fᵢfᵢᵀ/(μᵢ − λ)), μᵢ and uᵢ the squared singular values and
+    right singular vectors of the control moment matrix, fᵢ = F·uᵢ. Q has one positive direction at most, so that the
+    least of nᵀQn within a tilt is on its rim, where it is a trigonometric polynomial of degree two: the direction is a
+    root of a quartic. Each step takes the λ of the best direction so far, and the best direction for that λ; they
+    end where no direction is better.
+
+    Examples
+    --------
+    >>> value, attitude = least_singular_value_within([0.3, -0.2, 0.1, 0.5], 0.5)
+    >>> from gaitgraph.invertibility.matrices import least_singular_value
+    >>> bool(abs(value - least_singular_value([0.3, -0.2, 0.1, 0.5], PAPER, *attitude)) < 1e-12)
+    True
+    """
+    tilt = checked_tilt(tilt)
+    angles = _tilt_angles(alpha)
+    known = np.asarray(np.isfinite(angles).all(axis=-1))
+    rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
+    force, moment = rotor_directions(rows, vehicle)
+    exact = coefficients_of(vehicle, "exact")
+    within = tilt_margin(rows, exact) > tilt
+    value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, exact)
+    attitude[np.isnan(attitude)] = 0.0
+    # The direction of the nearest singular attitude is a good one to begin with.
+    nearest = body_vertical(attitude[:, 0], attitude[:, 1])
+    azimuth = np.arctan2(nearest[:, 1], nearest[:, 0])
+    open_ = np.flatnonzero(within)
+    _, size, right = np.linalg.svd(moment)
+    size = np.append(size**2, np.zeros((len(rows), 1)), axis=1)
+    turned = np.einsum("kij,klj->kli", force, right)  # rows fᵢ = F·uᵢ
+    value[open_] = _value_at(force[open_], moment[open_], tilt, azimuth[open_])
+    while open_.size:
+        best = _best_azimuth(turned[open_], size[open_], value[open_] ** 2, tilt)
+        tried = _value_at(force[open_], moment[open_], tilt, best)
+        better = tried < value[open_] * (1 - 1e-13)
+        open_ = open_[better]
+        value[open_], azimuth[open_] = tried[better], best[better]
+    attitude[within] = attitude_of(_verticals(tilt, azimuth[within]))
+    worst = np.where(known, value.reshape(known.shape), np.nan)
+    return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)
+
+
+def _verticals(tilt: float, azimuth: FloatArray) -> FloatArray:
+    """Return the upward vertical in body axes at a tilt towards an azimuth, shape (m, 3)."""
+    rim = math.sin(tilt)
+    return np.stack([rim * np.cos(azimuth), rim * np.sin(azimuth), np.full(azimuth.shape, math.cos(tilt))], axis=-1)
+
+
+def _value_at(force: FloatArray, moment: FloatArray, tilt: float, azimuth: FloatArray) -> FloatArray:
+    vertical = np.einsum("ki,kij->kj", _verticals(tilt, azimuth), force)[:, None, :]
+    return np.asarray(np.linalg.svd(np.concatenate([moment, vertical], axis=1), compute_uv=False)[:, -1])
+
+
+def _best_azimuth(turned: FloatArray, size: FloatArray, squared: FloatArray, tilt: float) -> FloatArray:
+    """Return the direction in which nᵀQ(λ)n is least on the rim, shape (m,).
+
+    Its slope along the rim is Re(2(B + iA)z² + (E + iD)z), z = exp(i·azimuth): zero at roots of a quartic.
+    """
+    weight = np.where(size > 0, -squared[:, None] / np.maximum(size - squared[:, None], 1e-300), 1.0)
+    form = np.einsum("ki,kil,kim->klm", weight, turned, turned) - squared[:, None, None] * np.eye(3)
+    rim, height = math.sin(tilt), math.cos(tilt)
+    A, B = rim**2 * (form[:, 0, 0] - form[:, 1, 1]) / 2, rim**2 * form[:, 0, 1]
+    D, E = 2 * rim * height * form[:, 0, 2], 2 * rim * height * form[:, 1, 2]
+    p, r = 2 * (B + 1j * A), E + 1j * D
+    small = np.abs(p) <= 1e-14 * np.abs(r)
+    p = np.where(small, 1e-14 * np.abs(r) + 1e-300, p)
+    companion = np.zeros((len(p), 4, 4), dtype=complex)
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    companion[:, :, 3] = -np.stack([p.conj() / p, r.conj() / p, np.zeros_like(p), r / p], axis=-1)
+    angles = np.concatenate(
+        [np.angle(np.linalg.eigvals(companion)), np.broadcast_to(np.arange(8) * math.pi / 4, (len(p), 8))], axis=1
+    )
+    height_of = (
+        A[:, None] * np.cos(2 * angles)
+        + B[:, None] * np.sin(2 * angles)
+        + D[:, None] * np.cos(angles)
+        + E[:, None] * np.sin(angles)
+    )
+    return np.asarray(np.take_along_axis(angles, np.argmin(height_of, axis=1)[:, None], axis=1)[:, 0])

@@ -1,0 +1,29 @@
+"""Files: reading and writing gait tables in every format, and maps from tilt angles to servos."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.io.exchange import (
+        Exported as Exported,
+        export as export,
+        export_file as export_file,
+        gait_of as gait_of,
+        request_of_file as request_of_file,
+    )
+    from gaitgraph.io.frames import table_from_frame as table_from_frame
+    from gaitgraph.io.joint import Joint as Joint
+    from gaitgraph.io.joint_files import (
+        joint_map_from_mapping as joint_map_from_mapping,
+        joint_map_named as joint_map_named,
+    )
+    from gaitgraph.io.joint_inverse import table_from_joints as table_from_joints
+    from gaitgraph.io.joint_map import JointMap as JointMap, mapped_table as mapped_table
+    from gaitgraph.io.options import FormatOptions as FormatOptions
+    from gaitgraph.io.reading import read_table as read_table
+    from gaitgraph.io.writing import write_tables as write_tables
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

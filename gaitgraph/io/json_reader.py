@@ -1,0 +1,116 @@
+"""JSON as a whole: an object of columns, a list of rows, or a plan as the command line tells it."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import ANGLES, Table, is_deep
+from gaitgraph.io.header import joints_of
+from gaitgraph.io.table_columns import checked_table
+
+if TYPE_CHECKING:
+    from gaitgraph.io.joint_map import JointMap
+
+__all__ = ["table_of_json"]
+
+_JSON = "allowed is an object of columns, a list of rows, or a plan"
+_MOST_BRACKETS = 5_000_000
+
+
+def table_of_json(text: str, plane_only: bool, joints: JointMap | None) -> Table:
+    """Return the table that a JSON text holds.
+
+    Parameters
+    ----------
+    text
+        An object of columns (beside them, or around them, what made them), a list of rows, or a plan.
+    plane_only, joints
+        As for :func:`gaitgraph.io.reading.read_pieces`; a plan is always of tilt angles.
+
+    Raises
+    ------
+    InputError
+        If it is no JSON, or no gait table.
+
+    Examples
+    --------
+    >>> table_of_json('[{"alpha1": "pi/4", "alpha2": 0, "color": "red"}]', False, None).columns["alpha1"].round(4)
+    array([0.7854])
+    """
+    if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
+        raise InputError(f"it has more than {_MOST_BRACKETS} lists and objects; {_JSON}")
+    try:
+        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
+    except RecursionError as error:
+        raise InputError("it is nested too deeply; allowed is a gait table") from error
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"it is not JSON ({str(error).splitlines()[0]}); {_JSON}") from error
+    if isinstance(content, list):
+        if not all(isinstance(row, dict) for row in content):
+            raise InputError(f"a list whose entries are not all objects; {_JSON}")
+        if not content:
+            raise InputError(f"it has no rows; {_JSON}")
+        names = list(content[0])
+        for number, row in enumerate(content, start=1):
+            if row.keys() != content[0].keys():
+                raise InputError(f"row {number} has other fields than row 1; {_JSON}")
+        return checked_table([(name, [row[name] for row in content]) for name in names], {}, plane_only, joints)
+    if not isinstance(content, dict):
+        raise InputError(f"it holds {shown(content)}; {_JSON}")
+    if "path" in content:
+        return _from_plan(content)
+    about = content.get("about", {})
+    columns = content.get("columns", content)
+    if not isinstance(about, dict) or not isinstance(columns, dict):
+        raise InputError(f"'about' or 'columns' is no object; {_JSON}")
+    try:
+        json.dumps(about, allow_nan=False)
+    except (RecursionError, ValueError) as error:
+        raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
+    if is_deep(about):
+        raise InputError("about: it is nested too deeply; allowed is what made the table")
+    lists = {name: values for name, values in columns.items() if isinstance(values, list)}
+    if isinstance(columns.get("color"), str) and lists:
+        lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
+    about, joints = joints_of(about, joints)
+    return checked_table(list(lists.items()), about, plane_only, joints)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object, or raise InputError if a name appears twice in it."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        name = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
+        raise InputError(f"{shown(name)} appears twice; allowed is once")
+    return content
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _from_plan(content: dict[str, Any]) -> Table:
+    if content.get("status") == "infeasible":
+        raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
+    path, colors = content["path"], content.get("colors", [])
+    rows = isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)
+    if not rows:
+        raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
+    columns = [(name, [row[k] for row in path]) for k, name in enumerate(ANGLES)]
+    if not isinstance(colors, list):
+        raise InputError(f"colors: {shown(colors)}; allowed is a list of 'red' and 'blue'")
+    if colors:
+        columns.append(("color", colors))
+    request = content.get("request")
+    keys = ("vehicle", "coefficients", "period", "law")
+    about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
+    if about:
+        about["request"] = request
+    if "crossing_tolerance" in content:
+        about["crossing_tolerance"] = content["crossing_tolerance"]
+    return checked_table(columns, about, plane_only=False)

@@ -1,0 +1,137 @@
+"""Gait files of any format as tables, whole or piece by piece, and what made them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.errors import InputError, MissingExtra
+from gaitgraph.gait.table import ANGLES, Table, about_of_provenance, merged
+from gaitgraph.io.csv_reader import pieces_of_csv
+from gaitgraph.io.formats import known_format
+from gaitgraph.io.header import Header, joints_of, rows_of
+from gaitgraph.io.json_reader import table_of_json
+from gaitgraph.io.text_lines import WHAT, whole_text
+from gaitgraph.io.values import check_times
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from gaitgraph.io.formats import Format
+    from gaitgraph.io.joint_map import JointMap
+
+__all__ = ["provenance_in", "read_pieces", "read_table"]
+
+
+def read_table(path: str | Path, *, joints: JointMap | None = None) -> Table:
+    """Read a gait table, or a plan saved as JSON.
+
+    Parameters
+    ----------
+    path
+        A file of any format that :data:`gaitgraph.io.formats.FORMATS` reads; in texts a byte-order mark and CRLF are
+        read too.
+    joints
+        What its columns are if it is a servo table from elsewhere; one of ours says so itself.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    InputError
+        If it holds no gait table; the message names file, place and what is allowed.
+    """
+    return merged(read_pieces(path, joints=joints))
+
+
+def read_pieces(
+    path: str | Path,
+    *,
+    progress: Callable[[float], None] | None = None,
+    plane_only: bool = False,
+    joints: JointMap | None = None,
+) -> Iterator[Table]:
+    """Yield a gait table as consecutive pieces, each at least one row; the first tells what made it.
+
+    Parameters
+    ----------
+    path
+        A file of any format that is read.
+    progress
+        Called with the fraction of the file that is read.
+    plane_only
+        Whether alpha1 and alpha2 are enough.
+    joints
+        As for :func:`read_table`.
+
+    Raises
+    ------
+    FileProblem, InputError
+        As :func:`read_table` does, when the piece in question is reached.
+    """
+    path = Path(path)
+    form = known_format(path, WHAT, reads=True)
+    try:
+        if form.suffix == ".json":
+            yield table_of_json(whole_text(path), plane_only, joints)
+        elif form.suffix == ".csv":
+            yield from pieces_of_csv(path, progress, plane_only, joints)
+        else:
+            yield from _from_format(form, path, progress, plane_only, joints)
+    except MissingExtra:
+        raise
+    except InputError as error:
+        raise _of_file(path, error) from error
+
+
+def _from_format(
+    form: Format,
+    path: Path,
+    progress: Callable[[float], None] | None,
+    plane_only: bool,
+    joints: JointMap | None,
+) -> Iterator[Table]:
+    """Check the raw columns that a format's own room yields."""
+    header: Header | None = None
+    row, last_time = 0, -math.inf
+    for columns, about in form.reader()(path, progress):
+        made, joints = joints_of(about, joints)
+        if header is None:
+            header = Header([name for name, _ in columns], plane_only, joints)
+        if not rows_of(columns):
+            continue
+        found = header.columns([values for _, values in columns], row)
+        row += len(found[ANGLES[0]])
+        if "t" in found:
+            check_times(found["t"], last_time, row)
+            last_time = found["t"][-1]
+        yield Table(columns=found, about=made)
+    if not row:
+        raise InputError("it has no rows; allowed is at least one")
+
+
+def provenance_in(path: str | Path) -> dict[str, Any]:
+    """Return what made a gait file of any format, those that hold no table to read among them: its `about`.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If the file cannot be read or does not tell.
+    """
+    path = Path(path)
+    form = known_format(path, WHAT)
+    if form.reads:
+        return next(read_pieces(path)).about
+    try:
+        return about_of_provenance(form.provenance(path))
+    except MissingExtra:
+        raise
+    except InputError as error:
+        raise _of_file(path, error) from error
+
+
+def _of_file(path: Path, error: InputError) -> InputError:
+    """Return an error that names the file, once."""
+    told = str(error)
+    return error if told.startswith(WHAT) else InputError(f"{WHAT} {str(path)!r}: {told}")

@@ -1,0 +1,149 @@
+"""Write gait tables to files of any format, each whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
+from gaitgraph.files import target_of, write_whole
+from gaitgraph.io.formats import known_format
+from gaitgraph.io.joint_map import mapped_table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from gaitgraph.gait.table import Table
+    from gaitgraph.io.formats import Format
+    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.options import FormatOptions
+
+__all__ = ["check_outputs", "write_pieces", "write_tables"]
+
+
+def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        form.writer()  # MissingExtra, if that is so
+        try:
+            resolved, folder = target_of(path), path.parent
+            if resolved in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(resolved)
+            _check_place(path, form, force)
+            if not folder.is_dir():
+                what = "is no folder" if folder.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+            path.exists()  # a name that the file system refuses is refused here
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
+
+
+def _check_place(path: Path, form: Format, force: bool) -> None:
+    """Raise if what has an output's name is not to be replaced."""
+    resolved = target_of(path)
+    if form.folder and resolved.is_dir():
+        strange = sorted(one.name for one in resolved.iterdir() if not _is_of_bag(one, form.suffix))
+        if strange:
+            raise OutputExists(
+                f"output: {str(path)!r} is a folder with {strange[0]!r} in it; allowed is a new one, or a {form.name}"
+            )
+    elif path.is_dir():
+        raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
+    elif resolved.exists() and (form.folder or not resolved.is_file()):
+        what = "no folder" if form.folder else "no regular file"
+        raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a {'new folder' if form.folder else 'file'}")
+    if os.path.lexists(path) and not force:
+        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+
+
+def _is_of_bag(path: Path, suffix: str) -> bool:
+    return path.is_file() and (path.name == "metadata.yaml" or path.suffix == suffix)
+
+
+def write_tables(
+    table: Table,
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+    options: FormatOptions | None = None,
+    servos: JointMap | None = None,
+) -> None:
+    """Write a table to files, each whole or not at all; the format follows from the suffix.
+
+    Parameters
+    ----------
+    table
+        What to write.
+    paths
+        Files, or folders for the formats that are folders; :data:`gaitgraph.io.formats.FORMATS` has the suffixes.
+    force
+        Overwrite files that exist.
+    options
+        Choices that some formats have; the others pass them over.
+    servos
+        What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
+        Pictures and MATLAB functions do not change.
+
+    Raises
+    ------
+    OutputExists
+        If a file exists and `force` is not set; then none is written.
+    FileProblem
+        If a file cannot be written; the old one, if any, is whole.
+    InputError
+        If a suffix is not known or a file is named twice.
+    MissingExtra
+        If a format needs a library that is not installed.
+    """
+    write_pieces(lambda: [table], paths, force=force, options=options, servos=servos)
+
+
+def write_pieces(
+    pieces: Callable[[], Iterable[Table]],
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+    options: FormatOptions | None = None,
+    servos: JointMap | None = None,
+) -> None:
+    """Write a table that comes piece by piece, as :func:`write_tables` does.
+
+    Parameters
+    ----------
+    pieces
+        Called once a file; its pieces have the same columns, and the first tells what made them.
+    paths, force, options, servos
+        As for :func:`write_tables`.
+    """
+    check_outputs(paths, force=force)
+    contents = []
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        rows = pieces if servos is None else partial(_for_servos, pieces, servos, form)
+        contents.append((path, partial(_written, rows, form, options)))
+    write_whole(contents, force=force)
+
+
+def _written(pieces: Callable[[], Iterable[Table]], form: Format, options: FormatOptions | None, scratch: Path) -> None:
+    form.writer(options)(pieces(), scratch)
+
+
+def _for_servos(pieces: Callable[[], Iterable[Table]], servos: JointMap, form: Format) -> Iterator[Table]:
+    """Yield pieces as a format tells of joints: in its own radians, or in the columns of the map."""
+    rows = 0
+    for piece in pieces():
+        if "joint_names" in form.options:
+            yield servos.apply(piece, rows_before=rows)
+        elif form.reads:
+            yield mapped_table(piece, servos, rows_before=rows)
+        else:
+            yield piece
+        rows += len(piece)

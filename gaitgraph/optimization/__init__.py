@@ -1,0 +1,15 @@
+"""Optimization: smooth gaits with the best worst case, and the nearest flyable gait."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.optimization.nearest import retarget as retarget
+    from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
+    from gaitgraph.optimization.result import OptimalGait as OptimalGait, Optimality as Optimality
+    from gaitgraph.optimization.retargeted import Retargeted as Retargeted
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

@@ -1,0 +1,271 @@
+"""The highest level that a loop through discs can keep: how well its worst place can do, with a proof.
+
+Write f for what is to be as large as possible at the worst place of a loop. A loop keeps a level c if it stays where
+f ≥ c. So some continuous loop through all discs keeps c exactly if one component of
+
+    (admissible region) ∩ {f ≥ c}
+
+meets every disc. That is decided by polygons: if no component of the *outer* ones does, no loop keeps c, whatever its
+form. Halving the interval of c then brackets the best worst case of all loops, however many local optima there are.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
+from gaitgraph.surface.borders import Border, bands_between, cosine
+from gaitgraph.surface.conditions import hover_region, singular_value_region, thrust_region
+from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+    from gaitgraph.optimization.programs import Discs
+
+__all__ = ["Bracket", "component_meeting", "highest_level", "largest_share", "least_share_region", "level_region"]
+
+FloatArray = npt.NDArray[np.float64]
+Worst = Literal["singular_value", "hover_reserve"]
+
+_TOUCH = 1e-12
+_CLOSE = 2e-5  # relative width to which levels are bracketed, about
+_ROUNDS = 16
+_FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
+_HIGHEST_SHARE = 1e3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bracket:
+    """The highest level is certainly in [lower, upper], and a loop clear of all borders keeps `lower`."""
+
+    lower: float
+    upper: float
+
+
+def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
+    r"""Return where every rotor's hover thrust is at least a share of m·g, on the red sheet, as a region.
+
+    With S1 = \|sin β2\| and S2 = \|sin β1\| the shares are S1/2D and S2/2D, D = S1·cos α1 + S2·cos α2. Where α1 < δ and
+    α2 > −δ the first is at least c exactly if sin β2·(1 − 2c·cos α1) + 2c·sin β1·cos α2 ≥ 0, that is, if α2 is at
+    least an explicit function of α1. The second condition is the mirror image of the first in the line α2 = −α1, and
+    the other rectangle of hover the image of the first in the origin, with −κ for κ.
+
+    Parameters
+    ----------
+    share
+        c, not negative, in units of m·g.
+    vehicle
+        Only its κ and its spin count.
+    accuracy
+        How far the polygons may be from the curved border [rad].
+
+    Examples
+    --------
+    >>> region = least_share_region(0.3)
+    >>> region.contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
+    [False, True]
+    """
+    import shapely
+
+    if not 0 <= number_of(share) < math.inf:
+        raise InputError(f"share: {shown(share)}; allowed is a finite number ≥ 0 (of m·g)")
+    hover = hover_region(vehicle)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    lacking = []
+    for side in (1.0, -1.0):
+        first = _too_little(share, side * delta, accuracy / 4)
+        both = shapely.union_all([first, shapely.transform(first, lambda at: -at[:, ::-1])])
+        lacking.append(both if side > 0 else shapely.transform(both, np.negative))
+    forbidden = shapely.union_all(lacking)
+    reach = accuracy / 2
+    name = f"hover thrusts ≥ {share:.3g} of m·g"
+    inner = _polygons(hover.inner - shapely.buffer(forbidden, reach, join_style="mitre"))
+    # With all that is outside, lest drawing inwards leave a strip along the straight borders.
+    frame = shapely.box(-math.pi, -math.pi, math.pi, math.pi) - hover.outer
+    beyond = shapely.buffer(forbidden, _TOUCH, join_style="mitre") | frame
+    outer = _polygons(hover.outer - shapely.buffer(beyond, -reach - _TOUCH, join_style="mitre"))
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        least = float(np.min(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
+        return None if least >= share else f"least hover thrust {least:.3g} of m·g, wanted is ≥ {share:.3g}"
+
+    limit = Condition(name=name, broken_at=broken_at)
+    return Region(inner=inner, outer=outer, accuracy=accuracy, conditions=(*hover.conditions, limit))
+
+
+def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
+    """Return where the first share is below c, for α1 < δ and α2 > −δ."""
+    import shapely
+
+    if share == 0:
+        return shapely.Polygon()
+    lean = math.pi / 2
+
+    def root(x: FloatArray) -> FloatArray:
+        sine = np.sin(x - delta)
+        lift = 1 - 2 * share * (np.cos(x) - sine * math.sin(delta))
+        return np.asarray(np.arctan2(-2 * share * sine * math.cos(delta), lift) - delta)
+
+    def short(x: float, y: float) -> bool:
+        first, second = math.sin(y + delta), math.sin(x - delta)
+        return first * (1 - 2 * share * math.cos(x)) + 2 * share * second * math.cos(y) < 0
+
+    turned, tilted = cosine(0.0, 1.0, lean - delta), cosine(1.0, 0.0, lean + delta)
+    border = turned + turned * cosine(1.0, 0.0, size=-2 * share) + tilted * cosine(0.0, 1.0, size=2 * share)
+    breaks = [-HALF_PI, delta]
+    # Where the root leaves the square through its upper side, α2 = π/2: cos δ·(1 − 2c·cos α1) = 0.
+    if share > 0.5:
+        breaks += [angle for angle in (-math.acos(0.5 / share), math.acos(0.5 / share)) if -HALF_PI < angle < delta]
+    return bands_between(
+        np.sort(np.array(breaks)),
+        [root],
+        short,
+        Border(rest=border),
+        tolerance,
+        ends=(-delta, HALF_PI),
+        ordinate=lambda y: y,
+    )
+
+
+def _polygons(shape: Any) -> Any:
+    """Return the polygons of a shape without the points and lines that overlaying leaves."""
+    import shapely
+
+    parts = shapely.get_parts(shape)
+    return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
+
+
+def largest_share(vehicle: Vehicle) -> float | None:
+    """Return the largest thrust of one rotor in units of m·g, or None if the vehicle states none."""
+    if vehicle.max_thrust is None:
+        return None
+    mass, gravity = vehicle.require("mass", "gravity", purpose="the largest thrust as a share of the weight")
+    return float(vehicle.max_thrust / (mass * gravity))
+
+
+def level_region(
+    objective: Worst, level: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY
+) -> Region:
+    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet.
+
+    The hover reserve is what the thrusts that carry the weight, in units of m·g per rotor, can fall by until the first
+    rotor idles and, if the vehicle states a largest thrust, grow by until the first one reaches it: the smaller one.
+    """
+    if objective == "singular_value":
+        return singular_value_region(level, vehicle, accuracy=accuracy)
+    region = least_share_region(level, vehicle, accuracy=accuracy)
+    most = largest_share(vehicle)
+    if most is not None and most > level:
+        return region & thrust_region(most - level, vehicle, accuracy=accuracy)
+    return region
+
+
+def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
+    """Return the polygon, of several, that meets every disc, the largest if there are more; or None."""
+    import shapely
+
+    centers = shapely.points(discs.centers)
+    meeting: list[Any] = [
+        part
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + _TOUCH).all()
+    ]
+    return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
+
+
+def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehicle, *, clearance: float) -> Bracket:
+    """Return the highest level that a loop through discs can keep inside a region.
+
+    Parameters
+    ----------
+    region
+        The admissible region, a component of which meets every disc.
+    objective
+        "singular_value" or "hover_reserve".
+    discs
+        What the loop passes.
+    vehicle
+        What it is for.
+    clearance
+        How far from every border the loop that keeps `lower` can stay [rad].
+    """
+    import shapely
+
+    def joined(level: float) -> bool:
+        polygons = level_region(objective, level, vehicle, accuracy=_FOLLOWED).outer
+        return component_meeting(region.outer & polygons, discs) is not None
+
+    most = largest_share(vehicle)
+    if objective == "singular_value":
+        top = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    else:
+        top = _HIGHEST_SHARE if most is None else most / 2
+    # Often a disc alone decides: then its best point is all there is to know. The polygons say whether it is so.
+    low, high = 0.0, top
+    guess = min(
+        _best_in_disc(region, objective, center, radius, vehicle)
+        for center, radius in zip(discs.centers, discs.radii, strict=True)
+    )
+    beyond = min(guess * (1 + 2 * _CLOSE), top)
+    if joined(guess * (1 - _CLOSE)):
+        low = guess * (1 - _CLOSE)
+        if not joined(beyond):
+            high = beyond
+        elif objective == "hover_reserve" and most is None:
+            low, high = beyond, 2 * beyond
+            while high < top and joined(high):
+                low, high = high, 2 * high
+    else:
+        high = guess * (1 - _CLOSE)
+    while high - low > 4 * _CLOSE * max(high, 1e-3):
+        middle = (low + high) / 2
+        low, high = (middle, high) if joined(middle) else (low, middle)
+    # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
+    given = _CLOSE
+    while given < 1:
+        level = high * (1 - given)
+        inner: Any = region.inner & level_region(objective, level, vehicle, accuracy=_FOLLOWED).inner
+        if component_meeting(shapely.buffer(inner, -clearance, join_style="mitre"), discs) is not None:
+            return Bracket(lower=level, upper=high)
+        given *= 2
+    return Bracket(lower=0.0, upper=high)
+
+
+def _best_in_disc(region: Region, objective: Worst, center: FloatArray, radius: float, vehicle: Vehicle) -> float:
+    """Return nearly the highest level at points of a disc in a region: a guess, from samples that close in on it."""
+    turn, reach = np.meshgrid(np.arange(24) * (math.pi / 12), np.linspace(0.0, 1.0, 7), indexing="ij")
+    pattern = np.column_stack([(reach * np.cos(turn)).ravel(), (reach * np.sin(turn)).ravel()])
+    best, at, size = 0.0, center, radius
+    for _ in range(_ROUNDS):
+        points = at + size * pattern
+        off = points - center
+        distance = np.linalg.norm(off, axis=1, keepdims=True)
+        points = center + off * np.minimum(1.0, radius / np.maximum(distance, 1e-300))
+        points = points[region.contains(points)]
+        if len(points):
+            values = _levels_at(objective, points, vehicle)
+            top = int(np.argmax(values))
+            if values[top] >= best:
+                best, at = float(values[top]), points[top]
+        size *= 0.5
+    return best
+
+
+def _levels_at(objective: Worst, points: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return the objective at points, shape (m,)."""
+    if objective == "singular_value":
+        return np.asarray(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle))
+    shares = hover_thrust_shares(np.hstack([points, points]), vehicle)
+    most = largest_share(vehicle)
+    least = shares.min(axis=1)
+    return np.asarray(least if most is None else np.minimum(least, most - shares.max(axis=1)))

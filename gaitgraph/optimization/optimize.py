@@ -1,0 +1,461 @@
+"""Optimal gaits: the smooth loop through discs whose worst place is best, or whose tilting costs least.
+
+The worst case first: the highest level that any loop through the discs can keep is bracketed, with a proof, by the
+components of regions (:mod:`gaitgraph.optimization.levels`). Of the loops that keep this level but for a small concession,
+one of locally least tilt-rate effort is found (:mod:`gaitgraph.optimization.efforts`). So the worst case is optimal among
+all loops, to within a stated gap, and the form of the loop is a local optimum. If the effort itself is the objective
+the loop is a local optimum, and a lower bound of all loops' effort is told beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
+from gaitgraph.optimization.efforts import LeastEffort
+from gaitgraph.optimization.levels import component_meeting, highest_level, largest_share, level_region
+from gaitgraph.optimization.programs import Discs, SmoothLoop
+from gaitgraph.optimization.result import OBJECTIVES, Objective, OptimalGait, Optimality, clock_checks
+from gaitgraph.optimization.splines import FEWEST_PIECES, basis_rows, power_pieces
+from gaitgraph.optimization.tours import least_loop_length, shortest_loop
+from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.admissible import admissible_region, why_empty
+from gaitgraph.surface.components import Zones, separating_factor
+from gaitgraph.surface.region import Region
+from gaitgraph.timing.curve import Curve
+from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.validation.checks import checked_limits
+from gaitgraph.validation.report import DEFAULT_FLOOR, Report
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from shapely import Polygon
+
+__all__ = ["CLEARANCE", "optimal_gait"]
+
+FloatArray = npt.NDArray[np.float64]
+
+CLEARANCE = 1e-5
+"""How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
+
+_MOST_WAYPOINTS = 40
+_MOST_PIECES = 400
+_EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
+
+
+def optimal_gait(
+    waypoints: Any,
+    *,
+    radius: Any = 0.1,
+    objective: Objective = "singular_value",
+    sign: str = "auto",
+    vehicle: Vehicle = PAPER,
+    coefficients: Kind | None = None,
+    keep_out: Any = (),
+    keep_in: Any = (),
+    floor: float = DEFAULT_FLOOR,
+    period: float = 1.0,
+    pieces: int | None = None,
+    concession: float = 1e-3,
+) -> OptimalGait:
+    """Return a smooth closed gait on the red sheet that passes discs in order and is optimal in its worst case.
+
+    The gait is a periodic cubic spline of even pieces, twice continuously differentiable, and stays in the flyable
+    region: least singular value at least `floor`, hover thrusts positive, limits of tilt and thrust, polygons.
+
+    Parameters
+    ----------
+    waypoints
+        Centres (α1, α2) of the discs in [−π/2, π/2], numbers [rad] or texts, up to 40. A waypoint that repeats the one
+        before is merged with it; the smaller radius counts.
+    radius
+        Radius of the discs, one for all or one for each; 0 passes the waypoint exactly [rad, or text].
+    objective
+        "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
+        "hover_reserve": what the hover thrusts, in units of m·g per rotor, can fall by until a rotor idles, and grow by
+        until one reaches the vehicle's largest thrust, if it states one;
+        "tilt_rate": the effort ∫ (α̇1² + α̇2² + α̇3² + α̇4²) dt over the period is minimised [rad²/s].
+    sign
+        Sign of R: "positive", "negative" or "auto", the better of both.
+    vehicle, coefficients
+        What the gait is for. Everything physical is judged with the vehicle's exact coefficients.
+    keep_out, keep_in
+        Polygons as for :class:`gaitgraph.surface.components.Zones`.
+    floor
+        Least singular value to keep, whatever the objective.
+    period
+        T [s].
+    pieces
+        Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
+    concession
+        What fraction of the best worst case is given up for less effort, in (0, 0.5].
+
+    Returns
+    -------
+    OptimalGait
+        Falsy, with the reason, if there is no such gait.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed; the message names it and what is.
+
+    Notes
+    -----
+    A worst case is globally optimal to within the gap that is told: `bound` holds for every continuous gait in the
+    flyable region that passes the discs, whatever its form. That its effort is the least of all gaits that keep
+    this level is not guaranteed: it is a local optimum among splines, on the side of each obstacle on which the
+    loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc,
+    give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T; with
+    a radius it takes no notice of the region. No smooth loop attains it where the shortest loop has corners: more
+    pieces come nearer, and turn sharper.
+
+    Without a stated largest thrust the hover reserve of far tilted rotors is large because they waste thrust.
+
+    Examples
+    --------
+    >>> found = optimal_gait([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+    >>> bool(found), round(found.value, 2), found.bound - found.value < 1e-3 * found.bound, found.report.flyable
+    (True, 0.59, True, True)
+    """
+    if not isinstance(objective, str) or objective not in OBJECTIVES:
+        hint = did_you_mean(objective, list(OBJECTIVES)) if isinstance(objective, str) else ""
+        raise InputError(f"objective: {shown(objective)}; allowed are {', '.join(OBJECTIVES)}{hint}")
+    if sign not in ("auto", "positive", "negative"):
+        hint = did_you_mean(sign, ["auto", "positive", "negative"]) if isinstance(sign, str) else ""
+        raise InputError(f"sign: {shown(sign)}; allowed are auto, positive, negative{hint}")
+    if not 0 < number_of(concession) <= 0.5:
+        raise InputError(f"concession: {shown(concession)}; allowed is a number in (0, 0.5]")
+    if not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a Vehicle")
+    checked_limits(0.0, floor, None)
+    checked_clock(period, "smooth")
+    discs, notes = _discs(waypoints, radius)
+    count = _checked_pieces(pieces, len(discs.radii))
+    numbers = coefficients_of(vehicle, coefficients)
+    given = any(not isinstance(part, (list, tuple)) or part for part in (keep_out, keep_in))
+    zones = Zones(keep_out=keep_out, keep_in=keep_in) if given else None
+    search = _Search(
+        discs=discs,
+        objective=objective,
+        vehicle=vehicle,
+        coefficients=numbers,
+        floor=float(floor),
+        period=float(period),
+        pieces=count,
+        concession=float(concession),
+        zones=zones,
+    )
+    answers = [search.answer(one) for one in (("positive", "negative") if sign == "auto" else (sign,))]
+    found = [answer for answer in answers if answer]
+    if not found:
+        reason = "; ".join(f"R {_RELATION[str(a.sign)]} 0: {a.reason}" for a in answers)
+        return replace(answers[0], sign=None, reason=reason, warnings=notes)
+    better = 1.0 if objective == "tilt_rate" else -1.0
+    best = min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
+    return replace(best, warnings=notes + best.warnings)
+
+
+_RELATION = {"positive": ">", "negative": "<"}
+_SETTLED = 1e-3
+_UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
+
+
+def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
+    """Return checked discs, a waypoint that repeats the one before merged, and notes."""
+    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
+    if not isinstance(waypoints, (list, tuple, np.ndarray)) or not len(waypoints):
+        raise InputError(f"waypoints: {shown(waypoints)}; allowed is {allowed}, at least one")
+    if len(waypoints) > _MOST_WAYPOINTS:
+        raise InputError(f"waypoints: {len(waypoints)} given; allowed are {_MOST_WAYPOINTS} at most")
+    centers = []
+    for number, pair in enumerate(waypoints, start=1):
+        if not isinstance(pair, (list, tuple, np.ndarray)) or len(pair) != 2:
+            raise InputError(f"waypoint {number}: {shown(pair)}; allowed is [alpha1, alpha2]")
+        center = [angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2)]
+        for k, angle in enumerate(center):
+            if abs(angle) > HALF_PI:
+                raise InputError(
+                    f"waypoint {number} alpha{k + 1}: {shown(pair[k])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                )
+        centers.append(center)
+    each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(centers)
+    if len(each) != len(centers):
+        raise InputError(f"radius: {len(each)} for {len(centers)} waypoints; allowed is one for all, or one for each")
+    radii = [angle_from_text(value, "radius") for value in each]
+    for value, given in zip(radii, each, strict=True):
+        if not 0 <= value <= 2 * math.pi:
+            raise InputError(f"radius: {shown(given)}; allowed is an angle from 0 to 2π (rad)")
+    kept: list[int] = []
+    for k, center in enumerate(centers):
+        if kept and center == centers[kept[-1]]:
+            radii[kept[-1]] = min(radii[kept[-1]], radii[k])
+        else:
+            kept.append(k)
+    if len(kept) > 1 and centers[kept[-1]] == centers[kept[0]]:
+        radii[kept[0]] = min(radii[kept[0]], radii[kept[-1]])
+        kept.pop()
+    merged = len(centers) - len(kept)
+    notes = (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",) if merged else ()
+    return Discs(centers=np.array([centers[k] for k in kept]), radii=np.array([radii[k] for k in kept])), notes
+
+
+def _checked_pieces(pieces: int | None, waypoints: int) -> int:
+    if pieces is None:
+        return min(max(36, 12 * waypoints), 240)
+    whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
+    if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
+        raise InputError(f"pieces: {shown(pieces)}; allowed is a whole number from {FEWEST_PIECES} to {_MOST_PIECES}")
+    return int(pieces)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Search:
+    """One request, checked; finds the answer for one sign of R."""
+
+    discs: Discs
+    objective: Objective
+    vehicle: Vehicle
+    coefficients: Coefficients
+    floor: float
+    period: float
+    pieces: int
+    concession: float
+    zones: Zones | None
+
+    def answer(self, sign: str) -> OptimalGait:
+        """Return the best gait with one sign of R, or why there is none; the sign is told either way."""
+        region = admissible_region(
+            self.vehicle,
+            use="flyable",
+            sign=sign,  # type: ignore[arg-type]
+            floor=self.floor,
+            zones=self.zones,
+        )
+        within = component_meeting(region.inner, self.discs)
+        if within is None:
+            return self._infeasible(sign, why_apart(region, self.discs, self.floor, self.vehicle))
+        bound, polygon = None, within
+        if self.objective != "tilt_rate":
+            bracket = highest_level(region, self.objective, self.discs, self.vehicle, clearance=3 * CLEARANCE)
+            bound = bracket.upper
+            here = self._standing(self._keeping(region, bracket.lower))
+            if here is not None:
+                return self._described(sign, region, here, [0.0], None, bound)
+            kept = component_meeting(self._keeping(region, bracket.lower * (1 - self.concession)), self.discs)
+            polygon = within if kept is None else kept
+        else:
+            here = self._standing(region.inner)
+            if here is not None:
+                return self._described(sign, region, here, [0.0], None, 0.0)
+        best: tuple[SmoothLoop, list[float], LeastEffort] | None = None
+        starts = [shortest_loop(self.discs)[0], self.discs.centers]
+        # The level is what counts there, and known; the effort only chooses among loops that keep it.
+        for targets in starts if self.objective == "tilt_rate" else starts[1:]:
+            started = self._start(polygon, targets)
+            if started is None:
+                continue
+            problem, start = started
+            loop, history = problem.solve(start)
+            if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
+                best = loop, history, problem
+        if best is None:
+            return self._infeasible(sign, f"every way through the discs comes within {CLEARANCE:g} rad of a border")
+        loop, history, problem = best
+        if bound is None:
+            bound = 2 * least_loop_length(self.discs, region) ** 2 / self.period
+        return self._described(sign, region, loop, history, problem, bound)
+
+    def _keeping(self, region: Region, level: float) -> Any:
+        """Return where the region keeps a level of the objective."""
+        return region.inner & level_region(self.objective, level, self.vehicle).inner  # type: ignore[arg-type]
+
+    def _infeasible(self, sign: str, reason: str) -> OptimalGait:
+        return OptimalGait(
+            objective=self.objective,
+            waypoints=self.discs.centers,
+            radius=self.discs.radii,
+            period=self.period,
+            sign=sign,
+            reason=reason,
+        )
+
+    def _standing(self, shape: Any) -> SmoothLoop | None:
+        """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
+        import shapely
+
+        shared = shapely.buffer(shape, -2 * CLEARANCE, join_style="mitre")
+        for center, radius in zip(self.discs.centers, self.discs.radii, strict=True):
+            at = shapely.Point(center)
+            # The polygon lies inside the disc.
+            shared = shared & (shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64) if radius > 0 else at)
+        if shared.is_empty:
+            return None
+        middle = shapely.Point(self.discs.centers.mean(axis=0))
+        point = shapely.shortest_line(middle, shared).coords[-1]
+        if self.objective != "tilt_rate":
+            point = shapely.point_on_surface(shared).coords[0]
+        count = max(self.pieces, FEWEST_PIECES)
+        points = np.tile(np.array(point), (count, 1))
+        return SmoothLoop(points=points, passes=np.linspace(0.0, count, len(self.discs.radii), endpoint=False))
+
+    def _start(self, polygon: Polygon, targets: FloatArray) -> tuple[LeastEffort, SmoothLoop] | None:
+        """Return the problem in a polygon and a loop of shortest legs, from one disc to the next, as its start."""
+        import shapely
+
+        # Drawn with fewer corners, all of it inside.
+        plain = shapely.simplify(shapely.buffer(polygon, -CLEARANCE, join_style="mitre"), CLEARANCE)
+        inside = component_meeting(plain, self.discs)
+        if inside is None:
+            return None
+        problem = LeastEffort(inside, self.discs, CLEARANCE)
+        for erosion in _EROSIONS:
+            eroded = component_meeting(shapely.buffer(inside, -erosion, join_style="mitre"), self.discs)
+            if eroded is None:
+                continue
+            stops = [
+                np.array(shapely.shortest_line(eroded, shapely.Point(target)).coords[0])
+                if radius > 0
+                else np.array(target)
+                for target, radius in zip(targets, self.discs.radii, strict=True)
+            ]
+            if self.discs.misses(np.array(stops)) > 0:
+                stops = [
+                    np.array(shapely.shortest_line(eroded, shapely.Point(center)).coords[0])
+                    if radius > 0
+                    else np.array(center)
+                    for center, radius in zip(self.discs.centers, self.discs.radii, strict=True)
+                ]
+            corners, at = _legs(eroded, stops, erosion / 2)
+            if 3 * len(corners) > _MOST_PIECES:
+                continue
+            start = problem.start(corners, at, self.pieces)
+            if start is not None:
+                return problem, start
+        return None
+
+    def _described(
+        self,
+        sign: str,
+        region: Region,
+        loop: SmoothLoop,
+        history: Iterable[float],
+        problem: LeastEffort | None,
+        bound: float,
+    ) -> OptimalGait:
+        """Return the answer that a loop is, every number of it taken from the loop itself."""
+        count = len(loop.points)
+        width = self.period / count
+        curve = Curve(
+            breaks=np.linspace(0.0, self.period, count + 1),
+            pieces=power_pieces(loop.points, width),
+            vehicle=self.vehicle,
+            coefficients=self.coefficients,
+        )
+        report = curve.check(floor=self.floor).with_checks(clock_checks(curve))
+        scale = 2.0 / self.period
+        effort = scale * loop.effort
+        value = effort if self.objective == "tilt_rate" else self._worst(report)
+        active: list[str] = []
+        stationarity = 0.0
+        if problem is not None:
+            stationarity, held, by_border = problem.stationarity(loop)
+            active = [f"waypoint {number + 1}" for number in held]
+            if by_border and self.objective == "tilt_rate":
+                active.append("the border of the flyable region")
+            elif by_border:
+                active.append("the level that it keeps, or the border of the flyable region")
+        plane = np.asarray(basis_rows(loop.passes, count) @ loop.points)
+        size = value if self.objective == "tilt_rate" else bound
+        gap = abs(bound - value) / size if size > 0 else 0.0
+        reason = None if report.flyable else report.reason
+        return OptimalGait(
+            objective=self.objective,
+            waypoints=self.discs.centers,
+            radius=self.discs.radii,
+            period=self.period,
+            reason=reason,
+            sign=sign,
+            curve=curve,
+            report=report,
+            value=value,
+            bound=bound,
+            effort=effort,
+            optimality=Optimality(
+                gap=gap,
+                stationarity=stationarity,
+                violation=max(self.discs.misses(plane), 0.0),
+                active=tuple(active),
+            ),
+            passed=np.hstack([plane, plane]),
+            times=loop.passes * width,
+            history=tuple(scale * one for one in history),
+            warnings=() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",),
+        )
+
+    def _worst(self, report: Report) -> float:
+        """Return the worst case that a report of the whole curve certifies."""
+        if self.objective == "singular_value":
+            return float(report["least_singular_value"].value or 0.0)
+        least = float(report["hover_thrust"].value or 0.0)
+        most = largest_share(self.vehicle)
+        if most is None:
+            return least
+        mass, gravity = self.vehicle.require("mass", "gravity", purpose="the hover reserve")
+        return min(least, float(most) - float(report["thrust_limit"].value or 0.0) / float(mass * gravity))
+
+
+def _legs(region: Polygon, stops: list[FloatArray], tolerance: float) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """Return the corners of the closed polygon of shortest legs, nearly straight ones left out, and which are stops."""
+    import shapely
+
+    paths = ShortestPaths(region)
+    corners: list[Any] = []
+    at = []
+    for here, there in zip(stops, stops[1:] + stops[:1], strict=True):
+        leg = paths.path(here, there)
+        leg = np.array([here, there]) if leg is None else leg
+        if len(leg) > 2:
+            leg = np.asarray(shapely.simplify(shapely.LineString(leg), tolerance).coords)
+        at.append(len(corners))
+        corners += list(leg[:-1])
+    return np.array(corners), np.array(at, dtype=np.int64)
+
+
+def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
+    """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
+    import shapely
+
+    if not region.components:
+        return why_empty(region, floor, vehicle)
+    parts = np.array(region.components, dtype=object)
+    meets = []
+    for number, (center, radius) in enumerate(zip(discs.centers, discs.radii, strict=True), start=1):
+        distance = shapely.distance(parts, shapely.Point(center))
+        meets.append(set(np.flatnonzero(distance <= radius + 1e-12).tolist()))
+        if not meets[-1]:
+            nearest = region.nearest(center)
+            assert nearest is not None  # noqa: S101 - the region has components
+            why = region.why_not(center) or "outside the region"
+            return (
+                f"waypoint {number} ({center[0]:.4f}, {center[1]:.4f}) is not flyable ({why}); the nearest flyable "
+                f"point, ({nearest[0]:.4f}, {nearest[1]:.4f}), is {float(distance.min()):.4f} rad away, more than "
+                f"its radius {radius:.4g}"
+            )
+    for first in range(len(meets)):
+        for second in range(first + 1, len(meets)):
+            if not meets[first] & meets[second]:
+                a, b = discs.centers[first], discs.centers[second]
+                factor = separating_factor((a[0], a[1]), (b[0], b[1]), vehicle)
+                told = f", separated by {factor}" if factor else ""
+                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{told}"
+    return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"

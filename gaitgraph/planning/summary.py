@@ -1,0 +1,105 @@
+"""A plan on one screen, for people."""
+
+from __future__ import annotations
+
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+from gaitgraph.angles import text_from_angle
+from gaitgraph.validation.report import lines_of_checks, verdict_line
+
+if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.planning.plan import Loop, Plan
+
+__all__ = ["headline_of_plan", "lines_of_corners", "setting_of_plan", "text_of_plan"]
+
+_WIDTH = 110
+_MOST_CORNERS = 12
+
+
+def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
+    """Return the summary of a plan: what was planned, its corners, the checks, the warnings, what was written."""
+    lines = _refused(plan) if plan.loop is None else _planned(plan, plan.loop)
+    if plan.alternatives:
+        lines += ["", "alternatives", *(_item(_alternative(other)) for other in plan.alternatives)]
+    # What a check says already is not said again.
+    told = plan.loop.report.warnings if plan.loop else ()
+    shown = [f"warning: {warning}" for warning in plan.warnings if warning not in told]
+    if shown:
+        lines += ["", *(_item(warning, "") for warning in shown)]
+    if written:
+        lines += ["", *(f"wrote {name}" for name in written)]
+    return "\n".join(lines)
+
+
+def headline_of_plan(plan: Plan) -> str:
+    """Return what was planned, in one line."""
+    request, loop = plan.request, plan.loop
+    if loop is None:
+        return "No gait."
+    corners = len(loop.gait.alpha)
+    return (
+        f"Planned a {loop.color} gait, {_relation(loop)}: {corners} corner{'s' * (corners > 1)}, "
+        f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}"
+    )
+
+
+def setting_of_plan(plan: Plan) -> str:
+    """Return for which vehicle, with which coefficients and how it was planned, in one line."""
+    request = plan.request
+    method = "any angle" if (plan.loop or request).method == "exact" else f"{request.divisions} divisions"
+    return (
+        f"vehicle {request.vehicle.name} (κ = {request.vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, "
+        f"{method}"
+    )
+
+
+def _refused(plan: Plan) -> list[str]:
+    return [
+        headline_of_plan(plan),
+        *map(_item, dict.fromkeys(obstacle.message for obstacle in plan.obstacles)),
+        setting_of_plan(plan),
+    ]
+
+
+def _planned(plan: Plan, loop: Loop) -> list[str]:
+    report = loop.report
+    lines = [
+        headline_of_plan(plan),
+        setting_of_plan(plan),
+        "",
+        *lines_of_corners(loop.gait),
+    ]
+    lines += ["", verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
+    lines += lines_of_checks(report.checks)
+    return lines
+
+
+def lines_of_corners(gait: Gait) -> list[str]:
+    """Return the corners of a gait as lines for people, the first dozen."""
+    corners, types = len(gait.alpha), gait.types
+    lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
+    for k, alpha in enumerate(gait.alpha[:_MOST_CORNERS]):
+        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
+        lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
+    if corners > _MOST_CORNERS:
+        lines.append(f"     … and {corners - _MOST_CORNERS} more")
+    return lines
+
+
+def _item(text: str, indent: str = "  ") -> str:
+    return fill(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+
+def _relation(loop: Loop) -> str:
+    return "R > 0" if loop.sign == "positive" else "R < 0"
+
+
+def _alternative(loop: Loop) -> str:
+    report = loop.report
+    text = f"{loop.color}, {_relation(loop)}, {loop.length:.4f} rad"
+    if report.flyable:
+        return f"{text}: flyable"
+    broken = [check.name.replace("_", " ") for check in report.checks if check.mark != "ok"]
+    return f"{text}: {'valid, not flyable' if report.valid else 'not valid'} ({', '.join(broken)})"

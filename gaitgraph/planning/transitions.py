@@ -1,0 +1,491 @@
+"""Ways between gaits, and between hover and a gait, on the surface: entry, exit, and change, as timed tables.
+
+A way is searched on the surface graph of one sign of R and then straightened: on a sheet a straight line in
+(α1, α2) is a straight line in all four angles, so any two of its points may be joined if the segment between them
+holds what is asked. Run there and back a way is a gait, which is how it is checked and timed.
+
+Between different signs of R there is none. Formula (1) is continuous in the tilt angles and the attitude; on a gait
+of the surfaces it is R·cos φ·cos θ, which has the sign of R for |φ|, |θ| < π/2. A flight from one sign to the other
+passes its zero, where the decoupling matrix is singular.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.table import ANGLES, RATES, Table, merged, pieces_of
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
+from gaitgraph.graph.walks import allowed_edges
+from gaitgraph.invertibility.matrices import Kind, coefficients_of
+from gaitgraph.io.writing import write_pieces
+from gaitgraph.surface.components import red_label, separating_factor
+from gaitgraph.surface.fibers import FIBERS
+from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
+from gaitgraph.validation.report import DEFAULT_FLOOR, Report
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    import networkx as nx
+
+    from gaitgraph.graph.build import Sign
+    from gaitgraph.graph.walks import Use
+    from gaitgraph.io.options import FormatOptions
+
+__all__ = ["HOVER", "Transition", "transition"]
+
+FloatArray = npt.NDArray[np.float64]
+
+HOVER = "hover"
+"""α = 0: ordinary hover, rotors upright."""
+
+_MOST_CORNERS = 16
+_USES: tuple[Literal["flyable"], Literal["valid"]] = ("flyable", "valid")
+_DURATION = 1.0
+_LONGEST = 5e8
+_HAIR = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transition:
+    """A way from one end to the other, or the reason why there is none. Truthy when there is one.
+
+    Parameters
+    ----------
+    there_and_back
+        The way, from its start to its end and back, as a gait; None if there is none.
+    reason
+        Why there is no way, or why it is not flyable; None if it is.
+    proof
+        If the signs of R differ: R at both ends, and why every flight from one to the other is singular somewhere.
+    corners
+        Which corner of the gait at either end it leaves and joins, counted from 0; None for hover.
+    duration
+        How long it takes, one way [s].
+    law, samples
+        As for :func:`gaitgraph.timing.timed_gait.parametrize`, for one way.
+    report
+        All checks of the way, there and back, with those of the clock; None if there is none.
+    """
+
+    there_and_back: Gait | None
+    reason: str | None
+    proof: dict[str, Any] | None = None
+    corners: tuple[int | None, int | None] = (None, None)
+    duration: float = _DURATION
+    law: str = LAWS[0]
+    samples: int = 100
+    report: Report | None = None
+
+    def __bool__(self) -> bool:
+        return self.there_and_back is not None
+
+    @property
+    def status(self) -> str:
+        """Whether the transition is "planned" or "infeasible"."""
+        return "planned" if self else "infeasible"
+
+    @property
+    def gait(self) -> Gait:
+        """The way there and back, as a gait; raises Infeasible, with the reason, if there is none."""
+        if self.there_and_back is None:
+            raise Infeasible(self.reason)
+        return self.there_and_back
+
+    @property
+    def path(self) -> FloatArray:
+        """The corners of the way, both ends included, shape (n, 4) [rad]; raises Infeasible if there is none."""
+        alpha = self.gait.alpha
+        return alpha[: len(alpha) // 2 + 1]
+
+    @property
+    def length(self) -> float:
+        """Length of the way in the (α1, α2) plane [rad]; raises Infeasible if there is none."""
+        return self.gait.length / 2
+
+    @property
+    def timed(self) -> TimedGait:
+        """The way there and back with its clock; the first half is the transition."""
+        return parametrize(self.gait, 2 * self.duration, law=self.law, samples=2 * self.samples)
+
+    def table(self) -> Table:
+        """Return the table of the way, from t = 0 to its duration; raises Infeasible if there is none."""
+        return merged(self.pieces())
+
+    def pieces(self) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
+        ends = {"leaves_corner": _number(self.corners[0]), "joins_corner": _number(self.corners[1])}
+        about = {"period": self.duration, "made_by": "transition", "transition": ends}
+        left = self.samples + 1
+        for piece in pieces_of(self.timed, about):
+            way = piece.rows(0, left)
+            left -= len(way)
+            yield way if left else self._ended(way)
+            if not left:
+                return
+
+    def _ended(self, piece: Table) -> Table:
+        """Return a piece whose last row is the end of the way, not the begin of the way back."""
+        columns = dict(piece.columns)
+        columns["t"] = np.append(columns["t"][:-1], self.duration)
+        before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
+        for k, (angle, speed) in enumerate(zip(ANGLES, RATES, strict=True)):
+            columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
+            columns[speed] = np.append(columns[speed][:-1], 0.0 if self.law == LAWS[0] else before[k])
+        return replace(piece, columns=columns)
+
+    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
+        """Write the table of the way; see :func:`gaitgraph.io.writing.write_tables`."""
+        write_pieces(self.pieces, paths, force=force, options=options)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the transition as plain values, ready for JSON."""
+        found = self.report.as_mapping() if self.report is not None else {}
+        keys = ("valid", "two_color", "flyable", "reachable_from_hover", "checks", "warnings")
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "path": self.path.tolist() if self else [],
+            "colors": list(self.gait.colors[: len(self.path)]) if self else [],
+            "length": self.length if self else None,
+            "duration": self.duration if self else None,
+            "law": self.law,
+            "leaves_corner": _number(self.corners[0]),
+            "joins_corner": _number(self.corners[1]),
+            "proof": self.proof,
+            **{key: found.get(key, [] if key in ("checks", "warnings") else False) for key in keys},
+        }
+
+    def __repr__(self) -> str:
+        if not self:
+            return "<Transition: infeasible>"
+        return f"<Transition: {len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}>"
+
+    def __str__(self) -> str:
+        if self.report is None:
+            proof = f"\nProof: {self.proof['statement']}." if self.proof else ""
+            return f"No way: {self.reason}{proof}"
+        ends = [
+            HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
+            for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
+        ]
+        head = (
+            f"From {ends[0]} to {ends[1]}: {len(self.path)} corners, {self.length:.4f} rad, "
+            f"{self.duration:g} s, {self.law}; checked there and back"
+        )
+        return f"{head}\n{self.report}"
+
+
+def _number(corner: int | None) -> int | None:
+    return None if corner is None else corner + 1
+
+
+def transition(
+    start: Gait | Literal["hover"],
+    end: Gait | Literal["hover"],
+    *,
+    duration: float | None = None,
+    law: str = LAWS[0],
+    samples: int | None = None,
+    rate: float | None = None,
+    divisions: int = DEFAULT_DIVISIONS,
+    floor: float = DEFAULT_FLOOR,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+) -> Transition:
+    """Return a way on the surface from hover to a gait, from a gait to hover, or from one gait to another.
+
+    Parameters
+    ----------
+    start, end
+        A gait, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law `smooth` rests.
+    duration
+        How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
+        is more.
+    law, samples, rate
+        As for :func:`gaitgraph.timing.timed_gait.parametrize`, over the duration.
+    divisions
+        Of the grid on which ways around obstacles are searched.
+    floor
+        Least singular value that a flyable way keeps, dimensionless.
+    vehicle, coefficients
+        What the way is for, if both ends are hover; otherwise the gait says.
+
+    Returns
+    -------
+    Transition
+        No way is an answer, not an error: look at `reason` and `proof`.
+
+    Raises
+    ------
+    InputError
+        If the gaits are for different vehicles or coefficients, or a value is not allowed.
+
+    Notes
+    -----
+    The way is flyable if there is a flyable one on the grid, else valid, with the reason. Not guaranteed: that it is
+    the shortest of all, or that a way that exists in a narrow region is found on a coarse grid. Of a gait with many
+    corners the 16 nearest to the other end are tried.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    >>> entry = transition("hover", gait)
+    >>> entry.path.round(3).tolist(), entry.report.flyable
+    ([[0.0, 0.0, 0.0, 0.0], [-0.4, 0.4, -0.4, 0.4]], True)
+    >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
+    False
+    """
+    given_ends = (start, end)
+    ends = [_end(start, "start", vehicle, coefficients), _end(end, "end", vehicle, coefficients)]
+    gaits = [given for given in given_ends if isinstance(given, Gait)]
+    first, last = (
+        one if isinstance(given, Gait) or not gaits else _hover(gaits[0])
+        for one, given in zip(ends, given_ends, strict=True)
+    )
+    if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
+        raise InputError(
+            f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
+            f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start: state one vehicle for both"
+        )
+    if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
+        raise InputError(
+            f"duration: {shown(duration)}; allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
+        )
+    seconds = _DURATION if duration is None else float(duration)
+    count = _checked_samples(seconds, law, samples, rate)
+    checked_divisions(divisions)
+    if not 0 <= number_of(floor) < math.inf:
+        raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
+    refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
+    reason, proof = _refusal(first, last)
+    if reason is not None:
+        return replace(refused, reason=reason, proof=proof)
+    found = _way(first, last, divisions, floor)
+    if isinstance(found, str):
+        return replace(refused, reason=found)
+    path, corners = found
+    back = path[-2:0:-1]
+    color = first.colors[0]
+    gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)), request={})
+    if duration is None:
+        seconds = _needed(gait, law)
+        count = _checked_samples(seconds, law, samples, rate)
+    timed = parametrize(gait, 2 * seconds, law=law)
+    report = gait.check(floor=floor).with_checks(timed.clock_checks("duration", 0.5))
+    left, joined = (
+        None if isinstance(given, str) else corner for given, corner in zip(given_ends, corners, strict=True)
+    )
+    return Transition(
+        there_and_back=gait,
+        reason=None if report.flyable else report.reason,
+        corners=(left, joined),
+        duration=seconds,
+        law=law,
+        samples=count,
+        report=report,
+    )
+
+
+def _checked_samples(duration: float, law: str, samples: int | None, rate: float | None) -> int:
+    """Return the number of intervals of one way; there and back has twice as many."""
+    count = checked_clock(duration, law, samples=samples, rate=rate)
+    if count > MOST_SAMPLES // 2:
+        name, value = ("samples", samples) if rate is None else ("rate", rate)
+        raise InputError(f"{name}: {shown(value)}; allowed are {MOST_SAMPLES // 2} samples at most")
+    return count
+
+
+def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | None) -> Gait:
+    if isinstance(given, Gait):
+        if vehicle is not None or coefficients is not None:
+            raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
+        return given
+    if not isinstance(given, str) or given != HOVER:
+        raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
+    one = PAPER if vehicle is None else vehicle
+    return Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=one, coefficients=coefficients_of(one, coefficients))
+
+
+def _hover(like: Gait) -> Gait:
+    """Return hover, for what a gait is for."""
+    return replace(like, alpha=np.zeros((1, 4)), colors=("red",), request={})
+
+
+def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
+    """Return why there is certainly no way between two gaits, and the proof if the signs of R differ."""
+    reports = [gait.check() for gait in (first, last)]
+    for name, report in zip(("start", "end"), reports, strict=True):
+        if not report.valid:
+            return f"the {name} is not valid: {report.reason}", None
+    values = [float(gait.R[np.argmax(np.abs(gait.R))]) for gait in (first, last)]
+    proof = None
+    if values[0] * values[1] < 0:
+        proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
+        if all(report["R_sign"].decided for report in reports):
+            where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
+            limit = 2 * first.vehicle.signed_drag_ratio
+            home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
+            advice = f"plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
+            return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
+    if {*first.colors, *last.colors} & set(FIBERS):
+        return "one of the ends is on a fibre, and ways are on one sheet only: use gaits on the red sheet", proof
+    if first.color != last.color:
+        meeting = "the sheets meet in four points only, all with R = 0"
+        blue = "in exact physics all of blue is singular: use red"
+        return f"from {first.color} to {last.color}: {meeting}; {blue}", proof
+    if proof is not None:
+        return "the signs of R differ, as far as rounded coefficients have signs: use red", proof
+    return None, None
+
+
+_STATEMENT = (
+    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
+    "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
+)
+
+
+def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
+    """Return the shortest way found and the corners that it joins, or the reason why there is none.
+
+    Ends are put in an order of their own, so that the way back is the way there.
+    """
+    if last.alpha.tolist() < first.alpha.tolist():
+        turned = _way(last, first, divisions, floor)
+        return turned if isinstance(turned, str) else (turned[0][::-1], (turned[1][1], turned[1][0]))
+    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
+    on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
+    sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
+    chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
+    points = np.vstack([first.alpha[chosen[0]], last.alpha[chosen[1]]])
+    color = first.colors[0]
+    pairs = np.array([(a, len(chosen[0]) + b) for a in range(len(chosen[0])) for b in range(len(chosen[1]))])
+    if color == "red":
+        # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
+        label = red_label(points[:, 0], points[:, 1], first.vehicle)
+        joined = (label[pairs[:, 0]] == label[pairs[:, 1]]).all(axis=1)
+        if not joined.any():
+            wall = separating_factor(points[0, :2].tolist(), points[len(chosen[0]), :2].tolist(), first.vehicle)
+            return f"both ends are on the red sheet, separated by {wall}, where R = 0: use gaits in one component"
+        pairs = pairs[joined]
+    straight = _holding(points, pairs, first, sign, floor)
+    graph = None
+    for use in _USES:
+        ways = []
+        length = np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1)
+        direct = np.where(straight[use], length, math.inf)
+        best = int(np.argmin(direct))
+        if math.isfinite(direct[best]):
+            ways.append((float(direct[best]), points[pairs[best]]))
+        if not ways or length.min() < direct[best]:
+            # Between nearer corners the straight segment does not hold: perhaps a bent way does.
+            graph = graph or _graph(first, points, sign, divisions, floor)
+            nodes = _shortest(graph, points[: len(chosen[0])], points[len(chosen[0]) :], first.colors[0], use)
+            if nodes is not None:
+                bent = _straightened(graph, nodes, first, sign, floor, use)
+                ways.append((float(np.linalg.norm(np.diff(bent[:, :2], axis=0), axis=1).sum()), bent))
+        if ways:
+            path = min(ways, key=lambda way: way[0])[1]
+            ends = tuple(
+                int(corners[np.argmin(np.abs(gait.alpha[corners, :2] - end[:2]).max(axis=1))])
+                for gait, corners, end in zip((first, last), chosen, (path[0], path[-1]), strict=True)
+            )
+            # A printed gait is a little beside its sheet: the way begins and ends at its own corners.
+            inner = path[1:-1]
+            return np.vstack([first.alpha[ends[0]], inner, last.alpha[ends[1]]]), (ends[0], ends[1])
+    return f"none found on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
+
+
+def _graph(gait: Gait, points: FloatArray, sign: Sign, divisions: int, floor: float) -> nx.Graph[Any]:
+    return surface_graph(
+        sign,
+        divisions,
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        waypoints=points[:, :2],
+        floor=floor,
+    )
+
+
+def _holding(
+    alpha: FloatArray, pairs: npt.NDArray[np.int64], gait: Gait, sign: Sign, floor: float
+) -> dict[str, npt.NDArray[np.bool_]]:
+    """Return whether straight segments between points hold what is asked, by use."""
+    red = np.full(len(alpha), gait.colors[0] == "red")
+    wanted = 1.0 if sign == "positive" else -1.0
+    on_sheet = lift(alpha[:, :2], gait.colors[0], vehicle=gait.vehicle, coefficients=gait.coefficients).alpha
+    held = edge_quantities(on_sheet, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
+    return {"flyable": held["flyable"], "valid": (held["jump"] == 0) & held["keeps_sign"]}
+
+
+def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the indices of the corners nearest to any other, at most 16, in order."""
+    if len(corners) <= _MOST_CORNERS:
+        return np.arange(len(corners))
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(others[:, :2]).query(corners[:, :2])
+    return np.sort(np.argsort(distance, kind="stable")[:_MOST_CORNERS])
+
+
+def _shortest(graph: nx.Graph[Any], sources: FloatArray, targets: FloatArray, color: str, use: Use) -> list[Any] | None:
+    """Return the shortest usable path from a node above any source to one above any target."""
+    import networkx as nx
+
+    ends = []
+    for points in (sources, targets):
+        served = [node for nodes in nodes_above(graph, points[:, :2].tolist()) for node in nodes]
+        ends.append([node for node in dict.fromkeys(served) if graph.nodes[node]["color"] == color])
+    if not all(ends):
+        return None
+    allowed = allowed_edges(use)
+    found: Any = nx.multi_source_dijkstra(
+        graph, ends[0], weight=lambda a, b, edge: edge["length"] if allowed(edge) else None
+    )
+    lengths, paths = found
+    reached = [node for node in ends[1] if node in lengths]
+    return list(paths[min(reached, key=lambda node: lengths[node])]) if reached else None
+
+
+def _straightened(
+    graph: nx.Graph[Any], nodes: Sequence[Any], gait: Gait, sign: Sign, floor: float, use: str
+) -> FloatArray:
+    """Return the shortest polyline over some of a path's nodes whose segments hold what its edges hold."""
+    import networkx as nx
+
+    alpha = np.array([[graph.nodes[node][f"alpha{k}"] for k in range(1, 5)] for node in nodes])
+    if len(alpha) < 3:
+        return alpha if len(alpha) > 1 else np.vstack([alpha, alpha])
+    pairs = np.array([(a, b) for a in range(len(alpha)) for b in range(a + 1, len(alpha))])
+    joined = pairs[_holding(alpha, pairs, gait, sign, floor)[use]]
+    ways: nx.DiGraph[int] = nx.DiGraph()
+    # A corner costs a hair, so that rounding keeps none on a straight line.
+    ways.add_weighted_edges_from(
+        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2])) + _HAIR) for a, b in joined.tolist()
+    )
+    return np.asarray(alpha[nx.dijkstra_path(ways, 0, len(alpha) - 1)])
+
+
+def _needed(gait: Gait, law: str) -> float:
+    """Return one second, or how long one way takes within the vehicle's limits if that is more."""
+    timed = parametrize(gait, 2.0, law=law)
+    vehicle = gait.vehicle
+    needed = [_DURATION]
+    if vehicle.max_tilt_rate is not None:
+        needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
+    if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):
+        needed.append(math.sqrt(peak / vehicle.max_tilt_acceleration))
+    if vehicle.max_tilt_jerk is not None and np.isfinite(peak := float(timed.peak_jerks().max())):
+        needed.append(math.cbrt(peak / vehicle.max_tilt_jerk))
+    return min(math.ceil(max(needed) * 1000) / 1000, _LONGEST)

@@ -1,0 +1,22 @@
+"""Robustness to attitude: singular curves, acceptable attitudes, a gait beside its biased gaits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.robustness.attitudes import (
+        AcceptableAttitudes as AcceptableAttitudes,
+        SingularCurve as SingularCurve,
+        acceptable_attitudes as acceptable_attitudes,
+        singular_curve as singular_curve,
+    )
+    from gaitgraph.robustness.biased import (
+        Robustness as Robustness,
+        RobustnessReport as RobustnessReport,
+        robustness_of as robustness_of,
+    )
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

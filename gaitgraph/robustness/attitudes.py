@@ -1,0 +1,550 @@
+r"""Singular and acceptable attitudes in the roll–pitch diagram, in closed form.
+
+An attitude with |φ|, |θ| < π/2 is an upward vertical n in body axes with n_z > 0, one to one. A configuration is
+singular where v·n = 0, v = (−Rθ, Rφ, R): on half a great circle, one branch from border to border of the diagram,
+
+    tan θ = −(Rφ·sin φ + R·cos φ)/Rθ.
+
+A gait is singular somewhere in its period at every n that some v(t) is across to. What remains has v(t)·n of one sign
+for all t: two convex cones, one of all n with v(t)·n > 0, and its mirror image. So the acceptable attitudes around
+(0, 0) are exactly those of the dual of the cone that v sweeps: a spherical polygon with one side for each extreme v,
+found by a convex hull in the plane. No raster and no root finding is needed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import Coefficients, attitude_of, noise_of
+from gaitgraph.invertibility.tilt_margins import (
+    EVERYWHERE,
+    attitude_sensitivities,
+    segment_singular_everywhere,
+    sensitivity_deviations,
+    singular_everywhere,
+)
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+__all__ = ["AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"]
+
+FloatArray = npt.NDArray[np.float64]
+
+DIAGRAM_AREA = math.pi**2
+"""Area of the roll–pitch diagram (−π/2, π/2)² [rad²]."""
+
+_MOST_PIECES = 50_000
+_LONGEST_PIECE = 0.1  # rad of the largest tilt angle, before any refinement
+_MOST_HALVINGS = 40
+_FEW_RAYS = 64
+_SAME_RAY = 1e-9
+_SAG = 1e-6
+"""How far straight sides of a polygon may stray from the curves [rad]."""
+
+_UP = np.array([0.0, 0.0, 1.0])
+_NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular at times"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SingularCurve:
+    """The attitudes at which one configuration is singular.
+
+    Parameters
+    ----------
+    kind
+        "curve"; "none" inside ±π/2, as on the gait surfaces; "everywhere", where Rφ = Rθ = R = 0.
+    normal
+        (−Rθ, Rφ, R), shape (3,).
+    """
+
+    kind: Literal["curve", "none", "everywhere"]
+    normal: FloatArray
+
+    def __post_init__(self) -> None:
+        normal = np.array(self.normal, dtype=float)
+        normal.flags.writeable = False
+        object.__setattr__(self, "normal", normal)
+
+    def points(self, count: int = 181) -> FloatArray:
+        """Return points of the curve from border to border of the diagram, (roll, pitch), shape (count, 2) [rad].
+
+        They are spaced evenly on the unit sphere of verticals; both ends are on the border. Shape (0, 2) if there is
+        no curve.
+        """
+        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
+            raise InputError(f"count: {shown(count)}; allowed is a whole number from 2 on")
+        if self.kind != "curve":
+            return np.zeros((0, 2))
+        x, y, z = self.normal
+        across = math.hypot(x, y)
+        along = np.array([-y, x, 0.0]) / across
+        highest = np.array([-z * x / across, -z * y / across, across]) / math.hypot(across, z)
+        turn = np.linspace(0.0, math.pi, count)[:, None]
+        return _attitudes_of(along * np.cos(turn) + highest * np.sin(turn), highest)
+
+    def pitch_at(self, roll: npt.ArrayLike) -> FloatArray:
+        """Return the singular pitch at a roll in (−π/2, π/2) [rad]: one for each, NaN where there is none or any.
+
+        >>> from gaitgraph.invertibility.matrices import coefficients_of
+        >>> curve = singular_curve([0.4, -1.1, 0.3, -0.9], coefficients_of(kind="exact"))
+        >>> curve.pitch_at([0.0, 0.5]).round(4).tolist()
+        [-1.5372, -1.5316]
+        """
+        roll = np.asarray(roll, dtype=float)
+        x, y, z = self.normal
+        if self.kind != "curve" or x == 0.0:
+            return np.full(roll.shape, np.nan)
+        return np.asarray(np.arctan((y * np.sin(roll) + z * np.cos(roll)) / x))
+
+
+def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> SingularCurve:
+    """Return the attitudes at which a configuration is singular.
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (4,) [rad].
+    coefficients
+        Those of formula (1).
+    angle_rounding
+        What each angle may be off by [rad].
+
+    Examples
+    --------
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> singular_curve([0.4, -1.1, 0.4, -1.1], coefficients_of()).kind
+    'none'
+    """
+    angles = np.asarray(alpha, dtype=float)
+    if angles.shape != (4,) or not np.isfinite(angles).all():
+        raise InputError(f"alpha: {shown(alpha)}; allowed are four finite tilt angles [rad]")
+    normal = attitude_sensitivities(angles, coefficients)
+    if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
+        return SingularCurve(kind="everywhere", normal=normal)
+    flat = math.hypot(normal[0], normal[1]) <= noise_of(coefficients)
+    return SingularCurve(kind="none" if flat else "curve", normal=normal)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AcceptableAttitudes:
+    """The attitudes at which a gait is never singular, over its whole period.
+
+    Parameters
+    ----------
+    polygon
+        Those connected with (0, 0), as (roll, pitch) [rad]; empty if there are none. Every attitude in it is
+        acceptable, between samples of the period too; its straight sides stray from the curves by 1e-6 rad at most.
+    beyond
+        Those not connected with (0, 0), or empty.
+    error
+        Fraction of the diagram that `polygon` may lack, at most.
+    tolerance
+        The error asked for.
+    pieces
+        Into how many pieces the gait was cut.
+    reason
+        Why there are none around (0, 0), or "".
+
+    Notes
+    -----
+    Not guaranteed: that the matrix is well conditioned there; see
+    :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
+    """
+
+    polygon: Polygon
+    beyond: BaseGeometry
+    error: float
+    tolerance: float
+    pieces: int
+    reason: str = ""
+
+    @property
+    def area(self) -> float:
+        """Area of the polygon [rad²]."""
+        return float(self.polygon.area)
+
+    @property
+    def fraction(self) -> float:
+        """Part of (−π/2, π/2)² that the polygon takes."""
+        return min(self.area / DIAGRAM_AREA, 1.0)
+
+    @property
+    def met(self) -> bool:
+        """Whether the error is within the tolerance."""
+        return self.error <= self.tolerance
+
+    @property
+    def swept(self) -> BaseGeometry:
+        """The attitudes that the gait's singular curves sweep over a period."""
+        return _diagram().difference(self.polygon).difference(self.beyond)
+
+
+def acceptable_attitudes(
+    alpha: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-5,
+    angle_rounding: float = 0.0,
+) -> AcceptableAttitudes:
+    """Return the attitudes at which a gait is never singular.
+
+    Parameters
+    ----------
+    alpha
+        Corners or rows of the gait, shape (n, 4), n ≥ 1, joined by straight segments; the way back is implied [rad].
+    coefficients
+        Those of formula (1); the physical answer takes exact ones.
+    tolerance
+        Largest fraction of the diagram that the answer may lack. The gait is cut finer where it matters until that is
+        met, or :attr:`AcceptableAttitudes.error` says how far it came.
+    angle_rounding
+        What each angle may be off by [rad]; it decides where v says nothing.
+
+    Raises
+    ------
+    InputError
+        If the angles are not finite or the tolerance is no positive number.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+    >>> exact = coefficients_of(kind="exact")
+    >>> [round(acceptable_attitudes(one.alpha, exact).fraction, 3) for one in (gait, gait.biased(0.8))]
+    [1.0, 0.852]
+    """
+    points = np.asarray(alpha, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
+        raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
+    if not np.isfinite(points).all():
+        raise InputError(f"alpha: {points[~np.isfinite(points)][0]!r}; allowed are finite angles in radians")
+    if not 0 < number_of(tolerance) < math.inf:
+        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0")
+    sweep = _Sweep.of(points, coefficients)
+    lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
+    if lost.any():
+        held = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None
+        held |= not singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
+        nothing = _empty()
+        return AcceptableAttitudes(
+            polygon=nothing,
+            beyond=nothing,
+            error=0.0,
+            tolerance=float(tolerance),
+            pieces=len(sweep.starts),
+            reason=EVERYWHERE if held else _NOT_LEVEL,
+        )
+    heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
+    sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
+    around = (sign * heights > 0).all()
+    pieces = len(sweep.starts)
+    polygon, error, reason = _empty(), 0.0, _NOT_LEVEL
+    others = []
+    for side in (sign, -sign):
+        inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
+        found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
+        if side == sign and around and found is not None:
+            polygon, error, pieces = found
+            reason = ""
+        elif side == sign and around:
+            error, reason = 1.0, "R is too near to zero for a decision"
+        elif found is not None:
+            others.append(found[0])
+    import shapely
+
+    return AcceptableAttitudes(
+        polygon=polygon,
+        beyond=shapely.union_all(others),
+        error=error,
+        tolerance=float(tolerance),
+        pieces=pieces,
+        reason=reason,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sweep:
+    """Pieces of a gait: their ends, v there, and how far (Rφ, Rθ) and R can be from the chords in between."""
+
+    starts: FloatArray
+    ends: FloatArray
+    v0: FloatArray
+    v1: FloatArray
+    across: FloatArray
+    level: FloatArray
+
+    @classmethod
+    def of(cls, points: FloatArray, coefficients: Coefficients) -> _Sweep:
+        """Cut the closed polyline through points into short pieces."""
+        step = np.roll(points, -1, axis=0) - points
+        size = np.abs(step).max(axis=1)
+        longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
+        count = np.maximum(np.ceil(size / longest), 1).astype(int)
+        segment = np.repeat(np.arange(len(points)), count)
+        number = np.arange(len(segment)) - np.repeat(np.cumsum(count) - count, count)
+        starts = points[segment] + (number / count[segment])[:, None] * step[segment]
+        return cls.between(starts, np.roll(starts, -1, axis=0), coefficients)
+
+    @classmethod
+    def between(cls, starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> _Sweep:
+        across, level = sensitivity_deviations(starts, ends, coefficients)
+        v0, v1 = attitude_sensitivities(starts, coefficients), attitude_sensitivities(ends, coefficients)
+        return cls(starts=starts, ends=ends, v0=v0, v1=v1, across=across, level=level)
+
+    def cut(self, where: npt.NDArray[np.bool_], coefficients: Coefficients) -> _Sweep:
+        """Halve some of the pieces."""
+        starts, ends = self.starts[where], self.ends[where]
+        middle = (starts + ends) / 2
+        halves = _Sweep.between(np.concatenate([starts, middle]), np.concatenate([middle, ends]), coefficients)
+        rest = self.only(~where)
+        return _Sweep(**{name: np.concatenate([getattr(rest, name), getattr(halves, name)]) for name in _PARTS})
+
+    def only(self, where: npt.NDArray[np.bool_]) -> _Sweep:
+        """Return some of the pieces."""
+        return _Sweep(**{name: getattr(self, name)[where] for name in _PARTS})
+
+    def safe_rays(self, sign: float) -> FloatArray:
+        """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
+
+        v is within a disc of radius `across` and a height of `level` about its chord; the corners of a square hold the
+        disc, and a lower height is the stricter one.
+        """
+        square = math.sqrt(2.0) * np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+        offsets = self.across[:, None, None] * square - (self.level[:, None] * _UP)[:, None, :]
+        return np.concatenate([sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1)
+
+
+_PARTS = ("starts", "ends", "v0", "v1", "across", "level")
+
+
+def _narrowed(
+    sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
+) -> tuple[Polygon, float, int] | None:
+    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
+
+    None if there is none, or if that cannot be told. A piece inside the cone of the samples can add nothing, and is
+    laid aside; those that stick out of it are cut finer.
+    """
+    pieces = most = len(sweep.starts)
+    most = max(_MOST_PIECES, 2 * most)
+    core = np.zeros((0, 3))
+    while True:
+        rays = sweep.safe_rays(sign)
+        samples = np.concatenate([core, sign * sweep.v0, sign * sweep.v1])
+        if (samples @ inside <= 0).any():
+            return None
+        doubtful = np.any(rays @ inside <= 0, axis=1)
+        if not doubtful.any():
+            outer = _extreme_rays(samples, inside)
+            out = ((sweep.across > 0) | (sweep.level > 0)) & _sticks_out(rays, outer, inside)
+            sweep, rays, core = sweep.only(out), rays[out], outer
+            extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
+            gap = _gap(extreme, outer)
+            # What straight sides leave open bounds what finer pieces can gain.
+            last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
+            if last or gap <= tolerance:
+                polygon = _polygon_of(extreme)
+                chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
+                error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
+                if last or error <= tolerance:
+                    return polygon, error, pieces
+            doubtful = np.ones(len(sweep.starts), dtype=bool)
+        elif pieces + doubtful.sum() > most:
+            return None
+        pieces += int(doubtful.sum())
+        sweep = sweep.cut(doubtful, coefficients)
+
+
+def _sticks_out(rays: FloatArray, cone: FloatArray, inside: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return for rays of shape (m, k, 3) whether one of each k is outside a cone given by its extreme rays."""
+    import shapely
+
+    if len(cone) < 3:
+        return np.ones(len(rays), dtype=bool)
+    hull = shapely.Polygon(_seen_from(cone, inside))
+    shapely.prepare(hull)
+    x, y = np.moveaxis(_seen_from(rays, inside), -1, 0)
+    return np.asarray(~shapely.contains_xy(hull, x, y).all(axis=1))
+
+
+def _gap(inner: FloatArray, outer: FloatArray) -> float:
+    """Return about what fraction of the diagram lies between two regions, each given by its extreme rays."""
+    areas = []
+    for rays in (inner, outer):
+        points = _ring_of(rays)
+        x, y = (points - points[0]).T
+        areas.append(abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / 2)
+    return abs(areas[1] - areas[0]) / DIAGRAM_AREA
+
+
+def _inside(rays: FloatArray) -> FloatArray | None:
+    """Return a vertical above the horizon with a positive product with every ray, the deepest one, or None."""
+    from scipy.optimize import linprog
+
+    rows = np.vstack([_UP, rays])
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    # A few rays decide: begin with some, and add those that the best vertical so far is least inside of.
+    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
+    while True:
+        found = linprog(
+            [0.0, 0.0, 0.0, -1.0],
+            A_ub=np.column_stack([-rows[chosen], np.ones(len(chosen))]),
+            b_ub=np.zeros(len(chosen)),
+            bounds=[(-1.0, 1.0)] * 4,
+        )
+        best = np.asarray(found.x)
+        if best[3] <= _SAME_RAY:
+            return None
+        depth = rows @ best[:3] - best[3]
+        worst = np.argsort(depth, kind="stable")[:_FEW_RAYS]
+        worst = np.setdiff1d(worst[depth[worst] < -_SAME_RAY], chosen)
+        if not worst.size:
+            return np.asarray(best[:3] / np.linalg.norm(best[:3]))
+        chosen = np.concatenate([chosen, worst])
+
+
+def _convex_hull(points: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the corners of the convex hull of points in the plane, counter-clockwise, by number.
+
+    Qhull keeps its hulls convex where points are within rounding of each other. Points on a line have two corners.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(ConvexHull(points).vertices, dtype=np.intp)
+    except (QhullError, ValueError):  # all on a line, or fewer than three
+        offset = points - points[0]
+        farthest = offset[np.argmax(np.sum(offset**2, axis=1))]
+        along = offset @ farthest
+        return np.unique([np.argmin(along), np.argmax(along)])
+
+
+def _seen_from(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return where rays pierce the plane that is one away along `inside`, shape (..., 2)."""
+    first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
+    first /= np.linalg.norm(first)
+    return np.asarray(rays @ np.column_stack([first, np.cross(inside, first)]) / (rays @ inside)[..., None])
+
+
+def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the extreme rays of a cone and the horizon's, unit vectors, counter-clockwise about `inside`.
+
+    Rays within 1e-9 rad of each other are one.
+    """
+    everything = np.vstack([_UP, rays])
+    everything /= np.linalg.norm(everything, axis=1, keepdims=True)
+    index = _convex_hull(_seen_from(everything, inside))
+    kept = [int(index[0])]
+    for k in [*index[1:].tolist(), kept[0]]:
+        if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
+            kept.append(k)
+        elif k == 0:
+            kept[-1] = 0
+    if len(kept) > 1 and np.abs(everything[kept[-1]] - everything[kept[0]]).max() <= _SAME_RAY:
+        kept[0] = min(kept[0], kept.pop())
+    return everything[kept]
+
+
+def _polygon_of(rays: FloatArray) -> Polygon:
+    """Return the verticals that every one of the extreme rays, counter-clockwise, has a positive product with."""
+    import shapely
+
+    polygon = shapely.Polygon(_ring_of(rays))
+    whole = polygon if polygon.is_valid else _largest_part(shapely.make_valid(polygon))
+    return cast("Polygon", whole.normalize())  # so that its first corner is the same wherever its sides were cut
+
+
+def _ring_of(rays: FloatArray) -> FloatArray:
+    """Return the border of the same as points (roll, pitch)."""
+    if len(rays) == 1:
+        return HALF_PI * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
+    horizon = np.flatnonzero((rays == _UP).all(axis=1))
+    rays = np.roll(rays, -1 - int(horizon[0]), axis=0) if horizon.size else rays
+    corners = np.cross(rays, np.roll(rays, -1, axis=0))
+    corners /= np.linalg.norm(corners, axis=1, keepdims=True)
+    starts = np.roll(corners, 1, axis=0)
+    along = np.cross(rays, starts)
+    turn = np.arctan2(np.sum(corners * along, axis=1), np.sum(corners * starts, axis=1)) % (2 * math.pi)
+    turn = np.where(turn > 1.5 * math.pi, 0.0, turn) if len(rays) > 2 else np.full(2, math.pi)
+    curved = len(rays) - horizon.size
+    points = _arcs(starts[:curved], along[:curved], turn[:curved])
+    return np.concatenate([points, _border(starts[-1], float(turn[-1]))]) if horizon.size else points
+
+
+def _largest_part(shape: BaseGeometry) -> Polygon:
+    """Return the largest polygon of a geometry; an empty one if there is none."""
+    import shapely
+
+    parts = [part for part in shapely.get_parts(shapely.get_parts(shape)).tolist() if isinstance(part, shapely.Polygon)]
+    return max(parts, key=lambda part: float(part.area), default=shapely.Polygon())
+
+
+def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
+    """Return (roll, pitch) of verticals, shape (k, 2) [rad]; at pitch ±π/2 roll is that of `middle`, beside it."""
+    beside = np.where((np.hypot(verticals[:, 1], verticals[:, 2]) < 1e-12)[:, None], middle, verticals)
+    roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
+    return np.column_stack([roll, attitude_of(verticals)[:, 1]])
+
+
+def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
+    """Return points of sides that are arcs of great circles, close enough for straight lines between them."""
+    middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
+
+    def at(side: npt.NDArray[np.int64], angle: FloatArray) -> FloatArray:
+        vertical = starts[side] * np.cos(angle)[:, None] + along[side] * np.sin(angle)[:, None]
+        return _attitudes_of(vertical, middle[side])
+
+    count = np.where(turn < 1e-3, 2, 3 + np.ceil(turn / 0.02).astype(int))
+    side = np.repeat(np.arange(len(turn)), count)
+    number = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
+    angle = number / (count - 1)[side] * turn[side]
+    points = at(side, angle)
+    for _ in range(_MOST_HALVINGS):
+        inner = side[1:] == side[:-1]
+        between = (angle[1:] + angle[:-1]) / 2
+        new = at(side[1:], between)
+        chord = points[1:] - points[:-1]
+        size = np.maximum(np.linalg.norm(chord, axis=1), 1e-300)
+        beside = new - points[:-1]
+        off = np.abs(chord[:, 0] * beside[:, 1] - chord[:, 1] * beside[:, 0]) / size
+        wide = np.flatnonzero(inner & (off > _SAG))
+        if not wide.size:
+            break
+        angle = np.insert(angle, wide + 1, between[wide])
+        side = np.insert(side, wide + 1, side[wide])
+        points = np.insert(points, wide + 1, new[wide], axis=0)
+    return points
+
+
+def _border(start: FloatArray, turn: float) -> FloatArray:
+    """Return the corners of a side that runs along the border of the diagram, where the vertical is horizontal."""
+    first = math.atan2(start[1], start[0])
+    points = []
+    poles = [k * math.pi for k in range(math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1)]
+    for angle in (first, *poles, first + turn):
+        for side in (-1e-9, 1e-9):
+            within = min(max(angle + side, first), first + turn)
+            points.append((math.copysign(HALF_PI, math.sin(within)), -math.asin(math.cos(angle))))
+    return np.array(points)
+
+
+def _diagram() -> Polygon:
+    import shapely
+
+    return shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+
+
+def _empty() -> Polygon:
+    import shapely
+
+    return shapely.Polygon()

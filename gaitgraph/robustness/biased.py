@@ -1,0 +1,465 @@
+"""A gait's robustness to attitude, beside that of its biased gaits.
+
+One call answers for a gait, a timed one, a table or a file, on the surfaces or off them: the least tilt margin over the
+period with its place and direction, the acceptable attitudes around level flight, the least singular value at the worst
+attitude within a tilt, the singular curves, and the same for the gait scaled by any list of η. Judged with the exact
+coefficients of the vehicle unless published ones are asked for: the answer is about physics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.branch_and_bound import Bound, Value, least_along
+from gaitgraph.invertibility.matrices import Kind, coefficients_of
+from gaitgraph.invertibility.singular_value_bounds import singular_value_bound
+from gaitgraph.invertibility.tilt_margins import (
+    LeastMargin,
+    checked_tilt,
+    least_singular_value_within,
+    least_tilt_margin,
+    nearest_singular_attitude,
+)
+from gaitgraph.io.exchange import closed_rows
+from gaitgraph.io.frames import Frame, as_table
+from gaitgraph.io.reading import read_table
+from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
+from gaitgraph.surface.solutions import sheet_distances
+from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.validation.checks import stretch_of
+from gaitgraph.validation.report import DEFAULT_TOLERANCE
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.validation.pieces import Place, Stretch
+    from gaitgraph.vehicle import Vehicle
+
+__all__ = ["Robustness", "RobustnessReport", "robustness_of"]
+
+FloatArray = npt.NDArray[np.float64]
+Scaling = Literal["none", "biased", "scaled"]
+
+DEFAULT_TILT = math.radians(30)
+"""Tilt within which the least singular value is asked for [rad]."""
+
+_BRACKET = 5e-4
+_MOST_CURVES = 10_000
+_POINTS_OF_A_CURVE = 61
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robustness:
+    """What one gait, biased or not, can bear.
+
+    Parameters
+    ----------
+    scaling
+        "none"; "biased", α3 and α4 times η as in equations (12) to (15); "scaled", all four times η.
+    eta
+        η, 1 for the gait itself.
+    margin
+        Bracket of the least tilt margin over the period, and why there is none.
+    where, direction
+        Where it is met, and the (roll, pitch) of the singular attitude nearest to level there [rad]; None where no
+        direction is nearer than others, or there is no margin.
+    acceptable
+        The attitudes at which the gait is never singular.
+    tilt
+        Tilt within which the next is asked for [rad].
+    singular_value
+        Bracket (lower, upper) of the least singular value at the worst attitude within `tilt`, dimensionless.
+    singular_where, singular_attitude
+        Where, and at which (roll, pitch) [rad].
+    curves
+        Singular curves at places spread evenly over the gait.
+    noun
+        What a point of the gait is called: "corner" or "row".
+    """
+
+    scaling: Scaling
+    eta: float
+    margin: LeastMargin
+    where: Place
+    direction: tuple[float, float] | None
+    acceptable: AcceptableAttitudes
+    tilt: float
+    singular_value: tuple[float, float]
+    singular_where: Place
+    singular_attitude: tuple[float, float]
+    curves: tuple[tuple[Place, SingularCurve], ...]
+    noun: str
+
+    @property
+    def tilt_margin(self) -> float | None:
+        """The least tilt margin over the period [rad], or None if there is none."""
+        return self.margin.upper if self.margin.exists else None
+
+    @property
+    def name(self) -> str:
+        """What it is the robustness of."""
+        return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return everything as plain values, as JSON holds it; angles without `_deg` in radians."""
+        import shapely
+
+        margin, acceptable = self.tilt_margin, self.acceptable
+        outline = shapely.get_coordinates(acceptable.polygon.simplify(1e-3))[:-1].tolist()
+        return {
+            **({} if self.scaling == "none" else {"eta": self.eta, "scaling": self.scaling}),
+            "tilt_margin_deg": None if margin is None else math.degrees(margin),
+            "tilt_margin_reason": self.margin.reason or None,
+            "tilt_margin_where": self.where.as_mapping(self.noun),
+            "nearest_singular_attitude": None if self.direction is None else list(self.direction),
+            "acceptable_fraction": acceptable.fraction,
+            "acceptable_fraction_error": acceptable.error,
+            "acceptable_reason": acceptable.reason or None,
+            "acceptable_area": acceptable.area,
+            "acceptable_outline": outline,
+            "tilt_deg": math.degrees(self.tilt),
+            "least_singular_value": self.singular_value[1],
+            "least_singular_value_at_least": self.singular_value[0],
+            "least_singular_value_where": self.singular_where.as_mapping(self.noun),
+            "least_singular_value_attitude": list(self.singular_attitude),
+            "singular_curves": [_mapping_of_curve(place, curve, self.noun) for place, curve in self.curves],
+        }
+
+    def __repr__(self) -> str:
+        margin = "no tilt margin" if self.tilt_margin is None else f"tilt margin {self.tilt_margin:.4f} rad"
+        return f"<Robustness of {self.name}: {margin}, acceptable fraction {self.acceptable.fraction:.4f}>"
+
+
+def _mapping_of_curve(place: Place, curve: SingularCurve, noun: str) -> dict[str, Any]:
+    x, y, z = map(float, curve.normal)
+    points = curve.points(_POINTS_OF_A_CURVE)
+    return {
+        **place.as_mapping(noun),
+        "R_theta": 0.0 - x,
+        "R_phi": y,
+        "R": z,
+        "kind": curve.kind,
+        "branches": [points.tolist()] if len(points) else [],
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobustnessReport:
+    """The robustness of a gait and of the same gait scaled.
+
+    Parameters
+    ----------
+    gait
+        Of the gait itself.
+    sweep
+        Of the biased gaits, then of the scaled ones, each in the order asked for.
+    vehicle, coefficients
+        What it was judged for and with.
+    """
+
+    gait: Robustness
+    sweep: tuple[Robustness, ...]
+    vehicle: Vehicle
+    coefficients: Coefficients
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return everything as plain values: `biased` for one η, `sweep` for any number."""
+        sweep = [one.as_mapping() for one in self.sweep]
+        return {
+            **self.gait.as_mapping(),
+            "vehicle": self.vehicle.name,
+            "coefficients": self.coefficients.kind,
+            "biased": sweep[0] if len(sweep) == 1 else None,
+            "sweep": sweep,
+        }
+
+    def __repr__(self) -> str:
+        return f"<RobustnessReport: {self.gait!r}, {len(self.sweep)} scaled, vehicle {self.vehicle.name!r}>"
+
+    def __str__(self) -> str:
+        head = f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"
+        tilt = math.degrees(self.gait.tilt)
+        columns = ("", "tilt margin", "acceptable", f"least singular value within {tilt:g}° of tilt")
+        lines = [head, f"  {columns[0]:<16} {columns[1]:>12} {columns[2]:>12}   {columns[3]}"]
+        everyone = (self.gait, *self.sweep)
+        for one in everyone:
+            margin = "none" if one.tilt_margin is None else f"{math.degrees(one.tilt_margin):.2f}°"
+            part = f"{100 * one.acceptable.fraction:.2f} %"
+            lines.append(f"  {one.name:<16} {margin:>12} {part:>12}   {one.singular_value[1]:.4f}")
+        for one in everyone:
+            lines += [f"{one.name}:", *(f"  {line}" for line in _told(one))]
+        return "\n".join(lines)
+
+
+def _told(one: Robustness) -> list[str]:
+    """Return where the worst is met and why, in words."""
+    place = one.where.told(one.noun)
+    if one.tilt_margin is None:
+        return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
+    if one.tilt_margin == 0:
+        lines = [f"tilt margin 0° at {place}: {one.margin.reason}"]
+    elif one.direction is None:
+        lines = ["tilt margin 90° in every direction, as on the gait surfaces"]
+    else:
+        lines = [f"least tilt margin at {place}, towards {_attitude(one.direction)}"]
+    acceptable = one.acceptable
+    if acceptable.reason:
+        lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
+    else:
+        short = "" if acceptable.met else f"; asked for was {acceptable.tolerance:g}, this is as far as it came"
+        lines.append(
+            f"acceptable around level: {acceptable.area:.4f} rad², a fraction of {acceptable.fraction:.4f} of the "
+            f"roll–pitch diagram that may lack {_rounded_up(acceptable.error)}{short}"
+        )
+    if one.singular_value[1] == 0:
+        lines.append(f"within {math.degrees(one.tilt):g}° of tilt there are singular attitudes")
+    else:
+        worst = one.singular_where.told(one.noun)
+        lines.append(
+            f"least singular value {one.singular_value[1]:.4f} (certainly {one.singular_value[0]:.4f} or more) at "
+            f"{worst}, {_attitude(one.singular_attitude)}"
+        )
+    return lines
+
+
+def _rounded_up(bound: float) -> str:
+    """Return a bound with one digit, not below it."""
+    if not bound:
+        return "0"
+    unit = 10.0 ** math.floor(math.log10(bound))
+    return f"{math.ceil(bound / unit) * unit:.1g}"
+
+
+def _attitude(pair: tuple[float, float]) -> str:
+    roll, pitch = (math.degrees(angle) + 0.0 for angle in pair)
+    return f"roll {roll:.1f}°, pitch {pitch:.1f}°"
+
+
+def robustness_of(
+    gait: Gait | TimedGait | Table | Frame | str | Path,
+    *,
+    bias: float | Iterable[float] = (),
+    scale: float | Iterable[float] = (),
+    tilt: float = DEFAULT_TILT,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    tolerance: float = 1e-5,
+    angle_rounding: float | None = None,
+    curves: int = 24,
+    progress: Callable[[str], None] | None = None,
+) -> RobustnessReport:
+    """Return how robust to attitude a gait is, and the same gait scaled by each η.
+
+    Parameters
+    ----------
+    gait
+        A gait, a timed one, a table, a frame, or the path of a gait file, on the surfaces or off them; joined by
+        straight segments, closed.
+    bias
+        η by which α3 and α4 are scaled, equations (12) to (15), each in (0, 1]; one or any number.
+    scale
+        η by which all four angles are scaled.
+    tilt
+        Tilt within which the least singular value is asked for, in [0, π/2) [rad].
+    vehicle
+        For tables and files: the vehicle; by default what the table says, else the paper's.
+    coefficients
+        Of formula (1), for margins and attitudes: "exact" by default. Singular values are always exact.
+    tolerance
+        Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
+    angle_rounding
+        What each angle may be off by [rad]; by default what is seen, as in :func:`gaitgraph.validation.validating.validate`: what
+        a table's digits or the paper's coefficients leave open, and how far rows are from a sheet that they lie on.
+    curves
+        At how many places singular curves are given.
+    progress
+        Called with a few words before each gait of the sweep, and the gait itself.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If a value is not allowed, or a file cannot be read as a gait table.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+    >>> report = robustness_of(gait, bias=[0.9, 0.8])
+    >>> [round(math.degrees(one.tilt_margin), 1) for one in (report.gait, *report.sweep)]
+    [90.0, 80.7, 74.5]
+    """
+    tilt = checked_tilt(tilt)
+    factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
+    factors += [("scaled", eta) for eta in _etas(scale, "scale")]
+    if isinstance(curves, bool) or not isinstance(curves, int) or not 0 <= curves <= _MOST_CURVES:
+        raise InputError(f"curves: {shown(curves)}; allowed is 0 to {_MOST_CURVES}")
+    if angle_rounding is not None and not 0 <= number_of(angle_rounding) < math.inf:
+        raise InputError(f"angle_rounding: {shown(angle_rounding)}; allowed is a finite number ≥ 0 (rad)")
+    if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
+        raise InputError(f"vehicle: {shown(vehicle)}; allowed is none beside a gait, which has its own")
+    stretch, vehicle, rounding, noun = _closed(gait, vehicle)
+    numbers = coefficients_of(vehicle, coefficients or "exact")
+    asked: dict[str, Any] = {
+        "vehicle": vehicle,
+        "coefficients": numbers,
+        "tilt": tilt,
+        "tolerance": tolerance,
+        "angle_rounding": rounding if angle_rounding is None else float(angle_rounding),
+        "curves": curves,
+        "noun": noun,
+    }
+    found: list[Robustness] = []
+    for scaling, eta in [*factors, ("none", 1.0)]:
+        if progress is not None:
+            progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
+        found.append(_of(stretch, scaling, eta, **asked))
+    return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=vehicle, coefficients=numbers)
+
+
+def _etas(value: float | Iterable[float], name: str) -> list[float]:
+    several = isinstance(value, Iterable) and not isinstance(value, (str, bytes)) and getattr(value, "ndim", 1) == 1
+    values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
+    for eta in values:
+        if not 0 < number_of(eta) <= 1:
+            raise InputError(f"{name}: η = {shown(eta)}; allowed is a number in (0, 1]")
+    return [number_of(eta) for eta in values]
+
+
+def _closed(
+    gait: Gait | TimedGait | Table | Frame | str | Path, vehicle: Vehicle | None
+) -> tuple[Stretch, Vehicle, float, str]:
+    """Return a gait as one closed stretch, its vehicle, what its angles may be off by, and what a point is called."""
+    if isinstance(gait, (Gait, TimedGait)):
+        bare = gait if isinstance(gait, Gait) else gait.gait
+        rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
+        return stretch_of(bare), bare.vehicle, rounding, "corner"
+    gait = as_table(gait)
+    if isinstance(gait, (str, Path)):
+        table = read_table(gait)
+    elif isinstance(gait, Table):
+        table = gait
+    else:
+        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
+    stretch, vehicle, numbers = closed_rows(table, vehicle=vehicle, source=gait)
+    rounding = max(table.rounding, numbers.sheet_rounding, _seen(stretch.alpha, numbers))
+    return stretch, vehicle, rounding, "row"
+
+
+def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
+    """Return how far rows are from the sheets that they all lie on, which is what they seem to be off by, or zero."""
+    near = np.minimum(*sheet_distances(alpha, coefficients))
+    return float(near.max()) if near.max() <= DEFAULT_TOLERANCE else 0.0
+
+
+def _of(
+    stretch: Stretch,
+    scaling: Scaling,
+    eta: float,
+    *,
+    vehicle: Vehicle,
+    coefficients: Coefficients,
+    tilt: float,
+    tolerance: float,
+    angle_rounding: float,
+    curves: int,
+    noun: str,
+) -> Robustness:
+    factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
+    moved = replace(stretch, alpha=stretch.alpha * factor)
+    margin = least_tilt_margin(moved.starts, moved.ends, coefficients, angle_rounding=angle_rounding)
+    where = moved.place(margin.segment, margin.fraction)
+    nearest = nearest_singular_attitude(where.alpha, coefficients)
+    direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
+    value, place, attitude = _singular_value(moved, margin, where, direction, tilt, vehicle)
+    return Robustness(
+        scaling=scaling,
+        eta=eta,
+        margin=margin,
+        where=where,
+        direction=direction,
+        acceptable=acceptable_attitudes(moved.starts, coefficients, tolerance=tolerance, angle_rounding=angle_rounding),
+        tilt=tilt,
+        singular_value=value,
+        singular_where=place,
+        singular_attitude=attitude,
+        curves=tuple(
+            (place, singular_curve(place.alpha, coefficients, angle_rounding=angle_rounding))
+            for place in _spread(moved, curves)
+        ),
+        noun=noun,
+    )
+
+
+def _singular_value(
+    stretch: Stretch,
+    margin: LeastMargin,
+    where: Place,
+    direction: tuple[float, float] | None,
+    tilt: float,
+    vehicle: Vehicle,
+) -> tuple[tuple[float, float], Place, tuple[float, float]]:
+    """Return the bracket of the least singular value within a tilt, where, and the attitude."""
+    if not margin.exists or margin.upper <= tilt:
+        return (0.0, 0.0), where, direction or (0.0, 0.0)
+
+    def value(alpha: FloatArray) -> FloatArray:
+        return least_singular_value_within(alpha, tilt, vehicle)[0]
+
+    bound = singular_value_bound(vehicle)
+    matters = _near_the_least(stretch, value, bound)
+    found = least_along(stretch.starts[matters], stretch.ends[matters], value, bound, tolerance=_BRACKET)
+    lower, upper, segment, fraction = found.worst()
+    place = stretch.place(int(matters[segment]), fraction)
+    roll, pitch = least_singular_value_within(place.alpha, tilt, vehicle)[1]
+    return (lower, upper), place, (float(roll), float(pitch))
+
+
+def _near_the_least(stretch: Stretch, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
+    """Return the segments that may hold the least of a costly value, whose bound holds from any one place to another.
+
+    Most rows of a long table are near others: from a few of them, then from more, it is known which cannot matter.
+    """
+    starts, ends = stretch.starts, stretch.ends
+    rows = np.arange(len(starts))
+    least = math.inf
+    for stride in (4096, 512, 64, 8):
+        anchors = np.unique(rows - rows % stride)
+        if len(anchors) * 2 > len(rows):
+            continue
+        found = value(starts[anchors])
+        least = min(least, float(found.min()))
+        nearest = np.searchsorted(anchors, rows - rows % stride)
+        lower = np.stack(
+            [
+                2 * bound(found[nearest], np.zeros(len(rows)), starts[anchors][nearest], side[rows])
+                for side in (starts, ends)
+            ]
+        )
+        rows = rows[lower.min(axis=0) <= least]
+    return rows
+
+
+def _spread(stretch: Stretch, count: int) -> list[Place]:
+    """Return places spread evenly over a closed gait, by the length of its way; one if it is a point."""
+    size = np.linalg.norm(stretch.ends - stretch.starts, axis=1)
+    total = float(size.sum())
+    if not total:
+        return [stretch.place(0)] if count else []
+    before = np.concatenate([[0.0], np.cumsum(size)])
+    places = []
+    for at in np.arange(count) * (total / max(count, 1)):
+        segment = min(int(np.searchsorted(before, at, side="right")) - 1, len(size) - 1)
+        places.append(
+            stretch.place(segment, min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0)
+        )
+    return places

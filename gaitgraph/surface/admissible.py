@@ -1,0 +1,218 @@
+"""Where a gait may be: all conditions on it in one region."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Literal
+
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
+from gaitgraph.surface.components import red_label
+from gaitgraph.surface.conditions import hover_region, thrust_region, tilt_region, two_floor_region, zones_region
+from gaitgraph.surface.region import (
+    DEFAULT_ACCURACY,
+    Condition,
+    Region,
+    checked_accuracy,
+    checked_number,
+    polygons_of,
+    rectangle,
+    region_between,
+    union_of,
+)
+from gaitgraph.surface.signs import (
+    Sign,
+    certain_determinant,
+    checked_sign,
+    determinant_condition,
+    determinant_falls_below,
+    sign_region,
+)
+from gaitgraph.surface.solutions import COLORS, Color
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+    from gaitgraph.surface.components import Zones
+
+__all__ = ["admissible_region", "why_empty"]
+
+Use = Literal["valid", "flyable"]
+
+_SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
+# What is closer to its limit than this is not decided along segments, and counts as beyond it.
+_DECIDED = 1.5e-6  # singular values; see segments.keeps_singular_value_above
+_DECIDED_THRUST = 1.5e-4  # shares of the weight; see segments.thrust_shares_along
+
+
+def admissible_region(
+    vehicle: Vehicle = PAPER,
+    *,
+    use: Use = "flyable",
+    color: Color = "red",
+    sign: Sign | None = None,
+    coefficients: Coefficients | None = None,
+    floor: float = 0.05,
+    zones: Zones | None = None,
+    least: float | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Region:
+    """Return where a gait may be.
+
+    Parameters
+    ----------
+    vehicle
+        The vehicle; `max_tilt` and `max_thrust` count where they are stated.
+    use
+        "valid": R has the sign. "flyable": also the least singular value keeps the floor, all hover thrusts are
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner`
+        keeps the floor by 1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide
+        along its segments.
+    color
+        "red" or "blue".
+    sign
+        "positive", "negative", or None for either; no component holds both.
+    coefficients
+        With what R is judged; by default those of :func:`coefficients_of`.
+    floor
+        The floor of the least singular value.
+    zones
+        The user's own polygons.
+    least
+        The least |R|; by default on red :func:`certain_determinant`, so that the sign means something with the given
+        coefficients too, and on blue :func:`gaitgraph.invertibility.matrices.noise_of`.
+    accuracy
+        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
+
+    Returns
+    -------
+    Region
+        Empty if nothing is admissible.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed; MissingConstant if a thrust limit is stated without the mass.
+
+    Examples
+    --------
+    >>> round(admissible_region().area, 3), round(admissible_region(use="valid").area, 3)
+    (4.748, 9.81)
+    """
+    if use not in ("valid", "flyable"):
+        raise InputError(f"use: {shown(use)}; allowed are 'valid' and 'flyable'")
+    if color not in COLORS:
+        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+    if sign is not None:
+        checked_sign(sign)
+    coefficients = coefficients or coefficients_of(vehicle)
+    if least is None:
+        least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
+    least = checked_number("least", least, "a finite number ≥ 0", zero=True)
+    floor, accuracy = checked_number("floor", floor, "a finite number ≥ 0", zero=True), checked_accuracy(accuracy)
+    region = _admissible(vehicle, use, color, sign, coefficients, floor, least, accuracy)
+    return region if zones is None else region & zones_region(zones)
+
+
+@lru_cache(maxsize=32)
+def _admissible(
+    vehicle: Vehicle,
+    use: Use,
+    color: Color,
+    sign: Sign | None,
+    coefficients: Coefficients,
+    floor: float,
+    least: float,
+    accuracy: float,
+) -> Region:
+    signs: tuple[Sign, ...] = ("positive", "negative") if sign is None else (sign,)
+    asked: dict[str, Any] = {"color": color, "coefficients": coefficients, "least": least, "accuracy": accuracy}
+    if use == "valid":
+        return _either([sign_region(one, vehicle, **asked) for one in signs])
+    if color == "blue":
+        condition = Condition(
+            name="an invertible decoupling matrix",
+            broken_at=lambda _first, _second: "on blue the decoupling matrix is singular in exact physics: use red",
+        )
+        return region_between(condition, rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0), accuracy)
+    region = two_floor_region(floor, floor + _DECIDED if floor > 0 else 0.0, vehicle, accuracy)
+    if vehicle.max_thrust is None:
+        region &= hover_region(vehicle)
+    else:
+        mass, gravity = vehicle.require("mass", "gravity", purpose="the region within the largest thrust")
+        share = vehicle.max_thrust / (mass * gravity)
+        within = thrust_region(share, vehicle, accuracy=accuracy)
+        kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
+        region &= Region(inner=kept.inner, outer=within.outer, accuracy=accuracy, conditions=within.conditions)
+    if vehicle.max_tilt is not None:
+        region &= tilt_region(vehicle.max_tilt)
+    if floor < _SEPARATING:
+        return _either([sign_region(one, vehicle, **asked) for one in signs]) & region
+    return _of_sign(region, [checked_sign(one) for one in signs], vehicle, asked)
+
+
+def _of_sign(region: Region, signs: list[int], vehicle: Vehicle, asked: dict[str, Any]) -> Region:
+    """Return the part of a region of hover with a positive floor where R has one of the signs, and its least size.
+
+    The floor keeps each polygon off R = 0, so R has one sign on it.
+    """
+    exact, least = coefficients_of(vehicle, "exact"), asked["least"]
+    conditions = [determinant_condition(sign, least, "red", exact) for sign in signs]
+    kept: list[BaseGeometry] = [rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0)]
+    for sign in signs:
+        sides = [
+            union_of(part for part in side.geoms if _sign_on(part, vehicle) == sign)
+            for side in (region.inner, region.outer)
+        ]
+        if least > 0 and determinant_falls_below(least, sign, sides[0], exact):
+            cut = sign_region("positive" if sign > 0 else "negative", vehicle, **asked)
+            sides = [sides[0].intersection(cut.inner), sides[1].intersection(cut.outer)]
+        kept = [one.union(other) for one, other in zip(kept, sides, strict=True)]
+    inner, outer = kept
+    return Region(
+        inner=polygons_of(inner),
+        outer=polygons_of(outer),
+        accuracy=region.accuracy,
+        conditions=(_any_of(conditions), *region.conditions),
+    )
+
+
+def _sign_on(part: Polygon, vehicle: Vehicle) -> int:
+    """Return the sign of R on a polygon where it has one."""
+    point = part.representative_point()
+    return int(red_label(point.x, point.y, vehicle).prod())
+
+
+def _any_of(conditions: list[Condition]) -> Condition:
+    """Return the condition that one of two holds, or the only one there is."""
+    if len(conditions) == 1:
+        return conditions[0]
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        told = [condition.broken_at(alpha1, alpha2) for condition in conditions]
+        return None if None in told else f"{(told[0] or '').split(',')[0]}, wanted is {name}"
+
+    name = " or ".join(condition.name for condition in conditions)
+    return Condition(name=name, broken_at=broken_at)
+
+
+def _either(regions: list[Region]) -> Region:
+    inner, outer = (union_of(getattr(part, side) for part in regions) for side in ("inner", "outer"))
+    condition = _any_of([part.conditions[0] for part in regions])
+    return region_between(condition, inner, outer, regions[0].accuracy)
+
+
+def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
+    """Return why a flyable region without any point has none.
+
+    >>> why_empty(admissible_region(floor=1.5), 1.5, PAPER)
+    "nothing has a least singular value of 1.5: this vehicle's most is 1.1710; lower the floor"
+    """
+    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    if floor > cap:
+        return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"
+    told = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
+    return f"no tilt angles meet all of: {told}: lower the floor, widen the limits or the polygons"

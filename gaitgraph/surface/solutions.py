@@ -1,0 +1,564 @@
+"""The four-dimensional gait surfaces: every solution of Rφ = Rθ = 0 in closed form, with types and colours.
+
+Rφ and Rθ factorise (see :mod:`gaitgraph.invertibility.matrices`), so their common zeros are four families and no other:
+
+========== ================================= ===========
+family     equations (mod π)                 plane types
+========== ================================= ===========
+red sheet  α3 = α1,      α4 = α2             (+,+)
+blue sheet α3 = 2δ − α1, α4 = −2δ − α2       (−,−)
+1st fibre  α1 = α3 = δ,  α2 and α4 free      (?,*)
+2nd fibre  α2 = α4 = −δ, α1 and α3 free      (*,?)
+========== ================================= ===========
+
+This room is about the two sheets, which have a root above every (α1, α2); :mod:`gaitgraph.surface.fibers` is about the fibres.
+
+On a sheet α3 depends on α1 alone and α4 on α2 alone, so on a grid everything is an outer product. α3 and α4 are
+represented in [−π/2, π/2]; a solution at one end of that range is one at the other end too, with the opposite
+sign of R, and both are counted as roots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    coefficients_of,
+    level_determinant,
+    pair_features,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
+
+__all__ = [
+    "COLORS",
+    "DEFAULT_CROSSING_TOLERANCE",
+    "FREE",
+    "Fiber",
+    "Root",
+    "RootArrays",
+    "RootSet",
+    "SheetGrid",
+    "at_end_of_range",
+    "root_arrays",
+    "roots",
+    "sheet_angles",
+    "sheet_distances",
+    "sheet_grid",
+    "sheets_along",
+    "text_from_types",
+    "types_of",
+]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int8]
+Color = Literal["red", "blue"]
+
+COLORS: tuple[Color, Color] = ("red", "blue")
+"""The two sheets: red is the + sheet, blue the − sheet."""
+
+DEFAULT_CROSSING_TOLERANCE = math.pi / 32
+"""Within this distance of a crossing line [rad] a plane type is `?`: half a step of the paper's grid."""
+
+_FIBER_TOLERANCE = 1e-9
+_END_TOLERANCE = 1e-12
+_ROUND_OFF = 1e-12
+_SIGN = {"red": 1, "blue": -1}
+FREE = 2
+"""The code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1."""
+
+_MARK = {1: "+", 0: "?", -1: "-", FREE: "*"}
+MOST_ROOTS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Root:
+    """One solution (α3, α4) of equations (7) and (8) for one (α1, α2).
+
+    Angles in radians; `types` is ASCII such as ``(+,?)``; `color` names the sheet; `R`, `R_phi` and `R_theta` are
+    computed from the solution, not assumed.
+    """
+
+    alpha1: float
+    alpha2: float
+    alpha3: float
+    alpha4: float
+    types: str
+    color: Color
+    R: float
+    R_phi: float
+    R_theta: float
+
+    @property
+    def alpha(self) -> tuple[float, float, float, float]:
+        """The four tilt angles [rad]."""
+        return self.alpha1, self.alpha2, self.alpha3, self.alpha4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fiber:
+    """A continuum of solutions: at this (α1, α2) one of α3, α4 is free.
+
+    Parameters
+    ----------
+    name
+        "first" (β1 ≡ 0, α4 free) or "second" (β2 ≡ 0, α3 free).
+    fixed
+        The angle that is fixed: "alpha3" or "alpha4".
+    values
+        Its values in [−π/2, π/2] [rad].
+    free
+        The angle that is free: "alpha4" or "alpha3".
+    singular
+        True on the copies at β = π/2 (mod π), where the decoupling matrix is singular at every attitude
+        whatever the free angle.
+    types
+        Plane types with the free one as ``*``: ``(?,*)`` or ``(*,?)``.
+    """
+
+    name: Literal["first", "second"]
+    fixed: str
+    values: tuple[float, ...]
+    free: str
+    singular: bool
+    types: str
+
+
+@dataclass(frozen=True, slots=True)
+class RootSet(Sequence[Root]):
+    """All roots of one (α1, α2), red ones first, then by (α3, α4); and the fibres that pass through it."""
+
+    items: tuple[Root, ...]
+    fibers: tuple[Fiber, ...] = ()
+
+    @overload
+    def __getitem__(self, index: int) -> Root: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Root, ...]: ...
+    def __getitem__(self, index: int | slice) -> Root | tuple[Root, ...]:
+        return self.items[index]
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def of(self, color: Color) -> tuple[Root, ...]:
+        """Return the roots of one color."""
+        return tuple(root for root in self.items if root.color == color)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RootArrays:
+    """The roots of many (α1, α2), padded to five along the last axis.
+
+    Parameters
+    ----------
+    count
+        Number of roots, shape (...).
+    alpha
+        Tilt angles, NaN beyond `count`, shape (..., 5, 4) [rad].
+    sheet
+        +1 red, −1 blue, 0 none, shape (..., 5).
+    types
+        +1, 0 (`?`) or −1 for α3 and for α4, shape (..., 5, 2).
+    R
+        Equation (6), NaN beyond `count`, shape (..., 5).
+    on_fiber
+        Whether the first and the second fibre pass through (α1, α2), shape (..., 2).
+    """
+
+    count: npt.NDArray[np.int64]
+    alpha: FloatArray
+    sheet: IntArray
+    types: IntArray
+    R: FloatArray
+    on_fiber: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SheetGrid:
+    """The roots of one sheet over a grid of (α1, α2), as an outer product.
+
+    Root (r, s) belongs to the grid node (`row[r]`, `column[s]`) and has tilt angles
+    (α1[row[r]], α2[column[s]], alpha3[r], alpha4[s]). A grid value whose α3 (α4) lies at an end of [−π/2, π/2]
+    appears as two rows (columns).
+
+    Parameters
+    ----------
+    color
+        Which sheet.
+    row, column
+        Indices into the grid's axes, shapes (n,) and (m,).
+    alpha3, alpha4
+        Angles [rad], shapes (n,) and (m,).
+    types3, types4
+        +1, 0 (`?`) or −1, shapes (n,) and (m,).
+    R
+        Equation (6), shape (n, m).
+    """
+
+    color: Color
+    row: npt.NDArray[np.int64]
+    column: npt.NDArray[np.int64]
+    alpha3: FloatArray
+    alpha4: FloatArray
+    types3: IntArray
+    types4: IntArray
+    R: FloatArray
+
+    @property
+    def types(self) -> IntArray:
+        """Plane types of every root, 3·(type of α3) + (type of α4) from −4 to 4, shape (n, m)."""
+        return np.add.outer(3 * self.types3, self.types4)
+
+
+def text_from_types(third: int, fourth: int) -> str:
+    """Return the ASCII label of a pair of plane types given as +1, 0, −1, or :data:`FREE` for `*`.
+
+    >>> text_from_types(1, 0)
+    '(+,?)'
+    """
+    return f"({_MARK[int(third)]},{_MARK[int(fourth)]})"
+
+
+def sheet_angles(
+    color: Color, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, coefficients: Coefficients
+) -> tuple[FloatArray, FloatArray]:
+    """Return (α3, α4) on a sheet, wrapped into [−π/2, π/2], each of the shape of its own argument [rad].
+
+    >>> a3, a4 = sheet_angles("blue", 5 * np.pi / 16, np.pi / 8, coefficients_of())
+    >>> round(float(a3), 3), round(float(a4), 3)
+    (-0.648, -0.727)
+    """
+    alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    if color not in COLORS:
+        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+    if color == "red":
+        return wrapped(alpha1), wrapped(alpha2)
+    return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)
+
+
+def types_of(
+    color: Color,
+    alpha1: npt.ArrayLike,
+    alpha2: npt.ArrayLike,
+    coefficients: Coefficients,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> tuple[IntArray, IntArray]:
+    """Return the plane types of α3 and α4 on a sheet as +1, 0 (`?`) or −1, each of its argument's shape.
+
+    A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
+    β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
+    """
+    if not 0 <= number_of(crossing_tolerance) < math.inf:
+        raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
+    sign = np.int8(_SIGN[color])
+    reach = crossing_tolerance + _ROUND_OFF
+    near3 = distance_to_multiple(np.asarray(alpha1, dtype=float) - coefficients.delta, HALF_PI) <= reach
+    near4 = distance_to_multiple(np.asarray(alpha2, dtype=float) + coefficients.delta, HALF_PI) <= reach
+    zero = np.int8(0)
+    return np.where(near3, zero, sign), np.where(near4, zero, sign)
+
+
+def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Return whether an angle in [−π/2, π/2] lies at an end, where it stands for both ends, shape (...)."""
+    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _END_TOLERANCE)
+
+
+def sheet_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+    """Return how far (α3, α4) are from the red and from the blue sheet above (α1, α2), mod π, each (...) [rad].
+
+    >>> red, blue = sheet_distances([0.3, -0.2, 0.3, -0.1], coefficients_of())
+    >>> round(float(red), 3)
+    0.1
+    """
+    alpha = np.asarray(alpha, dtype=float)
+    out = []
+    for color in COLORS:
+        third, fourth = sheet_angles(color, alpha[..., 0], alpha[..., 1], coefficients)
+        off = distance_to_multiple(np.stack([alpha[..., 2] - third, alpha[..., 3] - fourth], axis=-1), math.pi)
+        out.append(np.asarray(off.max(axis=-1)))
+    return out[0], out[1]
+
+
+def sheets_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
+    """Return which sheet each of consecutive points lies on: +1 red, −1 blue, 0 neither, shape (n,).
+
+    Parameters
+    ----------
+    alpha
+        The points, shape (n, 4) [rad].
+    coefficients
+        The coefficients of the sheets.
+    tolerance
+        How far from a sheet, mod π, a point may be [rad].
+    before
+        The sheet of the point before. A point on both sheets, near where they meet, follows the one before; at the
+        beginning, the first that is on one alone; if there is none, red.
+
+    Examples
+    --------
+    >>> sheets_along([[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, 0.1, 0.1]], coefficients_of(), 2e-3).tolist()
+    [1, 0]
+    """
+    on_red, on_blue = (distance <= tolerance for distance in sheet_distances(alpha, coefficients))
+    both = on_red & on_blue
+    sheet = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
+    if both.any():
+        single = np.flatnonzero(~both)
+        start = before or (int(sheet[single[0]]) if single.size else 0) or 1
+        known = np.concatenate([[start], np.where(both, 0, sheet)])
+        # Each point on both takes the last known one; those that are on neither count as known.
+        settled = np.concatenate([[True], ~both])
+        latest = np.maximum.accumulate(np.where(settled, np.arange(len(known)), 0))
+        followed = known[latest][1:]
+        sheet = np.where(both, np.where(followed == 0, 1, followed), sheet).astype(np.int8)
+    return sheet
+
+
+def _both_ends(angle: float) -> tuple[float, ...]:
+    """Return the representations of an angle in [−π/2, π/2]: two at the ends of the range, else one."""
+    if HALF_PI - abs(angle) > _END_TOLERANCE:
+        return (angle,)
+    return (-HALF_PI, HALF_PI)
+
+
+def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArray]:
+    """Return α1 and α2 as arrays, or raise InputError naming the one that leaves [−π/2, π/2]."""
+    out = []
+    for name, value in (("alpha1", alpha1), ("alpha2", alpha2)):
+        try:
+            angles = np.asarray(value, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{name}: {shown(value)}; allowed are angles in radians") from error
+        bad = ~(np.abs(angles) <= HALF_PI)
+        if bad.any():
+            first = float(angles[bad].flat[0])
+            raise InputError(f"{name}: {first!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
+        out.append(angles)
+    return out[0], out[1]
+
+
+def roots(
+    alpha1: float,
+    alpha2: float,
+    coefficients: Coefficients | None = None,
+    *,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> RootSet:
+    """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
+
+    Two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an end
+    of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
+    answer says so, beside the red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
+
+    Parameters
+    ----------
+    alpha1, alpha2
+        Tilt angles of rotors 1 and 2 [rad], in [−π/2, π/2].
+    coefficients
+        The coefficients of formula (1); by default the paper's published ones.
+    crossing_tolerance
+        Distance from a crossing line within which a type is `?` [rad].
+
+    Raises
+    ------
+    InputError
+        If an angle is not finite or outside [−π/2, π/2].
+
+    Examples
+    --------
+    >>> [(root.types, root.color, round(root.alpha3, 3)) for root in roots(0.9, -0.4)]
+    [('(+,+)', 'red', 0.9), ('(-,-)', 'blue', -0.566)]
+    >>> len(roots(np.pi / 2, 0.3)), len(roots(np.pi / 2, -np.pi / 2))
+    (3, 5)
+    """
+    coefficients = coefficients or coefficients_of()
+    a1, a2 = _plane_angle("alpha1", alpha1), _plane_angle("alpha2", alpha2)
+    checked_plane_angles(a1, a2)
+    found: list[Root] = []
+    for color in COLORS:
+        third, fourth = sheet_angles(color, a1, a2, coefficients)
+        types = text_from_types(*map(int, types_of(color, a1, a2, coefficients, crossing_tolerance)))
+        for a3 in _both_ends(float(third)):
+            for a4 in _both_ends(float(fourth)):
+                alpha = (a1, a2, a3, a4)
+                found.append(
+                    Root(
+                        alpha1=a1,
+                        alpha2=a2,
+                        alpha3=a3,
+                        alpha4=a4,
+                        types=types,
+                        color=color,
+                        R=float(level_determinant(alpha, coefficients)),
+                        R_phi=float(roll_sensitivity(alpha, coefficients)) + 0.0,
+                        R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
+                    )
+                )
+    return RootSet(tuple(found), _fibers(a1, a2, coefficients.delta))
+
+
+def _plane_angle(name: str, value: object) -> float:
+    """Return one number as it is, to be checked against its range, or the angle that a text means."""
+    return number_of(value) if isinstance(value, float) else angle_from_text(value, name)
+
+
+def _fibers(alpha1: float, alpha2: float, delta: float) -> tuple[Fiber, ...]:
+    found = []
+    if distance_to_multiple(alpha1 - delta, HALF_PI) <= _FIBER_TOLERANCE:
+        regular = distance_to_multiple(alpha1 - delta, math.pi) <= _FIBER_TOLERANCE
+        values = _both_ends(float(wrapped(alpha1)))
+        found.append(
+            Fiber(
+                name="first",
+                fixed="alpha3",
+                values=values,
+                free="alpha4",
+                singular=not regular,
+                types="(?,*)",
+            )
+        )
+    if distance_to_multiple(alpha2 + delta, HALF_PI) <= _FIBER_TOLERANCE:
+        regular = distance_to_multiple(alpha2 + delta, math.pi) <= _FIBER_TOLERANCE
+        values = _both_ends(float(wrapped(alpha2)))
+        found.append(
+            Fiber(
+                name="second",
+                fixed="alpha4",
+                values=values,
+                free="alpha3",
+                singular=not regular,
+                types="(*,?)",
+            )
+        )
+    return tuple(found)
+
+
+def root_arrays(
+    alpha1: npt.ArrayLike,
+    alpha2: npt.ArrayLike,
+    coefficients: Coefficients | None = None,
+    *,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> RootArrays:
+    """Return the roots of many (α1, α2) at once, in the order of :func:`roots`.
+
+    Parameters
+    ----------
+    alpha1, alpha2
+        Tilt angles in [−π/2, π/2] [rad], broadcast against each other to the shape (...).
+    coefficients, crossing_tolerance
+        As for :func:`roots`.
+
+    Raises
+    ------
+    InputError
+        If an angle is not finite or outside [−π/2, π/2].
+
+    Examples
+    --------
+    >>> root_arrays([0.3, np.pi / 2, np.pi / 2], [0.1, 0.1, -np.pi / 2]).count.tolist()
+    [2, 3, 5]
+    """
+    coefficients = coefficients or coefficients_of()
+    a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
+    shape = a1.shape
+    alpha = np.full((*shape, 2, 2, 2, 4), np.nan)
+    sheet = np.zeros((*shape, 2, 2, 2), dtype=np.int8)
+    types = np.zeros((*shape, 2, 2, 2, 2), dtype=np.int8)
+    exists = np.zeros((*shape, 2, 2, 2), dtype=bool)
+    for k, color in enumerate(COLORS):
+        third, fourth = sheet_angles(color, a1, a2, coefficients)
+        type3, type4 = types_of(color, a1, a2, coefficients, crossing_tolerance)
+        end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
+        for i in range(2):
+            for j in range(2):
+                alpha[..., k, i, j, 0], alpha[..., k, i, j, 1] = a1, a2
+                alpha[..., k, i, j, 2] = np.where(end3, (2 * i - 1) * HALF_PI, third)
+                alpha[..., k, i, j, 3] = np.where(end4, (2 * j - 1) * HALF_PI, fourth)
+                types[..., k, i, j, 0], types[..., k, i, j, 1] = type3, type4
+                exists[..., k, i, j] = (end3 | (i == 0)) & (end4 | (j == 0))
+        sheet[..., k, :, :] = _SIGN[color]
+    flat = exists.reshape(*shape, 8)
+    order = np.argsort(~flat, axis=-1, kind="stable")[..., :MOST_ROOTS]
+    taken = np.take_along_axis(flat, order, axis=-1)
+    alpha = np.take_along_axis(alpha.reshape(*shape, 8, 4), order[..., None], axis=-2)
+    types = np.take_along_axis(types.reshape(*shape, 8, 2), order[..., None], axis=-2)
+    sheet = np.where(taken, np.take_along_axis(sheet.reshape(*shape, 8), order, axis=-1), np.int8(0))
+    alpha[~taken] = np.nan
+    types[~taken] = 0
+    b1 = distance_to_multiple(a1 - coefficients.delta, HALF_PI)
+    b2 = distance_to_multiple(a2 + coefficients.delta, HALF_PI)
+    return RootArrays(
+        count=flat.sum(axis=-1),
+        alpha=alpha,
+        sheet=sheet,
+        types=types,
+        R=level_determinant(alpha, coefficients),
+        on_fiber=np.stack([b1, b2], axis=-1) <= _FIBER_TOLERANCE,
+    )
+
+
+def sheet_grid(
+    color: Color,
+    alpha1: npt.ArrayLike,
+    alpha2: npt.ArrayLike,
+    coefficients: Coefficients | None = None,
+    *,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+) -> SheetGrid:
+    """Return the roots of one sheet over the grid alpha1 × alpha2.
+
+    Parameters
+    ----------
+    color
+        "red" or "blue".
+    alpha1, alpha2
+        The grid's axes in [−π/2, π/2] [rad], one-dimensional.
+    coefficients, crossing_tolerance
+        As for :func:`roots`; for a grid of step h the paper's types have the tolerance h/2.
+
+    Examples
+    --------
+    >>> axis = np.linspace(-np.pi / 2, np.pi / 2, 17)
+    >>> sum(sheet_grid(color, axis, axis).R.size for color in COLORS)
+    650
+    """
+    coefficients = coefficients or coefficients_of()
+    a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if a1.ndim != 1 or a2.ndim != 1:
+        raise InputError(f"alpha1, alpha2: axes of {a1.ndim} and {a2.ndim} dimensions; allowed is 1 and 1")
+    third, fourth = sheet_angles(color, a1, a2, coefficients)
+    row, alpha3 = _with_both_ends(third)
+    column, alpha4 = _with_both_ends(fourth)
+    types3, types4 = types_of(color, a1[row], a2[column], coefficients, crossing_tolerance)
+    left = pair_features(a1[row], alpha3) @ coefficients.bilinear_form
+    return SheetGrid(
+        color=color,
+        row=row,
+        column=column,
+        alpha3=alpha3,
+        alpha4=alpha4,
+        types3=types3,
+        types4=types4,
+        R=left @ pair_features(a2[column], alpha4).T,
+    )
+
+
+def _with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Return each angle's index and its representations: two where it lies at an end of the range."""
+    at_end = at_end_of_range(angles)
+    index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
+    values = angles[index]
+    second = np.zeros(index.size, dtype=bool)
+    second[1:] = index[1:] == index[:-1]
+    return index, np.where(at_end[index], np.where(second, HALF_PI, -HALF_PI), values)

@@ -1,0 +1,300 @@
+"""A law of time: where on a path a motion is, twice continuously differentiable, closed at the seam.
+
+The path's parameter s(t) has a continuous, piecewise linear second derivative, so it is a cubic between knots. Put into
+the path's own polynomials it gives polynomials of time, whose Bernstein coefficients bound every derivative on a
+whole interval: what is said about a law holds between samples, not only at them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of
+
+__all__ = [
+    "Law",
+    "law_from_accelerations",
+    "law_through_nodes",
+    "peaks_of",
+    "smoothed_law",
+    "tilts_between",
+    "tilts_over_time",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+# Knots nearer than this share of the period are taken for the same.
+_NEAREST = 1e-12
+_APART = 1e-9
+_SECANTS = 30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """A monotone periodic law s(t): values at knots, s̈ linear between them.
+
+    Parameters
+    ----------
+    t
+        Knots from 0 to the period, shape (m + 1,) [s].
+    s, speed, acceleration
+        s, ṡ and s̈ at the knots, shape (m + 1,); s grows by the path's span over the period.
+    """
+
+    t: FloatArray
+    s: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+
+    @property
+    def period(self) -> float:
+        """The period [s]."""
+        return float(self.t[-1])
+
+    def stretched(self, factor: float) -> Law:
+        """Return the law with all times multiplied by a factor."""
+        return Law(t=self.t * factor, s=self.s, speed=self.speed / factor, acceleration=self.acceleration / factor**2)
+
+
+def law_from_accelerations(t: FloatArray, acceleration: FloatArray, start: float, span: float) -> Law:
+    """Return the law with given s̈ at knots, its mean taken off so that it closes, and ṡ such that s grows by the span.
+
+    Parameters
+    ----------
+    t
+        Knots from 0 on, shape (m + 1,) [s].
+    acceleration
+        s̈ at the knots, the last equal to the first, shape (m + 1,).
+    start, span
+        s at the first knot, and by how much it grows.
+    """
+    h = np.diff(t)
+    gained = np.concatenate([[0.0], np.cumsum(h * (acceleration[:-1] + acceleration[1:]) / 2)])
+    surplus = gained[-1] / t[-1]
+    acceleration = acceleration - surplus
+    gained = gained - surplus * t
+    gained[-1] = 0.0
+    steps = h * gained[:-1] + h**2 * (2 * acceleration[:-1] + acceleration[1:]) / 6
+    first = (span - steps.sum()) / t[-1]
+    s = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
+    s[-1] = start + span
+    return Law(t=t, s=s, speed=gained + first, acceleration=acceleration)
+
+
+def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> Law | None:
+    """Return the law that passes nodes with given s̈, less a constant so that it closes; None if it would stop.
+
+    Parameters
+    ----------
+    s
+        Nodes from 0 to the span, shape (n + 1,); they are the law's knots.
+    acceleration
+        s̈ at the nodes, shape (n,); linear in time between them.
+    speed
+        ṡ at the first node, positive.
+
+    Notes
+    -----
+    Each interval takes the time in which the cubic covers it. The constant is what makes the last speed equal to the
+    first, found by the secant method; for s̈ that nearly closes it is tiny.
+    """
+    rise = np.append(acceleration, acceleration[0])
+    width = np.diff(s)
+
+    def run(constant: float) -> tuple[list[float], list[float]] | None:
+        v, speeds, times = speed, [speed], []
+        for ds, a0, a1 in zip(
+            width.tolist(), (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist(), strict=True
+        ):
+            root = v * v + ds * (2 * a0 + a1) * 2 / 3
+            if root <= 0:
+                return None
+            h = 2 * ds / (v + math.sqrt(root))
+            v += h * (a0 + a1) / 2
+            if v <= 0:
+                return None
+            times.append(h)
+            speeds.append(v)
+        return speeds, times
+
+    span = float(s[-1])
+    first = run(0.0)
+    if first is None:
+        return None
+    # What is left over at the end, as half a squared speed, goes down by the constant times the span.
+    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * span)], [first[0][-1] - speed]
+    for _ in range(_SECANTS):
+        found = run(constants[-1])
+        if found is None:
+            return None
+        left.append(found[0][-1] - speed)
+        if abs(left[-1]) <= 1e-14 * speed or left[-1] == left[-2]:
+            break
+        constants.append(constants[-1] - left[-1] * (constants[-1] - constants[-2]) / (left[-1] - left[-2]))
+    else:
+        return None
+    speeds = np.array([*found[0][:-1], speed])
+    t = np.concatenate([[0.0], np.cumsum(found[1])])
+    return Law(t=t, s=s, speed=speeds, acceleration=rise - constants[-1])
+
+
+def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> Law:
+    """Return the law of squared speeds at nodes, averaged over a short time so that s̈ is continuous.
+
+    Parameters
+    ----------
+    s
+        Nodes from 0 to the span, shape (n + 1,).
+    squared
+        ṡ² there, positive, shape (n + 1,); between nodes it is linear in s, that is, s̈ is constant.
+    window
+        What to average over, as a share of the period, in (0, 1).
+
+    Notes
+    -----
+    The moving average keeps the period, and averages of accelerations within convex limits stay within them but for
+    how much the path's direction and curvature change over the window.
+    """
+    speed = np.sqrt(squared)
+    t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
+    period = float(t[-1])
+    half = window * period / 2
+    knots = np.unique(np.concatenate([np.mod(t[:-1] - half, period), np.mod(t[:-1] + half, period), [0.0]]))
+    knots = np.append(knots[np.diff(np.append(knots, period)) > _APART * period], period)
+    knots[0] = 0.0
+    ahead = np.interp(np.mod(knots + half, period), t, speed)
+    behind = np.interp(np.mod(knots - half, period), t, speed)
+    rise = (ahead - behind) / (2 * half)
+    rise[-1] = rise[0]
+    # s averaged about t = 0: by symmetry the integral of s over (−w/2, w/2), with s(−u) = s(T − u) − span.
+    u = np.concatenate([t[(t > 0) & (t < half)], [half]])
+    start = _mean_near_zero(t, s, speed, u, half)
+    return law_from_accelerations(knots, rise, start, float(s[-1]))
+
+
+def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, inner: FloatArray, half: float) -> float:
+    """Return the mean of s over (−half, half) by Simpson's rule between nodes, exact for piecewise quadratics."""
+    period, span = float(t[-1]), float(s[-1])
+    edges = np.concatenate([[0.0], inner, period - t[(t > period - half) & (t < period)], [0.0]])
+    edges = np.unique(np.concatenate([edges, [half]]))
+
+    def position(time: FloatArray) -> FloatArray:
+        phase = np.mod(time, period)
+        piece = np.clip(np.searchsorted(t, phase, side="right") - 1, 0, len(t) - 2)
+        local = phase - t[piece]
+        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
+        return np.asarray(s[piece] + speed[piece] * local + rise * local**2 / 2 + span * np.floor(time / period))
+
+    low, high = edges[:-1], edges[1:]
+    total = 0.0
+    for sign in (1.0, -1.0):
+        ends = position(sign * low) + position(sign * high)
+        total += float(((high - low) * (ends + 4 * position(sign * (low + high) / 2)) / 6).sum())
+    return total / (2 * half)
+
+
+def tilts_over_time(law: Law, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return widths of intervals of time and (α1, α2) on them, as polynomials of the share of the interval passed.
+
+    Parameters
+    ----------
+    law
+        The law; its speed is positive everywhere.
+    breaks, pieces
+        The path, as :class:`gaitgraph.timing.curve.Curve` has it.
+
+    Returns
+    -------
+    widths, tilts
+        Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first. The first interval begins
+        where the path does.
+    """
+    widths, local, speed, rise, piece = _with_breaks(law, breaks)
+    return widths, tilts_between(widths, local, speed, rise, pieces[:, piece])
+
+
+def tilts_between(
+    widths: FloatArray, local: FloatArray, speed: FloatArray, rise: FloatArray, pieces: FloatArray
+) -> FloatArray:
+    """Return (α1, α2) on intervals of time, shape (degree + 1, m, 2), as :func:`tilts_over_time` does.
+
+    Parameters
+    ----------
+    widths
+        Widths of the intervals, shape (m,) [s].
+    local
+        s at the start of each interval, less that at which its piece of the path starts, shape (m,).
+    speed, rise
+        ṡ and s̈ at the knots, shape (m + 1,).
+    pieces
+        The piece of the path that each interval runs along, shape (n + 1, m, 2).
+    """
+    h = widths
+    cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])
+    out = pieces[:1].copy()
+    for coefficient in pieces[1:]:
+        out = _product(out, cubic[:, :, None])
+        out[-1] += coefficient
+    return out
+
+
+def _with_breaks(
+    law: Law, breaks: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64]]:
+    """Return widths, s within a piece of the path, ṡ, s̈ and the number of the piece, from the first break on.
+
+    To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
+    may lie so near to a break that these would carry few digits.
+    """
+    span, h = float(breaks[-1]), np.diff(law.t)
+    ahead = np.mod(breaks[:-1] - law.s[0], span)
+    ahead = np.where(ahead >= span, 0.0, ahead)
+    at = np.clip(np.searchsorted(law.s - law.s[0], ahead, side="right") - 1, 0, len(h) - 1)
+    rest = ahead - (law.s[at] - law.s[0])
+    v, a, b = law.speed[at] * h[at], law.acceleration[at] * h[at] ** 2, law.acceleration[at + 1] * h[at] ** 2
+    low, high = np.zeros(len(at)), np.ones(len(at))
+    for _ in range(60):
+        x = (low + high) / 2
+        below = x * (v + x * (a / 2 + x * (b - a) / 6)) < rest
+        low, high = np.where(below, x, low), np.where(below, high, x)
+    x = (low + high) / 2
+    speed, rise = (v + x * (a + x * (b - a) / 2)) / h[at], (a + x * (b - a)) / h[at] ** 2
+    interval, share = np.concatenate([np.arange(len(h)), at]), np.concatenate([np.zeros(len(h)), x])
+    number = np.concatenate([np.full(len(h), -1), np.arange(len(at))])
+    order = np.lexsort((-number, share, interval))
+    order = np.roll(order, -int(np.flatnonzero(order == len(h))[0]))
+    interval, share, number = interval[order], share[order], number[order]
+    following, until = np.roll(interval, -1), np.roll(share, -1)
+    widths = np.where(following == interval, until - share, 1.0 - share) * h[interval]
+    # Of a knot of the law and a break that coincide, the break stays.
+    close = widths < _NEAREST * law.period
+    kept = np.flatnonzero(~((number < 0) & (close | np.roll(close, 1))))
+    widths = np.add.reduceat(widths, kept)
+    values = [np.concatenate(pair)[order][kept] for pair in ((law.s[:-1], breaks[:-1]), (law.speed[:-1], speed))]
+    bent = np.concatenate([law.acceleration[:-1], rise])[order][kept]
+    number = number[kept]
+    piece = np.maximum.accumulate(number)
+    local = np.where(number >= 0, 0.0, np.mod(values[0] - breaks[piece], span))
+    return widths, local, np.append(values[1], values[1][0]), np.append(bent, bent[0]), piece
+
+
+def _product(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the products of polynomials, coefficients along the first axis."""
+    shape = np.broadcast_shapes(left.shape[1:], right.shape[1:])
+    out = np.zeros((len(left) + len(right) - 1, *shape))
+    for k, part in enumerate(right):
+        out[k : k + len(left)] += left * part
+    return out
+
+
+def peaks_of(widths: FloatArray, tilts: FloatArray, order: int) -> FloatArray:
+    """Return an upper bound of the size of a derivative by time on each interval, shape (m, 2).
+
+    The bound is that of the Bernstein coefficients; it is attained as intervals shrink, at second order.
+    """
+    control = bernstein_from_power(derivative_of(tilts, order), np.ones(len(widths)))
+    return np.asarray(np.abs(control).max(axis=0) / widths[:, None] ** order)

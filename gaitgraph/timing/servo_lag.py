@@ -1,0 +1,204 @@
+"""Servos that lag behind: what a first-order model leaves between the tilt angles commanded and those attained.
+
+Each servo obeys τ·dα/dt = α_commanded − α. Under a periodic law it settles to a periodic motion; its error e =
+α_commanded − α obeys de/dt = rate − e/τ, so that e(t + h) = e(t)·exp(−h/τ) + ∫ exp(−(h − u)/τ)·rate(t + u) du over h.
+Between knots the rate is a polynomial of time, and Gauss's rule on short intervals leaves nothing but round-off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.singular_value_bounds import least_singular_value_of_all
+from gaitgraph.timing.timed_gait import TimedGait
+
+__all__ = ["ServoResponse", "servo_response"]
+
+FloatArray = npt.NDArray[np.float64]
+
+# Intervals are at most this share of the quickest servo's time constant.
+_STEP = 1.0 / 64.0
+_MOST_STEPS = 2_000_000
+# Beyond so many periods the settled error is lost in round-off.
+_LONGEST = 1e6
+_AT_ONCE = 20_000
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServoResponse:
+    """What lagging servos make of a timed gait, once they have settled.
+
+    Parameters
+    ----------
+    timed
+        What is commanded.
+    lag
+        Time constant of each servo, shape (4,) [s].
+    t
+        Times from 0 to the period at which the error is known, shape (n + 1,) [s].
+    error
+        α_commanded − α_actual at these times, shape (n + 1, 4) [rad]; the last row is the first.
+    slack
+        How far the error of each joint can be from the straight line between two of these times, shape (4,) [rad].
+    """
+
+    timed: TimedGait
+    lag: FloatArray
+    t: FloatArray
+    error: FloatArray
+    slack: FloatArray
+
+    @property
+    def actual(self) -> FloatArray:
+        """The tilt angles attained at the times `t`, shape (n + 1, 4) [rad]."""
+        return np.asarray(self.timed.at(self.t)[0] - self.error)
+
+    def peak(self) -> FloatArray:
+        """Return the largest |error| of each joint, shape (4,) [rad]; certain between the times `t` too."""
+        return np.asarray(np.abs(self.error).max(axis=0) + self.slack)
+
+    def peak_times(self) -> FloatArray:
+        """Return when each joint's error is largest, shape (4,) [s]."""
+        return np.asarray(self.t[np.abs(self.error).argmax(axis=0)])
+
+    def rms(self) -> FloatArray:
+        """Return the root mean square error of each joint, shape (4,) [rad], by Simpson's rule."""
+        h = np.diff(self.t)[::2, None]
+        squared = self.error**2
+        total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(axis=0)
+        return np.asarray(np.sqrt(total / self.timed.period))
+
+    def distance_off_sheet(self) -> float:
+        """Return how far the actual (α3, α4) are at most from the sheet above the actual (α1, α2) [rad].
+
+        On the red sheet it vanishes where opposite servos share a lag: then they err alike. On the blue sheet opposite
+        angles move against each other by the same amounts, with the same result.
+        """
+        sign = -1.0 if self.timed.gait.color == "blue" else 1.0
+        apart = np.abs(self.error[:, 2:] - sign * self.error[:, :2]).max(axis=0)
+        same = self.lag[2:] == self.lag[:2]
+        return float(np.where(same, apart, apart + self.slack[2:] + self.slack[:2]).max())
+
+    def least_singular_value(self) -> float:
+        """Return a lower bound of the least singular value along the actual motion, between the times `t` too."""
+        vehicle, alpha = self.timed.gait.vehicle, self.actual
+        lower = float(least_singular_value_of_all(alpha[:-1], alpha[1:], vehicle, tolerance=1e-5).lower.min())
+        # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
+        bend = np.minimum(2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations())
+        off = bend * float(np.diff(self.t).max()) ** 2 / 8.0
+        return lower - math.sqrt(2.0 + vehicle.drag_ratio**2) * float(np.linalg.norm(off))
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as plain values, ready for JSON."""
+        return {
+            "lag": float(self.lag[0]) if np.ptp(self.lag) == 0 else self.lag.tolist(),
+            "peak_error": self.peak().tolist(),
+            "peak_error_t": self.peak_times().tolist(),
+            "rms_error": self.rms().tolist(),
+            "distance_off_sheet": self.distance_off_sheet(),
+            "least_singular_value": self.least_singular_value(),
+        }
+
+    def __str__(self) -> str:
+        peak = self.peak()
+        worst = int(np.argmax(peak))
+        return (
+            f"servo lag leaves at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times()[worst]:.3f} s), "
+            f"rms {self.rms()[worst]:.4f} rad; off the sheet by {self.distance_off_sheet():.2g} rad, "
+            f"least singular value {self.least_singular_value():.3f}"
+        )
+
+
+def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -> ServoResponse:
+    """Return the settled periodic response of first-order servos to a timed gait.
+
+    Parameters
+    ----------
+    timed
+        What is commanded; also a :class:`gaitgraph.timing.paced_gait.PacedGait`.
+    lag
+        Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
+
+    Raises
+    ------
+    InputError
+        If a lag is not positive, or so short beside the period that it takes millions of steps, or longer than a
+        million periods.
+    MissingConstant
+        If neither a lag is given nor does the vehicle state one.
+
+    Notes
+    -----
+    No servo errs by more than its lag times the largest rate. Not modelled: saturation, backlash, load, or any delay.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> timed = lift([(0.4, -0.4), (1.2, -0.4)], "red").parametrize(1.0)
+    >>> response = servo_response(timed, 0.02)
+    >>> response.distance_off_sheet(), bool((response.peak() <= 0.02 * timed.peak_rates() + 1e-12)[0])
+    (0.0, True)
+    """
+    if not isinstance(timed, TimedGait):
+        raise InputError(f"timed: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
+    if lag is None:
+        (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
+    tau = _lags(lag)
+    knots = timed.corner_times
+    knots = knots[np.append(np.diff(knots) > 0, True)]
+    # An even number of steps between knots, for Simpson's rule.
+    count = 2.0 * np.maximum(np.ceil(np.diff(knots) / (2.0 * _STEP * tau.min())), 1.0)
+    if count.sum() > _MOST_STEPS:
+        # Every interval may take two steps more than its share.
+        least = timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
+        raise InputError(
+            f"lag: {shown(lag)}; allowed is at least {1.001 * least:.4g} s for the period {timed.period:.4g} s, "
+            f"so that {_MOST_STEPS} steps do"
+        )
+    if tau.max() > _LONGEST * timed.period:
+        raise InputError(f"lag: {shown(lag)}; allowed is at most {_LONGEST * timed.period:.3g} s, a million periods")
+    number = count.astype(np.int64)
+    h = np.repeat(np.diff(knots) / number, number)
+    index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
+    t = np.repeat(knots[:-1], number) + index * h
+    blocks = [slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)]
+    gained = np.concatenate([_gained(timed, t[block, None], h[block, None], tau) for block in blocks])
+    decay = np.exp(-h[:, None] / tau)
+    error = np.zeros((len(h) + 1, 4))
+    for k in range(len(h)):
+        error[k + 1] = decay[k] * error[k] + gained[k]
+    # The settled error returns to itself after a period.
+    first = error[-1] / -np.expm1(-timed.period / tau)
+    since = np.append(t, timed.period)
+    error += first * np.exp(-since[:, None] / tau)
+    error[-1] = error[0]
+    inner = timed.peak_accelerations()
+    # Laws that turn corners at full speed have no acceleration between their knots.
+    bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
+    # No servo errs by more than its lag times the largest rate, however short the segment that bends the most.
+    room = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
+    slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, room)
+    return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)
+
+
+def _gained(timed: TimedGait, t: FloatArray, h: FloatArray, tau: FloatArray) -> FloatArray:
+    """Return what the error gains on intervals that begin at t and last h, both of shape (n, 1); shape (n, 4)."""
+    at = t + h * (_NODES + 1) / 2
+    kernel = np.exp(-(t + h - at)[..., None] / tau)
+    return np.asarray((h / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1]))
+
+
+def _lags(lag: Any) -> FloatArray:
+    single = np.ndim(lag) == 0
+    numbers = np.array([number_of(part) for part in ([lag] * 4 if single else lag)])
+    if numbers.shape != (4,) or not ((numbers > 0) & (numbers < math.inf)).all():
+        raise InputError(f"lag: {shown(lag)}; allowed is a positive finite number of seconds, or four")
+    return numbers

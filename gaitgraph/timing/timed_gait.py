@@ -1,0 +1,397 @@
+"""Put a clock on a gait: laws over a period, samples with rates and accelerations, and checks of them.
+
+A law says how time is spent along the closed polyline:
+
+* ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
+  polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
+* ``constant-speed``: the point moves along the four-dimensional curve at constant speed;
+* ``equal-time``: every segment takes the same time, at constant speed within it.
+
+The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
+which no table shows; the rates of a sample at a corner are those just after it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.surface.fibers import family_codes, family_types
+from gaitgraph.surface.solutions import text_from_types
+from gaitgraph.validation.checks import check_gait
+from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
+from gaitgraph.validation.rules import limit_check
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.io.options import FormatOptions
+
+__all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "checked_clock", "parametrize"]
+
+FloatArray = npt.NDArray[np.float64]
+
+LAWS = ("smooth", "constant-speed", "equal-time")
+"""Names of the laws, the default first."""
+
+DEFAULT_SAMPLES = 100
+"""Intervals per period when neither a count nor a rate is asked for."""
+
+MOST_SAMPLES = 10_000_000
+CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
+
+# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
+_PEAK_SPEED = 15.0 / 8.0
+_PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+_PEAK_JERK = 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimedGait:
+    """A gait with a clock: exact at every time, and sampled evenly over one period.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline.
+    period
+        T [s].
+    law
+        One of :data:`LAWS`.
+    samples
+        Number N of even intervals; tables have N + 1 rows, from t = 0 to T, the last equal to the first.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> timed = lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(2.0, samples=4)
+    >>> timed.t.tolist(), timed.alpha.shape, bool((timed.alpha[0] == timed.alpha[-1]).all())
+    ([0.0, 0.5, 1.0, 1.5, 2.0], (5, 4), True)
+    """
+
+    gait: Gait
+    period: float
+    law: str
+    samples: int
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
+        return _corner_times(self.gait, self.period, self.law)
+
+    @property
+    def t(self) -> FloatArray:
+        """Sample times, shape (N + 1,) [s]."""
+        return self._t_of(range(self.samples + 1))
+
+    def _t_of(self, rows: range) -> FloatArray:
+        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
+        if rows.stop > self.samples:
+            t[self.samples - rows.start :] = self.period
+        return np.asarray(t)
+
+    @property
+    def alpha(self) -> FloatArray:
+        """Tilt angles at the samples, shape (N + 1, 4) [rad]."""
+        return self.at(self.t)[0]
+
+    @property
+    def rates(self) -> FloatArray:
+        """Tilt rates at the samples, shape (N + 1, 4) [rad/s]."""
+        return self.at(self.t)[1]
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """Tilt accelerations at the samples, shape (N + 1, 4) [rad/s²]."""
+        return self.at(self.t)[2]
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times; the gait repeats with its period.
+
+        Parameters
+        ----------
+        t
+            Times, shape (...) [s].
+
+        Returns
+        -------
+        three arrays of shape (..., 4)
+            [rad], [rad/s], [rad/s²].
+        """
+        t = np.asarray(t, dtype=float)
+        times, gait = self.corner_times, self.gait
+        phase = np.mod(t, self.period)
+        segment = np.clip(np.searchsorted(times, phase, side="right") - 1, 0, len(gait.alpha) - 1)
+        duration = np.diff(times)[segment]
+        moving = duration > 0
+        tau = np.where(moving, (phase - times[segment]) / np.where(moving, duration, 1.0), 0.0)
+        per_second = np.where(moving, 1.0 / np.where(moving, duration, 1.0), 0.0)
+        if self.law == "smooth":
+            progress = tau**3 * (10 - 15 * tau + 6 * tau**2)
+            speed = 30 * tau**2 * (1 - tau) ** 2
+            acceleration = 60 * tau * (1 - tau) * (1 - 2 * tau)
+        else:
+            progress, speed, acceleration = tau, np.ones_like(tau), np.zeros_like(tau)
+        step = (gait.ends - gait.alpha)[segment]
+        return (
+            gait.alpha[segment] + progress[..., None] * step,
+            (speed * per_second)[..., None] * step,
+            (acceleration * per_second**2)[..., None] * step,
+        )
+
+    def colors(self) -> tuple[str, ...]:
+        """Return the sheet of every sample: that of the corner last passed; empty off the surfaces."""
+        return self._colors_at(self.t)
+
+    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
+        if not self.gait.colors:
+            return ()
+        segment = np.searchsorted(self.corner_times, t, side="right") - 1
+        return tuple(self.gait.colors[k % len(self.gait.colors)] for k in segment)
+
+    def types(self) -> tuple[str, ...]:
+        """Return the plane types of every sample; empty off the surfaces."""
+        return self._types_at(self.alpha, self.colors())
+
+    def _types_at(self, alpha: FloatArray, colors: tuple[str, ...]) -> tuple[str, ...]:
+        gait = self.gait
+        codes = family_codes(colors)
+        pairs = family_types(alpha[: len(codes)], codes, gait.coefficients, gait.crossing_tolerance)
+        return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
+
+    def columns(self, rows: range | None = None) -> dict[str, Any]:
+        """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
+
+        Off the surfaces there are no color and types. R has the gait's own coefficients.
+
+        Parameters
+        ----------
+        rows
+            Consecutive rows, counted from 0; by default all N + 1.
+        """
+        t = self._t_of(range(self.samples + 1) if rows is None else rows)
+        angles, rates, accelerations = self.at(t)
+        columns: dict[str, Any] = {"t": t}
+        columns |= {f"alpha{k + 1}": angles[:, k] for k in range(4)}
+        if self.gait.colors:
+            colors = self._colors_at(t)
+            columns |= {"color": list(colors), "types": list(self._types_at(angles, colors))}
+        columns["R"] = np.asarray(level_determinant(angles, self.gait.coefficients))
+        columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
+        columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
+        # Adding zero turns a negative zero into zero, which is what people want to read.
+        return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
+
+    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
+        """Return the vertices by equations (16) to (19) over the whole period, not over the samples.
+
+        >>> from gaitgraph.gait.gait import lift
+        >>> points = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
+        >>> lift(points, "red").parametrize().vertices().shape
+        (4, 4)
+        """
+        return self.gait.vertices(tolerance)
+
+    def peak_rates(self) -> FloatArray:
+        """Return the largest |dαᵢ/dt| over the period, between samples too, shape (4,) [rad/s]."""
+        return np.asarray(self._peaks(_PEAK_SPEED if self.law == "smooth" else 1.0, 1).max(axis=0))
+
+    def peak_accelerations(self) -> FloatArray:
+        """Return the largest |d²αᵢ/dt²| over the period, shape (4,) [rad/s²].
+
+        Infinite where a law turns a corner at full speed.
+        """
+        if self.law == "smooth":
+            return np.asarray(self._peaks(_PEAK_ACCELERATION, 2).max(axis=0))
+        return self._impulses()
+
+    def peak_jerks(self) -> FloatArray:
+        """Return the largest |d³αᵢ/dt³| over the period, where it exists, shape (4,) [rad/s³].
+
+        It jumps at the corners of the law `smooth`. Infinite where a law turns a corner at full speed.
+        """
+        if self.law == "smooth":
+            return np.asarray(self._peaks(_PEAK_JERK, 3).max(axis=0))
+        return self._impulses()
+
+    def _impulses(self) -> FloatArray:
+        """Return infinity for each angle whose rate jumps at a corner, else 0, shape (4,)."""
+        velocity = self._velocities()
+        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+        return np.where(turns.any(axis=0), np.inf, 0.0)
+
+    def _velocities(self) -> FloatArray:
+        """Return each moving segment's mean velocity, shape (k, 4) [rad/s]."""
+        duration = np.diff(self.corner_times)
+        step = (self.gait.ends - self.gait.alpha)[duration > 0]
+        if not step.size:
+            return np.zeros((1, 4))
+        return np.asarray(step / duration[duration > 0][:, None])
+
+    def _peaks(self, factor: float, order: int) -> FloatArray:
+        duration = np.diff(self.corner_times)
+        moving = duration > 0
+        if not moving.any():
+            return np.zeros((1, 4))
+        step = np.abs(self.gait.ends - self.gait.alpha)[moving]
+        return np.asarray(factor * step / duration[moving][:, None] ** order)
+
+    def check(
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
+    ) -> Report:
+        """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
+        report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+        return report.with_checks(self.clock_checks())
+
+    def clock_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
+        """Return the checks that need a clock: tilt rate; tilt acceleration and jerk where the vehicle limits them.
+
+        Parameters
+        ----------
+        noun, share
+            What advice calls the time that would do, and what share of the period that is.
+        """
+        vehicle, rates, accelerations = self.gait.vehicle, self.peak_rates(), self.peak_accelerations()
+        spoken = (self.period * share, noun)
+        checks = [_limit("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, spoken, 1, self.law)]
+        if vehicle.max_tilt_acceleration is not None:
+            limit = vehicle.max_tilt_acceleration
+            checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, spoken, 2, self.law))
+        if vehicle.max_tilt_jerk is not None:
+            limit = vehicle.max_tilt_jerk
+            checks.append(_limit("tilt_jerk", "rad/s³", self.peak_jerks(), limit, spoken, 3, self.law))
+        return tuple(checks)
+
+    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
+        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`."""
+        from gaitgraph.gait.table import pieces_of
+        from gaitgraph.io.writing import write_pieces
+
+        write_pieces(lambda: pieces_of(self), paths, force=force, options=options)
+
+    def to_pandas(self) -> Any:
+        """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
+        from gaitgraph.gait.table import table_of
+
+        return table_of(self).to_pandas()
+
+    def to_polars(self) -> Any:
+        """Return the gait table as a polars frame; see :meth:`gaitgraph.gait.table.Table.to_polars`."""
+        from gaitgraph.gait.table import table_of
+
+        return table_of(self).to_polars()
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__}: {self.gait.color or 'off the surfaces'}, T = {self.period:.6g} s, {self.law}, "
+            f"{self.samples} samples, vehicle {self.gait.vehicle.name!r}>"
+        )
+
+    def __str__(self) -> str:
+        from gaitgraph.plots.showing import text_of_timed_gait
+
+        return text_of_timed_gait(self)
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.plots.showing import html_of_timed_gait
+
+        return html_of_timed_gait(self)
+
+
+def _limit(
+    name: str, unit: str, peaks: FloatArray, limit: float | None, spoken: tuple[float, str], order: int, law: str
+) -> Check:
+    worst = int(np.argmax(peaks))
+    peak = float(peaks[worst])
+    if math.isinf(peak):
+        advice = f"the law {shown(law)} turns corners at full speed: use the law 'smooth'"
+    else:
+        needed = spoken[0] * (peak / (limit or peak or 1.0)) ** (1 / order)
+        advice = f"this law needs a {spoken[1]} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
+    return limit_check(name, unit, peak, worst + 1, limit, None, advice)
+
+
+def _corner_times(gait: Gait, period: float, law: str) -> FloatArray:
+    n = len(gait.alpha)
+    length = np.linalg.norm(gait.ends - gait.alpha, axis=1)
+    even = law == "equal-time" or not length.sum() > 0
+    share = np.full(n, 1.0 / n) if even else length / length.sum()
+    times = np.concatenate([[0.0], np.cumsum(share)]) * period
+    times[-1] = period
+    return times
+
+
+def parametrize(
+    gait: Gait,
+    period: float = 1.0,
+    *,
+    law: str = "smooth",
+    samples: int | None = None,
+    rate: float | None = None,
+) -> TimedGait:
+    """Put a clock on a gait.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline.
+    period
+        T [s], positive.
+    law
+        One of :data:`LAWS`.
+    samples
+        Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
+    rate
+        Samples per second [Hz], instead of `samples`. If T·rate is not whole, the next larger count is taken, so
+        that the table closes.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed, or both `samples` and `rate` are given.
+
+    Notes
+    -----
+    Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
+    """
+    count = checked_clock(period, law, samples=samples, rate=rate)
+    return TimedGait(gait=gait, period=float(period), law=law, samples=count)
+
+
+def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
+    """Return the number of intervals that a clock has, or raise InputError; see :func:`parametrize`.
+
+    >>> checked_clock(2.0, "smooth", rate=50)
+    100
+    """
+    if not 1e-6 <= number_of(period) <= 1e9:
+        raise InputError(f"period: {shown(period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
+    if law not in LAWS:
+        hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
+        raise InputError(f"law: {shown(law)}; allowed are {', '.join(LAWS)}{hint}")
+    if samples is not None and rate is not None:
+        raise InputError(f"samples, rate: {shown(samples)} and {shown(rate)}; allowed is one of the two")
+    if rate is not None:
+        if not 0 < number_of(rate) < math.inf:
+            raise InputError(f"rate: {shown(rate)}; allowed is a positive finite number (Hz)")
+        if period * rate > MOST_SAMPLES:
+            raise InputError(
+                f"rate: {shown(rate)} Hz over {shown(period)} s; allowed are {MOST_SAMPLES} samples at most"
+            )
+        samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
+    count = DEFAULT_SAMPLES if samples is None else samples
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
+        raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
+    return int(count)

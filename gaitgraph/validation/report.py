@@ -1,0 +1,207 @@
+"""What was found about a gait: one check for each rule, and the report that holds them all.
+
+*Valid* is the paper's notion: closed, on the surface, two-color, continuous, R of one sign. *Flyable* adds the
+physics, always with the exact coefficients of the vehicle: the decoupling matrix well invertible, hover thrusts
+positive and within limits, tilt angles and rates within limits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from gaitgraph.surface.loop_colorings import ColoringListing
+
+__all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report", "lines_of_checks", "verdict_line"]
+
+DEFAULT_TOLERANCE = 2e-3
+"""|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
+
+DEFAULT_FLOOR = 0.05
+"""Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
+
+_YES = {True: "yes", False: "no", None: "unknown"}
+_WIDTH = 110
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One rule, what was found, and where.
+
+    Parameters
+    ----------
+    name
+        The rule.
+    kind
+        "valid" if the paper's rules ask for it, "flyable" if the physics does.
+    ok
+        Whether it holds along the whole gait.
+    value, limit
+        What was found at the worst place and what is allowed there, in the unit that the message names; None
+        where there is none.
+    where
+        The worst place: segment (from which corner on), fraction along it, and tilt angles [rad]; or None.
+    message
+        One sentence that says what was found and, if the rule is broken, what would help.
+    decided
+        False for a sign of R that the digits of coefficients and angles do not carry.
+    """
+
+    name: str
+    kind: Literal["valid", "flyable"]
+    ok: bool
+    message: str
+    value: float | None = None
+    limit: float | None = None
+    where: dict[str, Any] | None = None
+    decided: bool = True
+
+    @property
+    def mark(self) -> str:
+        """How a summary marks the check: "ok", "NO", or "??" for a sign that is not decided."""
+        if not self.ok:
+            return "NO"
+        return "ok" if self.decided else "??"
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the check as plain values, ready for JSON."""
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "ok": self.ok,
+            "decided": self.decided,
+            "value": _finite_or_none(self.value),
+            "limit": _finite_or_none(self.limit),
+            "where": self.where,
+            "message": self.message,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """All checks of one gait; falsy when it is not valid, and it prints well.
+
+    Parameters
+    ----------
+    checks
+        What was found, one for each rule.
+    reachable_from_hover, reachability
+        Whether ordinary hover can enter and leave the gait, None if that is not decided; and a sentence.
+    notes
+        What deserves attention although no rule speaks of it.
+    rows
+        Number of rows, for a table.
+    listing
+        The colourings of the gait's loop, if they were asked for.
+    """
+
+    checks: tuple[Check, ...]
+    reachable_from_hover: bool | None
+    reachability: str
+    notes: tuple[str, ...] = ()
+    rows: int | None = None
+    listing: ColoringListing | None = None
+
+    @property
+    def valid(self) -> bool:
+        """Whether every rule of the paper holds."""
+        return all(check.ok for check in self.checks if check.kind == "valid")
+
+    @property
+    def two_color(self) -> bool:
+        """Whether every adjacent pair obeys Figure 15."""
+        return self["two_color"].ok
+
+    @property
+    def flyable(self) -> bool:
+        """Whether the gait is valid, its sign of R decided, and every physical check holds."""
+        return all(check.ok and check.decided for check in self.checks)
+
+    @property
+    def reason(self) -> str:
+        """The first reason why the gait is not flyable, or not valid; empty if it is both."""
+        broken = [check.message for check in self.checks if not check.ok and check.kind == "valid"]
+        broken += [check.message for check in self.checks if not check.ok and check.kind == "flyable"]
+        broken += [check.message for check in self.checks if check.ok and not check.decided]
+        return broken[0] if broken else ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What holds but deserves attention."""
+        undecided = tuple(check.message for check in self.checks if check.ok and not check.decided)
+        return undecided + self.notes
+
+    def __getitem__(self, name: str) -> Check:
+        for check in self.checks:
+            if check.name == name:
+                return check
+        raise KeyError(name)
+
+    def __bool__(self) -> bool:
+        return self.valid
+
+    def with_checks(self, more: Iterable[Check]) -> Report:
+        """Return the report with further checks appended."""
+        return replace(self, checks=(*self.checks, *more))
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        out: dict[str, Any] = {
+            "valid": self.valid,
+            "two_color": self.two_color,
+            "flyable": self.flyable,
+            "reachable_from_hover": self.reachable_from_hover,
+            "checks": [check.as_mapping() for check in self.checks],
+            "warnings": list(self.warnings),
+        }
+        if self.rows is not None:
+            out["rows"] = self.rows
+        return out | (self.listing.as_mapping() if self.listing is not None else {})
+
+    def __str__(self) -> str:
+        lines = [verdict_line(self.valid, self.flyable, self.reachable_from_hover)]
+        lines += lines_of_checks(self.checks)
+        lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
+        if self.listing is not None:
+            lines.append(_line("ok" if self.listing.count else "--", "colorings", str(self.listing)))
+        lines += [fill(f"warning: {note}", _WIDTH, subsequent_indent="  ") for note in self.notes]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
+        verdict = verdict_line(self.valid, self.flyable, self.reachable_from_hover).replace(" · ", ", ")
+        return f"<Report: {verdict}; {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.plots.showing import html_of_report
+
+        return html_of_report(self)
+
+
+def verdict_line(valid: bool, flyable: bool, reachable: bool | None) -> str:
+    """Return the verdict in one line.
+
+    >>> verdict_line(True, False, None)
+    'valid yes · flyable no · reachable from hover unknown'
+    """
+    answers = (("valid", valid), ("flyable", flyable), ("reachable from hover", reachable))
+    return " · ".join(f"{name} {_YES[answer]}" for name, answer in answers)
+
+
+def lines_of_checks(checks: Iterable[Check]) -> list[str]:
+    """Return checks as lines for people, wrapped."""
+    return [_line(check.mark, check.name.replace("_", " "), check.message) for check in checks]
+
+
+def _line(mark: str, name: str, message: str) -> str:
+    head = f"  {mark}  {name:<22}"
+    return fill(message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
+
+
+def _finite_or_none(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
