@@ -18,13 +18,14 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 
-__all__ = ["PAPER", "Vehicle", "constants_of", "preset_names", "vehicle_from_mapping", "vehicle_named"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 Spin = Literal["clockwise", "counterclockwise"]
 
@@ -46,10 +47,11 @@ _UNITS = {
     "arm_inertia": "kg m²",
     "rotor_inertia": "kg m²",
 }
+_DEFAULTS = {"name": "unnamed", "gravity": 9.80665, "first_arm_angle": 0.0, "first_rotor_spin": "clockwise"}
 _ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk"})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, init=False)
 class Vehicle:
     """The constants of one tilt-rotor; immutable, in SI units.
 
@@ -113,69 +115,86 @@ class Vehicle:
     gaitgraph.errors.MissingConstant: vehicle 'unnamed' states no mass (kg), which hover thrust in newtons needs
     """
 
-    name: str = "unnamed"
-    mass: float | None = None
-    gravity: float = 9.80665
-    arm_length: float | None = None
-    thrust_coefficient: float | None = None
-    drag_coefficient: float | None = None
-    drag_to_thrust: float | None = None
-    drag_ratio: float = None  # type: ignore[assignment]  # always known after construction
-    inertia: tuple[float, float, float] | None = None
-    first_arm_angle: float = 0.0
-    first_rotor_spin: Spin = "clockwise"
-    max_tilt: float | None = None
-    max_tilt_rate: float | None = None
-    max_tilt_acceleration: float | None = None
-    max_tilt_jerk: float | None = None
-    max_thrust: float | None = None
-    servo_lag: float | None = None
-    arm_inertia: float | None = None
-    rotor_inertia: float | None = None
+    name: str
+    mass: float | None
+    gravity: float
+    arm_length: float | None
+    thrust_coefficient: float | None
+    drag_coefficient: float | None
+    drag_to_thrust: float | None
+    drag_ratio: float
+    inertia: tuple[float, float, float] | None
+    first_arm_angle: float
+    first_rotor_spin: Spin
+    max_tilt: float | None
+    max_tilt_rate: float | None
+    max_tilt_acceleration: float | None
+    max_tilt_jerk: float | None
+    max_thrust: float | None
+    servo_lag: float | None
+    arm_inertia: float | None
+    rotor_inertia: float | None
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
-            raise InputError(f"vehicle name: {shown(self.name)}; allowed is a printable text that is not empty")
+    def __init__(
+        self,
+        *,
+        name: str = "unnamed",
+        mass: float | None = None,
+        gravity: float = 9.80665,
+        arm_length: float | None = None,
+        thrust_coefficient: float | None = None,
+        drag_coefficient: float | None = None,
+        drag_to_thrust: float | None = None,
+        drag_ratio: float | None = None,
+        inertia: Sequence[float] | None = None,
+        first_arm_angle: float = 0.0,
+        first_rotor_spin: Spin = "clockwise",
+        max_tilt: float | None = None,
+        max_tilt_rate: float | None = None,
+        max_tilt_acceleration: float | None = None,
+        max_tilt_jerk: float | None = None,
+        max_thrust: float | None = None,
+        servo_lag: float | None = None,
+        arm_inertia: float | None = None,
+        rotor_inertia: float | None = None,
+    ) -> None:
+        stated = {field: value for field, value in locals().items() if field != "self"}
+        if not isinstance(name, str) or not name or not name.isprintable():
+            raise InputError(f"vehicle name: {shown(name)}; allowed is a printable text that is not empty")
         for field in _UNITS:
-            value = getattr(self, field)
-            if value is None and field != "gravity":
-                continue
-            if field == "inertia":
-                if not isinstance(value, (list, tuple)) or len(value) != 3:
-                    raise InputError(f"inertia: {shown(value)}; allowed are three positive numbers (kg m²)")
-                checked: Any = tuple(_positive("inertia", part) for part in value)
-            else:
-                checked = _positive(field, value)
-            object.__setattr__(self, field, checked)
-        object.__setattr__(self, "first_arm_angle", angle_from_text(self.first_arm_angle, "first_arm_angle"))
-        if self.first_rotor_spin not in ("clockwise", "counterclockwise"):
-            spin = self.first_rotor_spin
+            if field != "inertia" and (stated[field] is not None or field == "gravity"):
+                stated[field] = _positive(field, stated[field])
+        if inertia is not None:
+            if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
+                raise InputError(f"inertia: {shown(inertia)}; allowed are three positive numbers (kg m²)")
+            stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
+        stated["first_arm_angle"] = angle_from_text(first_arm_angle, "first_arm_angle")
+        if first_rotor_spin not in ("clockwise", "counterclockwise"):
+            spin = first_rotor_spin
             hint = did_you_mean(spin, ["clockwise", "counterclockwise"]) if isinstance(spin, str) else ""
             raise InputError(f"first_rotor_spin: {shown(spin)}; allowed are 'clockwise' and 'counterclockwise'{hint}")
-        self._resolve("drag_to_thrust", lambda: _quotient(self.drag_coefficient, self.thrust_coefficient), "Km/Kf")
-        self._resolve("drag_ratio", lambda: _quotient(self.drag_to_thrust, self.arm_length), "Km/(Kf·L)")
-        drag_ratio: float | None = self.drag_ratio
-        if drag_ratio is None:
+        # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
+        for field, formula, over, under in (
+            ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
+            ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
+        ):
+            derived = _quotient(stated[over], stated[under])
+            if derived is not None and stated[field] is None:
+                stated[field] = _positive(field, derived)  # a quotient of extreme constants can overflow or vanish
+            elif derived is not None and not math.isclose(stated[field], derived, rel_tol=1e-6):
+                raise InputError(
+                    f"{field}: {stated[field]!r} contradicts {formula} = {derived!r} of the other constants; "
+                    "allowed is to state one or the other"
+                )
+        if stated["drag_ratio"] is None:
             raise InputError(
                 "vehicle constants do not determine the drag ratio κ; allowed are thrust_coefficient, "
                 "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
             )
-        if not 1e-9 <= drag_ratio <= 1e9:
-            raise InputError(f"drag_ratio: {drag_ratio!r}; allowed is 1e-9 to 1e9 (dimensionless)")
-
-    def _resolve(self, field: str, derive: Any, formula: str) -> None:
-        """Fill a derived constant, or check the one that was stated against it."""
-        derived, stated = derive(), getattr(self, field)
-        if derived is None:
-            return
-        if stated is None:
-            # A quotient of extreme constants can overflow or vanish.
-            object.__setattr__(self, field, _positive(field, derived))
-        elif not math.isclose(stated, derived, rel_tol=1e-6):
-            raise InputError(
-                f"{field}: {stated!r} contradicts {formula} = {derived!r} of the other constants; "
-                "allowed is to state one or the other"
-            )
+        if not 1e-9 <= stated["drag_ratio"] <= 1e9:
+            raise InputError(f"drag_ratio: {stated['drag_ratio']!r}; allowed is 1e-9 to 1e9 (dimensionless)")
+        for field, value in stated.items():
+            object.__setattr__(self, field, value)  # the record is frozen
 
     @property
     def signed_drag_ratio(self) -> float:
@@ -246,7 +265,7 @@ class Vehicle:
         stated = (
             f"{field.name}={getattr(self, field.name)!r}"
             for field in fields(self)
-            if getattr(self, field.name) not in (field.default, follows.get(field.name))
+            if getattr(self, field.name) not in (_DEFAULTS.get(field.name), follows.get(field.name))
         )
         return f"Vehicle({', '.join(stated)})"
 
