@@ -7,34 +7,36 @@ there; at run time :func:`lazy_names` reads the same block and imports a name's 
 from __future__ import annotations
 
 import sys
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["lazy_names"]
+
+@cache
+def lazy_modules(package: str) -> dict[str, str]:
+    """Return the module of each public name of a package. A subpackage is its own module."""
+    import ast
+
+    spec = sys.modules[package].__spec__
+    source = spec.loader.get_source(package)  # type: ignore[union-attr]  # a package of source files has both
+    block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
+    found = {}
+    for node in block.body:
+        if not isinstance(node, ast.ImportFrom):
+            raise TypeError(f"{package}: the block of public names must hold imports only")
+        for name in node.names:
+            found[name.name] = f"{package}.{name.name}" if node.module == package else str(node.module)
+    return found
 
 
 def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use."""
 
-    def modules() -> dict[str, str]:
-        """Return the module of each public name. A subpackage is its own module."""
-        import ast
-
-        spec = sys.modules[package].__spec__
-        source = spec.loader.get_source(package)  # type: ignore[union-attr]  # a package of source files has both
-        block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
-        found = {}
-        for node in block.body:
-            for name in node.names:  # type: ignore[attr-defined]  # the block holds imports only
-                inside = node.module == package  # type: ignore[attr-defined]
-                found[name.name] = f"{package}.{name.name}" if inside else node.module  # type: ignore[attr-defined]
-        return found
-
     def getattr_(name: str) -> Any:
-        module = modules().get(name) if not name.startswith("__") else None
+        module = None if name.startswith("__") else lazy_modules(package).get(name)
         if module is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         loaded = import_module(module)
@@ -42,4 +44,4 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         setattr(sys.modules[package], name, value)
         return value
 
-    return getattr_, lambda: sorted(modules())
+    return getattr_, lambda: sorted(lazy_modules(package))

@@ -14,6 +14,7 @@ from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
 
 import gaitgraph
+from gaitgraph._lazy import lazy_modules
 
 if TYPE_CHECKING:
     from docutils import nodes
@@ -21,26 +22,28 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
     from sphinx.environment import BuildEnvironment
 
-MODULES = ("plots", "figures")  # used as modules: their names are not names of the package
+ORDER = Path(__file__).parent.parent / "architecture.md"
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 
 
-def rooms() -> list[str]:
-    """Return the modules in the order that the package's docstring states."""
-    order = re.search(r"tell the method in order: (.*?)\.", inspect.getdoc(gaitgraph) or "", re.S)
-    if order is None:
-        raise LookupError("gaitgraph/__init__.py does not state its modules in order")
-    return [name.strip() for name in order[1].split(",")]
+def packages() -> list[str]:
+    """Return the packages in the order that the architecture page states."""
+    return re.findall(r"^\| `(\w+)` \|", ORDER.read_text(encoding="utf-8"), re.M)
 
 
-def names_of(room: str) -> list[tuple[str, str]]:
-    """Return a module's public names and where they are found: classes first, then functions, then the rest."""
-    if room in MODULES:
-        found = [(f"gaitgraph.{room}", name) for name in import_module(f"gaitgraph.{room}").__all__]
+def names_of(package: str) -> list[tuple[str, str]]:
+    """Return a package's public names and where they are found: classes first, then functions, then the rest."""
+    here = import_module(f"gaitgraph.{package}")
+    if hasattr(here, "__path__"):
+        names = dir(here)
     else:
-        found = [
-            ("gaitgraph", name) for name in gaitgraph.__all__ if gaitgraph._HOME.get(name, "").split(".")[0] == room
-        ]
+        names = [name for name, value in vars(here).items() if getattr(value, "__module__", "") == here.__name__]
+    found = [
+        (f"gaitgraph.{package}", name) for name in names if not name.startswith("_") and name not in dir(gaitgraph)
+    ]
+    for name in set(dir(gaitgraph)) - set(packages()):
+        if home_of(name).split(".")[1] == package:
+            found.append(("gaitgraph", name))
 
     def place(pair: tuple[str, str]) -> tuple[bool, bool, str]:
         value = getattr(import_module(pair[0]), pair[1])
@@ -49,7 +52,13 @@ def names_of(room: str) -> list[tuple[str, str]]:
     return sorted(found, key=place)
 
 
-def described(module: str, name: str, room: str) -> list[str]:
+@cache
+def home_of(name: str) -> str:
+    """Return the module that a public name of the package comes from."""
+    return lazy_modules("gaitgraph")[name]
+
+
+def described(module: str, name: str, package: str) -> list[str]:
     """Return the lines that describe one name."""
     value = getattr(import_module(module), name)
     if inspect.isclass(value):
@@ -57,30 +66,34 @@ def described(module: str, name: str, room: str) -> list[str]:
         return [f".. autoclass:: {module}.{name}", *options, ""]
     if inspect.isroutine(value):
         return [f".. autofunction:: {module}.{name}", ""]
-    about = ModuleAnalyzer.for_module(f"gaitgraph.{room}").find_attr_docs().get(("", name), [])
+    about = (
+        ModuleAnalyzer.for_module(home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}")
+        .find_attr_docs()
+        .get(("", name), [])
+    )
     body = [f"   {line}" for line in about]
     return [f".. py:data:: {name}", f"   :type: {type(value).__name__}", "", *body, ""]
 
 
-def section_of(room: str) -> list[str]:
-    """Return the lines of one module's section, the first paragraph of its docstring and its names, or nothing."""
-    names = names_of(room)
+def section_of(package: str) -> list[str]:
+    """Return the lines of one package's section, the first paragraph of its docstring and its names, or nothing."""
+    names = names_of(package)
     if not names:
         return []
-    module, home = f"gaitgraph.{room}", names[0][0]
+    module, home = f"gaitgraph.{package}", names[0][0]
     about = (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
     lines = [module, "-" * len(module), "", f".. module:: {module}", "", f".. currentmodule:: {home}", "", *about, ""]
     for where, name in names:
-        lines += described(where, name, room)
+        lines += described(where, name, package)
     return lines
 
 
 class ApiListing(SphinxDirective):
-    """One section for each module that has public names."""
+    """One section for each package that has public names."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
-        text = "\n".join(line for room in rooms() for line in section_of(room))
+        text = "\n".join(line for package in packages() for line in section_of(package))
         return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
@@ -100,7 +113,7 @@ def find_public_name(
     if node.get("refdomain") != "py":
         return None
     path = node["reftarget"].split(".")
-    if path[-1] in gaitgraph.__all__ and path[0] in ("gaitgraph", path[-1]):
+    if path[-1] in dir(gaitgraph) and path[0] in ("gaitgraph", path[-1]):
         python = env.get_domain("py")
         target = f"gaitgraph.{path[-1]}"
         return python.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], target, node, contnode)
