@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.fibers import (
@@ -77,6 +77,14 @@ class Gait:
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "blue")
     >>> gait.alpha[1].round(3).tolist(), round(gait.length, 2)
     ([1.178, -0.393, -0.844, 0.059], 3.14)
+    >>> print(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red"))
+    Gait, red: 3 corners, 2.7314 rad around, R -5.39 to -4.98 at its corners
+    vehicle paper (κ = 0.1687), published coefficients
+    <BLANKLINE>
+      corner      α1        α2        α3        α4     types
+         1      0.4000   -1.2000    0.4000   -1.2000     (+,+)
+         2      0.4000   -0.4000    0.4000   -0.4000     (+,+)
+         3      1.2000   -0.4000    1.2000   -0.4000     (+,+)
     """
 
     alpha: FloatArray
@@ -246,9 +254,31 @@ class Gait:
         return f"<Gait: {self.color or 'off the surfaces'}, {size}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
-        from gaitgraph.plots.showing import text_of_gait
+        count = len(self.alpha)
+        low, high = float(self.R.min()), float(self.R.max())
+        signs = f"R {low:.3g} to {high:.3g} at its corners" if count > 1 else f"R {low:.3g}"
+        color = self.color or "off the surfaces"
+        return "\n".join(
+            [
+                f"Gait, {color}: {count} corner{'s' * (count > 1)}, {self.length:.4f} rad around, {signs}",
+                self.setting_text(),
+                "",
+                *self.corner_lines(),
+            ]
+        )
 
-        return text_of_gait(self)
+    def setting_text(self) -> str:
+        """Return for which vehicle and with which coefficients the gait is, in one line."""
+        return f"vehicle {self.vehicle.name} (κ = {self.vehicle.drag_ratio:.4f}), {self.coefficients.kind} coefficients"
+
+    def corner_lines(self, most: int = 12) -> list[str]:
+        """Return the first corners as lines of a table for people."""
+        corners, types = len(self.alpha), self.types
+        lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
+        for k, alpha in enumerate(self.alpha[:most]):
+            angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
+            lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
+        return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.showing import html_of_gait

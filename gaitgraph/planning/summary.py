@@ -5,17 +5,14 @@ from __future__ import annotations
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from gaitgraph.angles import text_from_angle
 from gaitgraph.validation.report import lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.plan import Loop, Plan
 
-__all__ = ["headline_of_plan", "lines_of_corners", "setting_of_plan", "text_of_plan"]
+__all__ = ["headline_of_plan", "setting_of_plan", "text_of_plan"]
 
 _WIDTH = 110
-_MOST_CORNERS = 12
 
 
 def text_of_plan(plan: Plan, *, written: tuple[str, ...] = ()) -> str:
@@ -69,22 +66,10 @@ def _planned(plan: Plan, loop: Loop) -> list[str]:
         headline_of_plan(plan),
         setting_of_plan(plan),
         "",
-        *lines_of_corners(loop.gait),
+        *loop.gait.corner_lines(),
     ]
     lines += ["", verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
     lines += lines_of_checks(report.checks)
-    return lines
-
-
-def lines_of_corners(gait: Gait) -> list[str]:
-    """Return the corners of a gait as lines for people, the first dozen."""
-    corners, types = len(gait.alpha), gait.types
-    lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
-    for k, alpha in enumerate(gait.alpha[:_MOST_CORNERS]):
-        angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
-        lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
-    if corners > _MOST_CORNERS:
-        lines.append(f"     … and {corners - _MOST_CORNERS} more")
     return lines
 
 

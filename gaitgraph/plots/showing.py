@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import MissingConstant
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.summary import headline_of_plan, lines_of_corners, setting_of_plan
+from gaitgraph.planning.summary import headline_of_plan, setting_of_plan
 from gaitgraph.plots.sketches import (
     HUES,
     MOST_RINGS,
@@ -51,9 +51,6 @@ __all__ = [
     "html_of_report",
     "html_of_timed_gait",
     "html_of_vehicle",
-    "text_of_gait",
-    "text_of_region",
-    "text_of_timed_gait",
 ]
 
 _MOST_CHECKED = 2000  # corners that are judged in passing; that takes a tenth of a second
@@ -64,22 +61,6 @@ _CARD = "display:flex;flex-wrap:wrap;gap:4px 20px;align-items:flex-start;margin:
 _CELL = "text-align:left;vertical-align:top;padding:1px 12px 1px 0;border:none;background:none;font-weight:normal"
 _TABLE = "border-collapse:collapse;margin:4px 0;border:none;font-size:inherit;color:inherit"
 _MARK = {"ok": "yes", "NO": "no", "??": "unknown"}
-
-
-def text_of_gait(gait: Gait) -> str:
-    """Return a gait in a few lines: what it is, for which vehicle, its corners.
-
-    >>> from gaitgraph.gait.gait import lift
-    >>> print(text_of_gait(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red")))
-    Gait, red: 3 corners, 2.7314 rad around, R -5.39 to -4.98 at its corners
-    vehicle paper (κ = 0.1687), published coefficients
-    <BLANKLINE>
-      corner      α1        α2        α3        α4     types
-         1      0.4000   -1.2000    0.4000   -1.2000     (+,+)
-         2      0.4000   -0.4000    0.4000   -0.4000     (+,+)
-         3      1.2000   -0.4000    1.2000   -0.4000     (+,+)
-    """
-    return "\n".join([*_heading_of_gait(gait), "", *lines_of_corners(gait)])
 
 
 def _heading_of_gait(gait: Gait) -> tuple[str, str]:
@@ -153,27 +134,6 @@ def _region_of(
     return region.inner, f"shaded: where a {color} gait{which} is {use}{within}"
 
 
-def text_of_timed_gait(timed: TimedGait) -> str:
-    """Return a timed gait in a few lines: the gait, its clock, and the largest rates and accelerations.
-
-    >>> from gaitgraph.gait.gait import lift
-    >>> print(text_of_timed_gait(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(2.0)))
-    TimedGait, red: T = 2 s, smooth, 100 samples, 2.7314 rad around
-    vehicle paper (κ = 0.1687), published coefficients
-    <BLANKLINE>
-      angle     least   largest   peak rate   peak acceleration
-      α1       0.4000    1.2000       2.561                13.46
-      α2      -1.2000   -0.4000       2.561                13.46
-      α3       0.4000    1.2000       2.561                13.46
-      α4      -1.2000   -0.4000       2.561                13.46
-      in rad, rad/s and rad/s²; peaks between samples too; the vehicle states no limits
-    """
-    lines = [*_heading_of_timed(timed), "", "  angle     least   largest   peak rate   peak acceleration"]
-    for name, low, high, rate, acceleration in _peaks(timed):
-        lines.append(f"  {name}  {low:>11} {high:>9} {rate:>11} {acceleration:>20}")
-    return "\n".join([*lines, f"  {_units(timed)}"])
-
-
 def _heading_of_timed(timed: TimedGait) -> tuple[str, str]:
     gait = timed.gait
     return (
@@ -216,23 +176,6 @@ def html_of_timed_gait(timed: TimedGait) -> str:
     _table(box, _peaks(timed), ("angle", "least", "largest", "peak rate", "peak acceleration"))
     _line(box, _units(timed), small=True)
     return _html(card)
-
-
-def text_of_region(region: Region) -> str:
-    """Return a region in a few lines: its size, its components, what was intersected.
-
-    >>> from gaitgraph.areas import admissible_region
-    >>> print(text_of_region(admissible_region(sign="positive")))
-    Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
-      1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
-      2  0.0162 rad²   α1 -1.5708 to -1.4386, α2 1.4386 to 1.5708
-    R ≥ 0.0035 · least singular value ≥ 0.05 · hover thrusts > 0
-    """
-    lines = [_heading_of_region(region)]
-    lines += [f"  {number}  {area:>11}   {where}" for number, area, where in _components(region)[:_MOST_ROWS]]
-    if len(region.components) > _MOST_ROWS:
-        lines.append(f"  … and {len(region.components) - _MOST_ROWS} more")
-    return "\n".join([*lines, _conditions(region)] if region.conditions else lines)
 
 
 def _heading_of_region(region: Region) -> str:

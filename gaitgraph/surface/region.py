@@ -52,6 +52,7 @@ TOUCH = 1e-12
 
 _FOLLOWED = 0.45  # how far from a curved border its chords may be, as a share of the accuracy
 _COARSEST = 1e-3  # coarser chords would save nothing
+_MOST_LISTED = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -224,9 +225,22 @@ class Region:
         return f"<Region: {size}, accuracy {self.accuracy:.3g} rad, {len(self.conditions)} conditions>"
 
     def __str__(self) -> str:
-        from gaitgraph.plots.showing import text_of_region
-
-        return text_of_region(self)
+        count = len(self.components)
+        if not count:
+            lines = ["Region of the (α1, α2) plane: empty"]
+        else:
+            borders = f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
+            size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}"
+            lines = [f"Region of the (α1, α2) plane: {size}, {borders}"]
+        for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
+            left, below, right, above = (f"{value:.4f}" for value in part.bounds)
+            area = f"{part.area:.3g} rad²"
+            lines.append(f"  {number}  {area:>11}   α1 {left} to {right}, α2 {below} to {above}")
+        if count > _MOST_LISTED:
+            lines.append(f"  … and {count - _MOST_LISTED} more")
+        if self.conditions:
+            lines.append(" · ".join(dict.fromkeys(condition.name for condition in self.conditions)))
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.showing import html_of_region

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.fibers import family_codes, family_types
@@ -300,9 +300,26 @@ class TimedGait:
         )
 
     def __str__(self) -> str:
-        from gaitgraph.plots.showing import text_of_timed_gait
-
-        return text_of_timed_gait(self)
+        gait, vehicle = self.gait, self.gait.vehicle
+        lines = [
+            f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}, "
+            f"{self.samples} samples, {gait.length:.4f} rad around",
+            gait.setting_text(),
+            "",
+            "  angle     least   largest   peak rate   peak acceleration",
+        ]
+        columns = (gait.alpha.min(axis=0), gait.alpha.max(axis=0), self.peak_rates(), self.peak_accelerations())
+        for k, (low, high, rate, acceleration) in enumerate(zip(*columns, strict=True), start=1):
+            peak = f"{acceleration:.4g}".replace("inf", "infinite")
+            ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
+            lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
+        limits = [
+            f"{value:.4g} {unit}"
+            for value, unit in ((vehicle.max_tilt_rate, "rad/s"), (vehicle.max_tilt_acceleration, "rad/s²"))
+            if value is not None
+        ]
+        stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
+        return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.showing import html_of_timed_gait
