@@ -11,7 +11,7 @@ import pytest
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.plots.figures import paper_gait
+from gaitgraph.planning.paper_gaits import paper_gait
 from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.pace import least_period
 from gaitgraph.vehicle import PAPER, Vehicle

@@ -22,7 +22,7 @@ from matplotlib.text import Text
 import gaitgraph as gg
 from gaitgraph.cli import main
 from gaitgraph.gait.table import table_of
-from gaitgraph.plots import figures
+from gaitgraph.planning.paper_gaits import paper_gait, printed_gait
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
 from tests.published import GAITS
@@ -96,10 +96,10 @@ def test_a_name_that_is_nearly_one() -> None:
 
 def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
     for known in GAITS:
-        gait = figures.paper_gait(known.number, gg.PAPER, gg.invertibility.coefficients_of())
+        gait = paper_gait(known.number, gg.PAPER, gg.invertibility.coefficients_of())
         np.testing.assert_allclose(gait.alpha[:, :2], known.angles)
         assert gait.color == known.color
-        printed = figures._printed_gait(known.number, gg.invertibility.coefficients_of()).alpha
+        printed = printed_gait(known.number, gg.invertibility.coefficients_of()).alpha
         np.testing.assert_allclose(printed, np.column_stack([known.angles, known.printed]))
 
 
@@ -178,7 +178,7 @@ def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
     assert [patch.get_gid() for patch in left.patches] == ["singular"]
     assert [len(lines_of(ax, "singular")) for ax in (left, middle, right, last)] == [48, 48, 96, 96]
     exact = gg.invertibility.coefficients_of(kind="exact")
-    printed = figures._printed_gait(2, exact)
+    printed = printed_gait(2, exact)
     alpha = printed.parametrize(law="constant-speed").at(np.arange(48) / 48)[0]
     for row, line in zip(alpha, lines_of(right, "singular")[:48], strict=True):
         assert np.abs(gg.invertibility.determinant(row, exact, *np.asarray(line.get_xydata()).T)).max() < 1e-12

@@ -168,7 +168,7 @@ def timed_of_argument(
     """
     from gaitgraph.flight.clocks import timed_of_file
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.plots.figures import paper_gait
+    from gaitgraph.planning.paper_gaits import paper_gait
     from gaitgraph.timing.timed_gait import LAWS, parametrize
     from gaitgraph.vehicle import PAPER
 

@@ -14,17 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gaitgraph import plots
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import write_whole
-from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.exchange import gait_of
+from gaitgraph.planning.paper_gaits import paper_gait, printed_gait
 from gaitgraph.plots.axes import (
     FORMATS,
     Format,
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.timing.timed_gait import TimedGait
 
-__all__ = ["FIGURES", "PAPER_GAITS", "PaperFigure", "draw", "names_of_figures", "paper_gait", "write_figures"]
+__all__ = ["FIGURES", "PaperFigure", "draw", "names_of_figures", "write_figures"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,56 +90,6 @@ class _Setting:
     @property
     def coefficients(self) -> Coefficients:
         return coefficients_of(self.vehicle, self.kind)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _PaperGait:
-    """A gait of the paper's Section 5: its color, its (α1, α2) in multiples of π/16, and (α3, α4) as printed [rad]."""
-
-    color: str
-    points: tuple[tuple[int, int], ...]
-    printed: tuple[tuple[float, float], ...]
-
-
-_AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))
-PAPER_GAITS = {
-    1: _PaperGait(
-        color="blue",
-        points=((5, 2), (5, 6), (1, 6), (1, 2)),
-        printed=((-0.648, -0.727), (-0.648, -1.512), (0.138, -1.512), (0.138, -0.727)),
-    ),
-    2: _PaperGait(
-        color="blue",
-        points=_AROUND_3,
-        printed=((-0.844, 0.844), (-0.844, 0.059), (-0.059, 0.059), (-0.059, 0.844)),
-    ),
-    3: _PaperGait(
-        color="red",
-        points=_AROUND_3,
-        printed=((1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)),
-    ),
-    4: _PaperGait(
-        color="red",
-        points=((-2, 2), (-2, 6), (-6, 6), (-6, 2)),
-        printed=((-0.393, 0.393), (-0.393, 1.178), (-1.178, 1.178), (-1.178, 0.393)),
-    ),
-}
-"""The gaits of the paper's Section 5 by number: corners on its grid, and α3 and α4 as it prints them."""
-
-
-def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
-    """Return Gait 1 to 4 for a vehicle; mirrored in the origin, as all regions are, if its spin is."""
-    known = PAPER_GAITS[number]
-    side = 1 if vehicle.signed_drag_ratio > 0 else -1
-    points = side * np.array(known.points) * (math.pi / 16)
-    return lift(points, known.color, vehicle=vehicle, coefficients=coefficients)
-
-
-def _printed_gait(number: int, coefficients: Coefficients) -> Gait:
-    """Return the polyline through a gait's vertices as printed, three decimals each, which is off the surfaces."""
-    known = PAPER_GAITS[number]
-    plane = np.array(known.points) * (math.pi / 16)
-    return Gait(alpha=np.column_stack([plane, known.printed]), coefficients=coefficients)
 
 
 def _sketch(setting: _Setting) -> Figure:
@@ -231,7 +180,7 @@ def _four_readings(number: int, eta: float, claim: str) -> Callable[[_Setting], 
         readings = (
             ("(a) exact coefficients", gait),
             ("(b) four-digit coefficients", rounded),
-            ("(c) printed vertices", _printed_gait(number, exact)),
+            ("(c) printed vertices", printed_gait(number, exact)),
             ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=vehicle, coefficients=exact)),
         )
         for ax, (title, one) in zip(panels.flat, readings, strict=True):

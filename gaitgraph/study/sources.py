@@ -11,9 +11,9 @@ from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.exchange import gait_of
 from gaitgraph.io.reading import read_table
+from gaitgraph.planning.paper_gaits import PAPER_GAITS, paper_gait
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request, request_fields, request_of
-from gaitgraph.plots.figures import PAPER_GAITS, paper_gait
 from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:
