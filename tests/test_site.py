@@ -9,11 +9,11 @@ import subprocess
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import gaitgraph
-from gaitgraph import plots
 from gaitgraph.plots import figures
 
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
@@ -64,6 +64,9 @@ class Page(HTMLParser):
                 self.ids.add(value or "")
             if name in LOADED.get(tag, ()) or (name == "style" and "url(" in (value or "")):
                 self.loads.append(value or "")
+
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -142,9 +145,8 @@ def test_formulas_are_mathml(site: Path, pages: dict[str, Page]) -> None:
 
 
 def test_the_api_is_whole(pages: dict[str, Page]) -> None:
-    names = {f"gaitgraph.{name}" for name in gaitgraph.__all__ if name != "__version__"}
-    for module in (plots, figures):
-        names |= {f"{module.__name__}.{name}" for name in module.__all__}
+    names = {f"gaitgraph.{name}" for name in dir(gaitgraph) if not isinstance(getattr(gaitgraph, name), ModuleType)}
+    names |= {f"gaitgraph.plots.{name}" for name in dir(gaitgraph.plots)}
     assert names <= pages["api.html"].ids
 
 

@@ -1,4 +1,4 @@
-"""The directive ``api-listing``: every public name, room by room in the order in which they tell the method."""
+"""The directive ``api-listing``: every public name, package by package in the order of the architecture page."""
 
 from __future__ import annotations
 
@@ -38,12 +38,9 @@ def names_of(package: str) -> list[tuple[str, str]]:
         names = dir(here)
     else:
         names = [name for name, value in vars(here).items() if getattr(value, "__module__", "") == here.__name__]
-    found = [
-        (f"gaitgraph.{package}", name) for name in names if not name.startswith("_") and name not in dir(gaitgraph)
-    ]
-    for name in set(dir(gaitgraph)) - set(packages()):
-        if home_of(name).split(".")[1] == package:
-            found.append(("gaitgraph", name))
+    top = set(dir(gaitgraph)) - set(packages())
+    found = [(f"gaitgraph.{package}", name) for name in names if not name.startswith("_") and name not in top]
+    found += [("gaitgraph", name) for name in top if home_of(name).split(".")[1] == package]
 
     def place(pair: tuple[str, str]) -> tuple[bool, bool, str]:
         value = getattr(import_module(pair[0]), pair[1])
@@ -66,11 +63,8 @@ def described(module: str, name: str, package: str) -> list[str]:
         return [f".. autoclass:: {module}.{name}", *options, ""]
     if inspect.isroutine(value):
         return [f".. autofunction:: {module}.{name}", ""]
-    about = (
-        ModuleAnalyzer.for_module(home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}")
-        .find_attr_docs()
-        .get(("", name), [])
-    )
+    home = home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}"
+    about = ModuleAnalyzer.for_module(home).find_attr_docs().get(("", name), [])
     body = [f"   {line}" for line in about]
     return [f".. py:data:: {name}", f"   :type: {type(value).__name__}", "", *body, ""]
 
