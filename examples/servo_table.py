@@ -16,7 +16,7 @@ table = table_of(plan.gait.parametrize(period=2.0, samples=8))
 # %%
 # The map could stand in a TOML file for ``gaitgraph export --servos``. Motor 2 turns the other way.
 
-servos = gg.io.joint_map_from_mapping(
+servos = gg.io.servo_map_from_mapping(
     {
         "preset": "x_frame",
         "unit": "us",

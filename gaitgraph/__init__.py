@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
     from gaitgraph.io.exchange import export as export, gait_of as gait_of
-    from gaitgraph.io.joint_map import JointMap as JointMap
     from gaitgraph.io.reading import read_table as read_table
+    from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.nearest import retarget as retarget
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
     from gaitgraph.planning.location import whereabouts_of as whereabouts_of

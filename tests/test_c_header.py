@@ -15,9 +15,9 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table, table_of
-from gaitgraph.io.joint_files import joint_map_named
 from gaitgraph.io.options import FormatOptions
 from gaitgraph.io.reading import provenance_in
+from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.writing import write_tables
 from tests.published import GAITS
 
@@ -295,7 +295,7 @@ def test_a_header_plans_again(run: Callable[..., Any], tmp_path: Path) -> None:
 
 
 def test_joints_are_named_with_their_rotors(tmp_path: Path) -> None:
-    write_tables(table_of(SMOOTH), [tmp_path / "g.h"], servos=joint_map_named("x_frame"))
+    write_tables(table_of(SMOOTH), [tmp_path / "g.h"], servos=servo_map_named("x_frame"))
     assert '["tilt1", "tilt2", "tilt3", "tilt4"], which tilt rotors 4, 2, 1, 3.' in (tmp_path / "g.h").read_text()
 
 

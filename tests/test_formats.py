@@ -302,7 +302,7 @@ def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any
         assert done.json["rows"] == count
     assert run("export", "gait.csv", "z.m", "--force").out.startswith("wrote z.m: a function that loads and plots")
     # Pieces that a format does not look at are counted all the same, and once.
-    servos = gg.io.joint_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
+    servos = gg.io.servo_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
     alone, beside = (
         export_file(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
         for names in (["a.csv"], ["z.m", "a.csv"])

@@ -27,10 +27,10 @@ from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, table_of
 from gaitgraph.io import bag_storage as storages, rosbag as bags
 from gaitgraph.io.exchange import export
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.io.joint_files import joint_map_named
 from gaitgraph.io.options import FormatOptions
 from gaitgraph.io.reading import provenance_in, read_table
 from gaitgraph.io.rosbag import STATE, STRING, TRAJECTORY
+from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.trajectory import points_of, told_after
 from gaitgraph.io.writing import write_tables
 from tests.published import GAITS
@@ -667,12 +667,12 @@ def test_whatever_the_bytes_there_is_a_table_or_one_line(
 def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: Path, suffix: str) -> None:
     """Joints of an X frame have another order; what is read is tilt angles again."""
     path = tmp_path / f"g{suffix}"
-    write_tables(TABLE, [path], servos=joint_map_named("x_frame"))
+    write_tables(TABLE, [path], servos=servo_map_named("x_frame"))
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert list(message.joint_names) == ["tilt1", "tilt2", "tilt3", "tilt4"]
     assert (np.array([point.positions for point in message.points]) == TIMED.alpha[:, [3, 1, 0, 2]]).all()
     assert (read_table(path).alpha == TIMED.alpha).all()
-    write_tables(TABLE, [path], servos=joint_map_named("x_frame"), options=FormatOptions(joint_names=NAMES), force=True)
+    write_tables(TABLE, [path], servos=servo_map_named("x_frame"), options=FormatOptions(joint_names=NAMES), force=True)
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert tuple(message.joint_names) == NAMES
     assert (read_table(path).alpha == TIMED.alpha).all()

@@ -13,9 +13,9 @@ from gaitgraph.cli.options import (
     a_word,
     columns_option,
     force_option,
-    joint_map_or_none,
     json_option,
     sampling_options,
+    servo_map_or_none,
     servos_option,
     setting_options,
     vehicle_or_none,
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.io.exchange import Exported
-    from gaitgraph.io.joint_map import JointMap
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["export_command", "figures_command"]
 
@@ -63,19 +63,19 @@ def _taken_format_options(options: dict[str, Any]) -> Any:
     return FormatOptions(**chosen)
 
 
-def _told(name: str, done: Exported, chosen: FormatOptions, joint_map: JointMap | None) -> str:
+def _told(name: str, done: Exported, chosen: FormatOptions, servo_map: ServoMap | None) -> str:
     """Return what an output holds, in a few words."""
     from gaitgraph.gait.table import ANGLES
     from gaitgraph.io.formats import known_format
 
     form = known_format(name, "output")
     if "joint_names" in form.options:
-        joints = f"joints {', '.join(chosen.joint_names or (joint_map.joint_names if joint_map else ANGLES))}"
+        joints = f"joints {', '.join(chosen.joint_names or (servo_map.joint_names if servo_map else ANGLES))}"
         if "periods" in form.options:
             return f"{(done.rows - 1) * chosen.periods + 1} points of {joints}"
         return f"{done.rows} rows of {joints}, and a function of time"
     if form.reads:
-        return f"{done.rows} rows of {', '.join(joint_map.columns if joint_map else done.columns)}"
+        return f"{done.rows} rows of {', '.join(servo_map.columns if servo_map else done.columns)}"
     if form.suffix == ".m":
         return "a function that loads and plots the .mat, .csv or .json file of its name"
     return "one period, drawn"
@@ -107,19 +107,19 @@ def export_command(
     """
     from gaitgraph.io.exchange import export_file
 
-    joints, joint_map = joint_map_or_none(columns), joint_map_or_none(servos)
-    options |= {name: value for name, value in (("joints", joints), ("servos", joint_map)) if value is not None}
+    joints, servo_map = servo_map_or_none(columns), servo_map_or_none(servos)
+    options |= {name: value for name, value in (("joints", joints), ("servos", servo_map)) if value is not None}
     chosen = options["options"] = _taken_format_options(options)
     with working(f"exporting {gait_file}") as work:
         done = export_file(gait_file, outputs, vehicle=vehicle_or_none(vehicle), progress=work.part, **options)
     if as_json:
         answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
-        if joint_map:
-            answer |= {"servos": joint_map.as_mapping(), "clipped": done.clipped}
+        if servo_map:
+            answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
         print_json(answer)
         return 0
     for name in outputs:
-        click.echo(f"wrote {name}: {_told(name, done, chosen, joint_map)}")
+        click.echo(f"wrote {name}: {_told(name, done, chosen, servo_map)}")
     for name, count in done.clipped.items():
         click.echo(f"clipped: joint {name!r} at its limit in {count} of {done.rows} rows")
     return 0

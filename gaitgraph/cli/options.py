@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from click.shell_completion import CompletionItem
 
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 
     Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
@@ -29,7 +29,6 @@ __all__ = [
     "columns_option",
     "crossing_option",
     "force_option",
-    "joint_map_or_none",
     "json_option",
     "keep_options",
     "name_option",
@@ -37,6 +36,7 @@ __all__ = [
     "polygons_from_texts",
     "require_option",
     "sampling_options",
+    "servo_map_or_none",
     "servos_option",
     "setting_options",
     "stated",
@@ -88,10 +88,10 @@ def _preset_names() -> list[str]:
     return preset_names()
 
 
-def _joint_map_names() -> list[str]:
-    from gaitgraph.io.joint_presets import joint_map_names
+def _servo_map_names() -> list[str]:
+    from gaitgraph.io.servo_map import PRESETS
 
-    return joint_map_names()
+    return list(PRESETS)
 
 
 def _one_of(known: Callable[[], Iterable[str]], *, files: bool = False) -> Completion:
@@ -110,14 +110,14 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print one JS
 columns_option = click.option(
     "--columns",
     metavar="NAME_OR_FILE",
-    shell_complete=_one_of(_joint_map_names, files=True),
+    shell_complete=_one_of(_servo_map_names, files=True),
     help="What the columns of a servo table from elsewhere are: a preset or a TOML file.",
 )
 
 servos_option = click.option(
     "--servos",
     metavar="NAME_OR_FILE",
-    shell_complete=_one_of(_joint_map_names, files=True),
+    shell_complete=_one_of(_servo_map_names, files=True),
     help="Write what the joints do, not tilt angles: paper, x_frame, … or a TOML file.",
 )
 
@@ -215,11 +215,11 @@ def as_options(**flags: Any) -> Iterator[None]:
         raise type(error)(f"{flag}: {rest}") from error
 
 
-def joint_map_or_none(name: str | None) -> JointMap | None:
+def servo_map_or_none(name: str | None) -> ServoMap | None:
     """Return the map of ``--servos`` or ``--columns``; None if it is not given."""
-    from gaitgraph.io.joint_files import joint_map_named
+    from gaitgraph.io.servo_map import servo_map_named
 
-    return None if name is None else joint_map_named(name)
+    return None if name is None else servo_map_named(name)
 
 
 def angle_not_negative(text: str, name: str) -> float:

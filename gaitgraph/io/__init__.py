@@ -15,15 +15,15 @@ if TYPE_CHECKING:
         request_of_file as request_of_file,
     )
     from gaitgraph.io.frames import table_from_frame as table_from_frame
-    from gaitgraph.io.joint import Joint as Joint
-    from gaitgraph.io.joint_files import (
-        joint_map_from_mapping as joint_map_from_mapping,
-        joint_map_named as joint_map_named,
-    )
-    from gaitgraph.io.joint_inverse import table_from_joints as table_from_joints
-    from gaitgraph.io.joint_map import JointMap as JointMap, mapped_table as mapped_table
     from gaitgraph.io.options import FormatOptions as FormatOptions
     from gaitgraph.io.reading import read_table as read_table
+    from gaitgraph.io.servo_map import (
+        Joint as Joint,
+        ServoMap as ServoMap,
+        servo_map_from_mapping as servo_map_from_mapping,
+        servo_map_named as servo_map_named,
+    )
+    from gaitgraph.io.servo_tables import mapped_table as mapped_table, table_from_joints as table_from_joints
     from gaitgraph.io.writing import write_tables as write_tables
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["pieces_of_csv"]
 
@@ -30,7 +30,7 @@ _FEWEST, _FULL = 3, 9
 
 
 def pieces_of_csv(
-    path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: JointMap | None
+    path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
 ) -> Iterator[Table]:
     """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
 

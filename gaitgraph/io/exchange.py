@@ -21,9 +21,9 @@ from gaitgraph.gait.table import ANGLES, CLOSED_GAP, ROWS_OF_A_PIECE, Table, mer
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.io.formats import FORMATS, known_format
 from gaitgraph.io.frames import Frame, as_table
-from gaitgraph.io.joint_map import clipped_rows
 from gaitgraph.io.options import check_options
 from gaitgraph.io.reading import provenance_in, read_pieces, read_table
+from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces, write_tables
 from gaitgraph.planning.request import holds_request, planes_only, read_request, request_from_mapping, request_in_about
 from gaitgraph.surface.fibers import families_along, family_of
@@ -35,8 +35,8 @@ from gaitgraph.validation.report import DEFAULT_TOLERANCE
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from gaitgraph.io.joint_map import JointMap
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.planning.request import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
@@ -261,7 +261,7 @@ def export_file(
     *,
     force: bool = False,
     options: FormatOptions | None = None,
-    servos: JointMap | None = None,
+    servos: ServoMap | None = None,
     progress: Callable[[float], None] | None = None,
     **choices: Any,
 ) -> Exported:
@@ -347,7 +347,7 @@ def _pieces_to_write(
     law: str | None = None,
     samples: int | None = None,
     rate: float | None = None,
-    joints: JointMap | None = None,
+    joints: ServoMap | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Callable[[], Iterator[Table]]:
     """Return what yields the rows to write, as often as it is called."""

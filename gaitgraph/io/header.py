@@ -10,12 +10,12 @@ import numpy as np
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS
-from gaitgraph.io.joint_files import joint_map_from_mapping
-from gaitgraph.io.joint_inverse import check_joint_columns, tilts_from_joints
+from gaitgraph.io.servo_map import servo_map_from_mapping
+from gaitgraph.io.servo_tables import check_joint_columns, tilts_from_joints
 from gaitgraph.io.values import numbers_of, texts_of
 
 if TYPE_CHECKING:
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["Header", "joints_of", "rows_of"]
 
@@ -27,7 +27,7 @@ _OTHERS_TOLD, _MOST_OTHERS = 5, 1000
 class Header:
     """The names of a table's columns, checked; turns raw columns into those of a :class:`Table`."""
 
-    def __init__(self, names: list[str], plane_only: bool, joints: JointMap | None = None) -> None:
+    def __init__(self, names: list[str], plane_only: bool, joints: ServoMap | None = None) -> None:
         self.names = names
         self.joints = joints
         # Of a map of joints, each with the radians in its unit; then angles under the usual names are none.
@@ -100,7 +100,7 @@ def _others(name: str, others: list[str]) -> str:
     return did_you_mean(name, others[:_MOST_OTHERS]) or (f"; there are {told}" if others else "")
 
 
-def joints_of(about: dict[str, Any], joints: JointMap | None) -> tuple[dict[str, Any], JointMap | None]:
+def joints_of(about: dict[str, Any], joints: ServoMap | None) -> tuple[dict[str, Any], ServoMap | None]:
     """Return what made a file without its map of joints, and the map: as asked for, else as the file says, if it does.
 
     What is read is told of tilt angles, so the map is none of its making.
@@ -108,7 +108,7 @@ def joints_of(about: dict[str, Any], joints: JointMap | None) -> tuple[dict[str,
     if "servos" not in about:
         return about, joints
     rest = {name: value for name, value in about.items() if name != "servos"}
-    return rest, joint_map_from_mapping(about["servos"]) if joints is None else joints
+    return rest, servo_map_from_mapping(about["servos"]) if joints is None else joints
 
 
 def rows_of(columns: list[tuple[str, Any]]) -> int:

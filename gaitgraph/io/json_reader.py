@@ -12,7 +12,7 @@ from gaitgraph.io.header import joints_of
 from gaitgraph.io.table_columns import checked_table
 
 if TYPE_CHECKING:
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["table_of_json"]
 
@@ -20,7 +20,7 @@ _JSON = "allowed is an object of columns, a list of rows, or a plan"
 _MOST_BRACKETS = 5_000_000
 
 
-def table_of_json(text: str, plane_only: bool, joints: JointMap | None) -> Table:
+def table_of_json(text: str, plane_only: bool, joints: ServoMap | None) -> Table:
     """Return the table that a JSON text holds.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.io.joint_files import joint_map_from_mapping
+from gaitgraph.io.servo_map import servo_map_from_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -97,7 +97,7 @@ class FormatOptions:
         names: tuple[str, ...] = ANGLES
         rotors: tuple[int, ...] = (1, 2, 3, 4)
         if "servos" in table.about:
-            joints = joint_map_from_mapping(table.about["servos"]).joints
+            joints = servo_map_from_mapping(table.about["servos"]).joints
             names, rotors = tuple(joint.name for joint in joints), tuple(joint.rotor for joint in joints)
         return names if self.joint_names is None else self.joint_names, rotors
 

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from gaitgraph.io.formats import Format
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["provenance_in", "read_pieces", "read_table"]
 
 
-def read_table(path: str | Path, *, joints: JointMap | None = None) -> Table:
+def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
     """Read a gait table, or a plan saved as JSON.
 
     Parameters
@@ -50,7 +50,7 @@ def read_pieces(
     *,
     progress: Callable[[float], None] | None = None,
     plane_only: bool = False,
-    joints: JointMap | None = None,
+    joints: ServoMap | None = None,
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; the first tells what made it.
 
@@ -90,7 +90,7 @@ def _from_format(
     path: Path,
     progress: Callable[[float], None] | None,
     plane_only: bool,
-    joints: JointMap | None,
+    joints: ServoMap | None,
 ) -> Iterator[Table]:
     """Check the raw columns that a format's own room yields."""
     header: Header | None = None

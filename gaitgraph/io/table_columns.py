@@ -11,7 +11,7 @@ from gaitgraph.io.header import Header, joints_of, rows_of
 from gaitgraph.io.values import check_times
 
 if TYPE_CHECKING:
-    from gaitgraph.io.joint_map import JointMap
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["checked_table", "table_from_columns"]
 
@@ -46,7 +46,7 @@ def table_from_columns(
 
 
 def checked_table(
-    columns: list[tuple[str, Any]], about: dict[str, Any], plane_only: bool, joints: JointMap | None = None
+    columns: list[tuple[str, Any]], about: dict[str, Any], plane_only: bool, joints: ServoMap | None = None
 ) -> Table:
     """Check columns and bring them into order."""
     header = Header([name for name, _ in columns], plane_only, joints)

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
 from gaitgraph.files import target_of, write_whole
 from gaitgraph.io.formats import known_format
-from gaitgraph.io.joint_map import mapped_table
+from gaitgraph.io.servo_tables import mapped_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from gaitgraph.gait.table import Table
     from gaitgraph.io.formats import Format
-    from gaitgraph.io.joint_map import JointMap
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["check_outputs", "write_pieces", "write_tables"]
 
@@ -74,7 +74,7 @@ def write_tables(
     *,
     force: bool = False,
     options: FormatOptions | None = None,
-    servos: JointMap | None = None,
+    servos: ServoMap | None = None,
 ) -> None:
     """Write a table to files, each whole or not at all; the format follows from the suffix.
 
@@ -112,7 +112,7 @@ def write_pieces(
     *,
     force: bool = False,
     options: FormatOptions | None = None,
-    servos: JointMap | None = None,
+    servos: ServoMap | None = None,
 ) -> None:
     """Write a table that comes piece by piece, as :func:`write_tables` does.
 
@@ -136,12 +136,12 @@ def _written(pieces: Callable[[], Iterable[Table]], form: Format, options: Forma
     form.writer(options)(pieces(), scratch)
 
 
-def _for_servos(pieces: Callable[[], Iterable[Table]], servos: JointMap, form: Format) -> Iterator[Table]:
+def _for_servos(pieces: Callable[[], Iterable[Table]], servos: ServoMap, form: Format) -> Iterator[Table]:
     """Yield pieces as a format tells of joints: in its own radians, or in the columns of the map."""
     rows = 0
     for piece in pieces():
         if "joint_names" in form.options:
-            yield servos.apply(piece, rows_before=rows)
+            yield mapped_table(piece, servos.in_radians(), rows_before=rows)
         elif form.reads:
             yield mapped_table(piece, servos, rows_before=rows)
         else:

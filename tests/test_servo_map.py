@@ -14,12 +14,9 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, table_of
 from gaitgraph.invertibility.matrices import attitude_of, body_vertical, scaled_decoupling_matrix
-from gaitgraph.io.joint import Joint
-from gaitgraph.io.joint_files import joint_map_from_mapping, joint_map_named
-from gaitgraph.io.joint_inverse import table_from_joints
-from gaitgraph.io.joint_map import JointMap, clipped_rows, mapped_columns, mapped_table
-from gaitgraph.io.joint_presets import joint_map_names
 from gaitgraph.io.reading import read_table
+from gaitgraph.io.servo_map import PRESETS, Joint, ServoMap, servo_map_from_mapping, servo_map_named
+from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, table_from_joints
 from gaitgraph.io.writing import write_tables
 
 if TYPE_CHECKING:
@@ -67,7 +64,7 @@ def servos(tmp_path: Path) -> Path:
 
 
 def test_a_map_does_what_it_says(table: Table, servos: Path) -> None:
-    told = mapped_columns(table, joint_map_named(servos))
+    told = mapped_columns(table, servo_map_named(servos))
     assert list(told) == ["time_ms", "front_right_us", "rear_left_us", "front_left_us", "rear_right_us"]
     a1, a2, a3, a4 = table.alpha.T
     assert np.allclose(told["time_ms"], 1000 * table["t"], rtol=1e-15)
@@ -78,7 +75,7 @@ def test_a_map_does_what_it_says(table: Table, servos: Path) -> None:
 
 
 def test_rates_follow_in_the_units_of_the_angles(table: Table) -> None:
-    told = mapped_columns(table, joint_map_from_mapping({"preset": "x_frame", "unit": "deg", "sign": -1, "zero": 0.5}))
+    told = mapped_columns(table, servo_map_from_mapping({"preset": "x_frame", "unit": "deg", "sign": -1, "zero": 0.5}))
     assert list(told)[5:] == [f"tilt{k}_deg_{end}" for end in ("rate", "acceleration") for k in (1, 2, 3, 4)]
     assert np.allclose(told["tilt1_deg_rate"], -np.degrees(table["alpha4_rate"]))
     assert np.allclose(told["tilt4_deg_acceleration"], -np.degrees(table["alpha3_acceleration"]))
@@ -86,13 +83,13 @@ def test_rates_follow_in_the_units_of_the_angles(table: Table) -> None:
 
 
 def test_the_papers_map_changes_no_bit(table: Table) -> None:
-    told = mapped_columns(table, joint_map_named("paper"))
+    told = mapped_columns(table, servo_map_named("paper"))
     assert list(told) == ["t", *(f"alpha{k}" for k in (1, 2, 3, 4)), *RATES, *ACCELERATIONS]
     assert all(np.array_equal(values, table[name]) for name, values in told.items())
 
 
 @st.composite
-def joint_maps(draw: st.DrawFn) -> JointMap:
+def joint_maps(draw: st.DrawFn) -> ServoMap:
     joints = []
     for k, rotor in enumerate(draw(st.permutations([1, 2, 3, 4]))):
         unit: Any = draw(st.sampled_from(["rad", "deg", "us"]))
@@ -105,32 +102,33 @@ def joint_maps(draw: st.DrawFn) -> JointMap:
             Joint(
                 name=f"joint {k}",
                 rotor=rotor,
+                column=f"joint {k}",
                 unit=unit,
                 sign=draw(st.sampled_from([1, -1])),
                 zero=draw(st.floats(-1, 1)),
                 **(pulses if unit == "us" else {}),
             )
         )
-    return JointMap(name="any", joints=tuple(joints), time="time", time_unit=draw(st.sampled_from(["s", "ms", "us"])))
+    return ServoMap(name="any", joints=tuple(joints), time="time", time_unit=draw(st.sampled_from(["s", "ms", "us"])))
 
 
 @settings(max_examples=40, deadline=None)
 @given(joint_maps(), st.lists(st.lists(st.floats(-1.57, 1.57), min_size=4, max_size=4), min_size=1, max_size=5))
-def test_the_inverse_gives_back_what_was_mapped(joint_map: JointMap, rows: list[list[float]]) -> None:
+def test_the_inverse_gives_back_what_was_mapped(servo_map: ServoMap, rows: list[list[float]]) -> None:
     alpha = np.array(rows)
     columns: dict[str, Any] = {"t": np.arange(len(rows)) / 7.0}
     columns |= {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
     columns |= {name: 3.0 * alpha[:, k] for k, name in enumerate(RATES)}
     table = Table(columns=columns)
-    back = table_from_joints(mapped_columns(table, joint_map), joint_map)
+    back = table_from_joints(mapped_columns(table, servo_map), servo_map)
     # Pulses are told around 4000 µs, of which floating point carries 1e-12 µs.
     assert np.allclose(back.alpha, alpha, rtol=0, atol=1e-11)
     assert np.allclose(back["t"], columns["t"], rtol=1e-15, atol=0)
     if "alpha1_rate" in back:
         assert np.allclose(back["alpha1_rate"], columns["alpha1_rate"], rtol=0, atol=1e-13)
-    assert joint_map_from_mapping(json.loads(json.dumps(joint_map.as_mapping()))) == joint_map
-    applied = joint_map.apply(table)
-    own = joint_map_from_mapping(applied.about["servos"])
+    assert servo_map_from_mapping(json.loads(json.dumps(servo_map.as_mapping()))) == servo_map
+    applied = mapped_table(table, servo_map.in_radians())
+    own = servo_map_from_mapping(applied.about["servos"])
     assert np.allclose(table_from_joints(applied.columns, own).alpha, alpha, rtol=0, atol=1e-13)
 
 
@@ -139,7 +137,7 @@ def test_upright_and_ends_of_the_range_come_back_inside_it() -> None:
     ends = np.array([[math.pi / 2, -math.pi / 2, 0.0, 0.0]])
     columns = {f"alpha{k + 1}": ends[:, k] for k in range(4)}
     for slope in np.linspace(100.1, 300.7, 37):
-        one = joint_map_from_mapping({"unit": "us", "us_per_rad": float(slope), "zero": "1deg"})
+        one = servo_map_from_mapping({"unit": "us", "us_per_rad": float(slope), "zero": "1deg"})
         back = table_from_joints(mapped_columns(Table(columns=columns), one), one)
         assert np.abs(back.alpha).max() <= math.pi / 2
 
@@ -161,7 +159,7 @@ BETAFLIGHT = [(REAR_RIGHT, "cw"), (FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRO
 )
 def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, motors: list[Any]) -> None:
     """Where a rotor is, and how it turns, is read off the torques that it makes."""
-    one = joint_map_named(preset)
+    one = servo_map_named(preset)
     vehicle = gg.PAPER.replace(first_arm_angle=one.first_arm_angle, first_rotor_spin=one.first_rotor_spin)
     one.check_vehicle(vehicle)
     upright = np.zeros(4)
@@ -198,30 +196,30 @@ def test_turning_the_arms_about_yaw_changes_no_robustness(turn: str, table: Tabl
 
 
 def test_a_map_for_another_vehicle_is_refused() -> None:
-    for preset in joint_map_names():
-        joint_map_named(preset).check_vehicle(
+    for preset in PRESETS:
+        servo_map_named(preset).check_vehicle(
             gg.PAPER.replace(first_rotor_spin="counterclockwise" if "counter" in preset else "clockwise")
         )
     mirrored = gg.PAPER.replace(first_rotor_spin="counterclockwise")
     with pytest.raises(gg.InputError, match="did you mean 'x_frame_counterclockwise'"):
-        joint_map_named("x_frame").check_vehicle(mirrored)
-    joint_map_named("x_frame_counterclockwise").check_vehicle(mirrored)
-    with pytest.raises(gg.InputError, match="has its first arm at 135°; allowed is 45°, or 0°"):
-        joint_map_named("x_frame").check_vehicle(gg.PAPER.replace(first_arm_angle="135deg"))
+        servo_map_named("x_frame").check_vehicle(mirrored)
+    servo_map_named("x_frame_counterclockwise").check_vehicle(mirrored)
+    with pytest.raises(gg.InputError, match="has its first arm at 135°; it must be at 45°, or at 0°"):
+        servo_map_named("x_frame").check_vehicle(gg.PAPER.replace(first_arm_angle="135deg"))
     # An order of one's own is for whatever vehicle one has.
-    own = joint_map_from_mapping({"preset": "x_frame", "joint": [{"rotor": k} for k in (1, 2, 3, 4)]})
+    own = servo_map_from_mapping({"preset": "x_frame", "joint": [{"rotor": k} for k in (1, 2, 3, 4)]})
     own.check_vehicle(mirrored)
 
 
 def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
     stated = {"preset": "x_frame", "unit": "us", "us_per_rad": 600}
     with pytest.raises(gg.InputError) as refused:
-        mapped_columns(table, joint_map_from_mapping(stated), rows_before=100)
+        mapped_columns(table, servo_map_from_mapping(stated), rows_before=100)
     assert str(refused.value) == (
-        "servos 'x_frame': row 101: joint 'tilt1' is at 793.142 µs (rotor 4 at -67.5°); "
-        "allowed is 1000 to 2000 µs, or clip = true"
+        "servos 'x_frame': row 101: joint 'tilt1' must be between 1000 and 2000 µs, or clip = true, "
+        "got 793.142 µs (rotor 4 at -67.5°)"
     )
-    clipping = joint_map_from_mapping({**stated, "clip": True})
+    clipping = servo_map_from_mapping({**stated, "clip": True})
     told = mapped_columns(table, clipping)
     values = np.concatenate([told[f"tilt{k}_us"] for k in (1, 2, 3, 4)])
     assert values.min() == 1000
@@ -230,63 +228,63 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
               zip(clipping.joint_names, (4, 2, 1, 3), strict=True)}  # fmt: skip
     assert clipped_rows(table, clipping) == beyond
     # In radians the same limits hold.
-    assert np.abs(clipping.apply(table).alpha).max() == pytest.approx(500 / 600)
-    in_degrees = joint_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})
-    with pytest.raises(gg.InputError, match=r"joint 'alpha1' is at 67.5 ° .* allowed is -70 to 60 °"):
+    assert np.abs(mapped_table(table, clipping.in_radians()).alpha).max() == pytest.approx(500 / 600)
+    in_degrees = servo_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})
+    with pytest.raises(gg.InputError, match="joint 'alpha1' must be between -70 and 60 °, .*got 67.5 °"):
         mapped_columns(table, in_degrees)
     inside = {f"tilt{k}_us": [1500.0, 1500.0] for k in (1, 3, 4)}
-    with pytest.raises(gg.InputError, match=r"row 2: joint 'tilt2' is at 2000\.5 µs"):
-        table_from_joints({**inside, "tilt2_us": [1500.0, 2000.5]}, joint_map_from_mapping(stated))
+    with pytest.raises(gg.InputError, match=r"row 2: joint 'tilt2' must be .*, got 2000\.5 µs"):
+        table_from_joints({**inside, "tilt2_us": [1500.0, 2000.5]}, servo_map_from_mapping(stated))
 
 
 FOUR = [{"rotor": k} for k in (1, 2, 3, 4)]
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"preset": "x_fram"}, "'x_fram' is neither a preset .*; did you mean 'x_frame'"),
+    ({"preset": "x_fram"}, "servos must be a preset .* or a .toml file, got 'x_fram'; did you mean 'x_frame'"),
     ({"unti": "us"}, "'unti' is no field; did you mean 'unit'"),
-    ({"unit": "grad"}, "unit: 'grad'; allowed are rad, deg, us"),
-    ({"unit": "us"}, "us_per_rad is missing; allowed is a positive number"),
-    ({"unit": "us", "us_per_rad": 0}, "us_per_rad: 0; allowed is 0.001 to 1e9"),
-    ({"unit": "us", "us_per_rad": -400}, "us_per_rad: -400; .* sign = −1 turns the other way"),
-    ({"unit": "us", "us_per_rad": math.nan}, "us_per_rad: nan; allowed"),
-    ({"unit": "us", "us_per_rad": 400, "limits_us": [2000, 1000]}, "limits_us: .2000, 1000.; .*in this order"),
-    ({"unit": "us", "us_per_rad": 400, "limits_us": [-5, 1000]}, "allowed are pulses of 0 to 1e.06 µs"),
-    ({"unit": "us", "us_per_rad": 400, "neutral_us": 900}, "neutral_us: 900; allowed is 1000 to 2000 µs"),
-    ({"unit": "us", "us_per_rad": 400, "limits": [-1, 1]}, "limits: .-1, 1.; allowed is limits_us"),
-    ({"us_per_rad": 400}, "us_per_rad: 400; allowed is the unit 'us', not 'rad'"),
-    ({"limits": ["1rad", "-1rad"]}, "limits: .*in this order"),
-    ({"limits": 3}, "limits: 3; allowed are the least and the largest"),
-    ({"sign": 2}, "sign: 2; allowed are 1, −1"),
-    ({"sign": True}, "sign: True; allowed are 1, −1"),
+    ({"unit": "grad"}, "unit must be rad, deg or us, got 'grad'"),
+    ({"unit": "us"}, "us_per_rad is missing; it must be a positive number"),
+    ({"unit": "us", "us_per_rad": 0}, "us_per_rad must be between 0.001 and 1e9 .*, got 0.0"),
+    ({"unit": "us", "us_per_rad": -400}, "us_per_rad must be .*sign = −1 turns the other way.*, got -400"),
+    ({"unit": "us", "us_per_rad": math.nan}, "us_per_rad must be .*, got nan"),
+    ({"unit": "us", "us_per_rad": 400, "limits_us": [2000, 1000]}, "limits_us must be .*, in this order, got .2000.0, 1"),
+    ({"unit": "us", "us_per_rad": 400, "limits_us": [-5, 1000]}, "limits_us must be between 0 and 1e.06 µs"),
+    ({"unit": "us", "us_per_rad": 400, "neutral_us": 900}, "neutral_us must be between 1000 and 2000 µs.*, got 900"),
+    ({"unit": "us", "us_per_rad": 400, "limits": [-1, 1]}, "limits must be left out .*, which has limits_us"),
+    ({"us_per_rad": 400}, "us_per_rad must be left out for the unit 'rad'"),
+    ({"limits": ["1rad", "-1rad"]}, "limits must be .*in this order"),
+    ({"limits": 3}, "limits must be the least and the largest .*, got 3"),
+    ({"sign": 2}, "sign must be 1 or −1, got 2"),
+    ({"sign": True}, "sign must be 1 or −1, got True"),
     ({"zero": "5dg"}, "zero: '5dg' is no angle"),
-    ({"clip": 1}, "clip: 1; allowed are true and false"),
-    ({"time_unit": "msec"}, "time_unit: 'msec'; allowed are s, ms, us; did you mean 'ms'"),
-    ({"time": ""}, "time: ''; allowed is the name of a column"),
-    ({"name": "\n"}, "name: .*; allowed is a printable text"),
-    ({"first_rotor_spin": "clockwize"}, "first_rotor_spin: 'clockwize'; .* did you mean 'clockwise'"),
-    ({"joint": FOUR[:3]}, "joint: there are 3; allowed are 4"),
-    ({"joint": 4}, "joint: 4; allowed are four tables"),
-    ({"joint": [*FOUR[:3], {"rotor": 1}]}, "'alpha1' and 'alpha4' are both on rotor 1; allowed is one joint on each"),
-    ({"joint": [*FOUR[:3], {"rotor": 5}]}, "rotor: 5; allowed are 1, 2, 3, 4"),
+    ({"clip": 1}, "clip must be true or false, got 1"),
+    ({"time_unit": "msec"}, "time_unit must be s, ms or us, got 'msec'; did you mean 'ms'"),
+    ({"time": ""}, "time must be a printable text of 1 to 64 characters, got ''"),
+    ({"name": "\n"}, "name must be a printable text"),
+    ({"first_rotor_spin": "clockwize"}, "first_rotor_spin must be .*, got 'clockwize'; did you mean 'clockwise'"),
+    ({"joint": FOUR[:3]}, "joint: there must be 4, .*, got 3"),
+    ({"joint": 4}, "joint must be four tables .*, got 4"),
+    ({"joint": [*FOUR[:3], {"rotor": 1}]}, "'alpha1' and 'alpha4' are both on rotor 1; each rotor must have one joint"),
+    ({"joint": [*FOUR[:3], {"rotor": 5}]}, "rotor must be 1, 2, 3 or 4, got 5"),
     ({"joint": [*FOUR[:3], {"rotr": 4}]}, "joint 4: 'rotr' is no field; did you mean 'rotor'"),
     ({"joint": [*FOUR[:3], {"name": "alpha1"}]}, "name: 'alpha1' is given twice"),
     ({"joint": [*FOUR[:3], {"column": "t"}]}, "column: 't' is given twice"),
-    ({"joint": [*FOUR[:3], {"column": "color"}]}, "column: 'color' is one of texts in a gait table"),
-    ({"time": "types"}, "column: 'types' is one of texts"),
-    ({"joint": [*FOUR[:3], {"name": ""}]}, "name: ''; allowed is a printable text of 1 to 64"),
+    ({"joint": [*FOUR[:3], {"column": "color"}]}, "column: 'color' is a column of texts"),
+    ({"time": "types"}, "column: 'types' is a column of texts"),
+    ({"joint": [*FOUR[:3], {"name": ""}]}, "name must be a printable text of 1 to 64 characters, got ''"),
 ]
 
 
 @pytest.mark.parametrize(("stated", "message"), REFUSED, ids=range(len(REFUSED)))
 def test_a_wrong_map_says_what_is_wrong(stated: dict[str, Any], message: str) -> None:
     with pytest.raises(gg.InputError, match=message) as refused:
-        joint_map_from_mapping(stated)
+        servo_map_from_mapping(stated)
     assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".npz"])
 def test_a_file_of_ours_tells_its_map(suffix: str, table: Table, servos: Path, tmp_path: Path) -> None:
     path = tmp_path / f"servos{suffix}"
-    write_tables(mapped_table(table, joint_map_named(servos)), [path])
+    write_tables(mapped_table(table, servo_map_named(servos)), [path])
     back = read_table(path)
     assert np.allclose(back.alpha, table.alpha, rtol=0, atol=1e-14)
     assert np.allclose(back["t"], table["t"])
@@ -297,19 +295,19 @@ def test_a_file_of_ours_tells_its_map(suffix: str, table: Table, servos: Path, t
 
 
 def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp_path: Path) -> None:
-    told = mapped_columns(table, joint_map_named(servos))
+    told = mapped_columns(table, servo_map_named(servos))
     path = tmp_path / "log.csv"
     rows = np.column_stack([told[name] for name in reversed(told)])
     # Measured pulses have few digits, and an unknown column stands beside them.
     lines = [",".join(f"{value:.3f}" for value in row) + ",on" for row in rows]
     path.write_text("\n".join([",".join([*reversed(told), "armed"]), *lines]))
-    back = read_table(path, joints=joint_map_named(servos))
+    back = read_table(path, joints=servo_map_named(servos))
     assert np.allclose(back.alpha, table.alpha, rtol=0, atol=0.5e-3 / 390 + 1e-12)
     assert back.rounding == pytest.approx(0.5e-3 / 390)
     assert gg.validate(back).flyable
     content = [dict(zip(told, row, strict=True)) for row in np.column_stack(list(told.values())).tolist()]
     (tmp_path / "log.json").write_text(json.dumps(content))
-    assert np.allclose(read_table(tmp_path / "log.json", joints=joint_map_named(servos)).alpha, table.alpha)
+    assert np.allclose(read_table(tmp_path / "log.json", joints=servo_map_named(servos)).alpha, table.alpha)
 
 
 @pytest.mark.parametrize(
@@ -323,7 +321,7 @@ def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp
         ("time_ms", "time", "column 'time_ms' of time is missing"),
         ("1500.0", "abc", "row 2: rear_left_us is 'abc'; allowed is a finite number"),
         ("1500.0", "nan", "row 2: rear_left_us is 'nan'; allowed is a finite number"),
-        ("1500.0", "2100", r"row 2: joint 'rear_left' is at 2100 µs \(rotor 2 at 88.15°\); allowed is 1000 to 2000 µs"),
+        ("1500.0", "2100", r"row 2: joint .rear_left. must be between 1000 and 2000 µs, got 2100 µs \(.* 88.15°\)"),
         ("10.0", "0.0", "row 2: t = 0.0 does not increase"),
     ],
 )
@@ -336,32 +334,32 @@ def test_a_wrong_table_from_elsewhere_says_what_is_wrong(
     assert found in content
     path.write_text(content.replace(found, replaced))
     with pytest.raises(gg.InputError, match=message) as refused:
-        read_table(path, joints=joint_map_named(servos))
+        read_table(path, joints=servo_map_named(servos))
     assert str(refused.value).startswith("gait file ")
 
 
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        (["a", "b"], "column 'alpha2': .*; allowed are finite numbers"),
-        ([[0.1, 0.2]], r"column 'alpha2': an array of shape \(1, 2\); allowed is \(n,\)"),
-        ([0.1, math.inf], "row 2: alpha2 is inf; allowed is a finite number"),
-        ([0.1], "columns have 1 to 2 rows; allowed are equally many"),
+        (["a", "b"], "column 'alpha2' must be finite numbers, got"),
+        ([[0.1, 0.2]], r"column 'alpha2' must be an array of shape \(n,\), got \(1, 2\)"),
+        ([0.1, math.inf], "row 2: alpha2 must be a finite number, got inf"),
+        ([0.1], "columns must have equally many rows, got 1 to 2"),
     ],
 )
 def test_wrong_columns_of_joints_say_what_is_wrong(values: Any, message: str) -> None:
     columns = {f"alpha{k}": [0.1, 0.2] for k in (1, 3, 4)}
     with pytest.raises(gg.InputError, match=message):
-        table_from_joints({**columns, "alpha2": values}, joint_map_named("paper"))
+        table_from_joints({**columns, "alpha2": values}, servo_map_named("paper"))
 
 
 def test_no_rows_of_joints_are_refused() -> None:
-    with pytest.raises(gg.InputError, match="no rows"):
-        table_from_joints({f"alpha{k}": [] for k in (1, 2, 3, 4)}, joint_map_named("paper"))
+    with pytest.raises(gg.InputError, match="must have at least one row"):
+        table_from_joints({f"alpha{k}": [] for k in (1, 2, 3, 4)}, servo_map_named("paper"))
 
 
 def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> None:
-    one = mapped_table(table, joint_map_named("x_frame"))
+    one = mapped_table(table, servo_map_named("x_frame"))
     one.about["servos"]["joint"][0]["rotor"] = 3
     write_tables(one, [tmp_path / "a.json"])
     with pytest.raises(gg.InputError, match=r"a.json.*both on rotor 3"):
@@ -372,16 +370,16 @@ def test_a_map_file_may_have_a_table_of_its_own(servos: Path, tmp_path: Path) ->
     inside = tmp_path / "bench" / "bench.toml"
     inside.parent.mkdir()
     inside.write_text("[servos]\n" + SERVOS.replace("[[joint]]", "[[servos.joint]]"))
-    assert joint_map_named(inside) == joint_map_named(servos)
-    assert joint_map_named(inside).name == "bench"
+    assert servo_map_named(inside) == servo_map_named(servos)
+    assert servo_map_named(inside).name == "bench"
     inside.write_text("servos = 3")
-    with pytest.raises(gg.InputError, match="servos: 3; allowed is a table"):
-        joint_map_named(inside)
+    with pytest.raises(gg.InputError, match="servos must be a table of values by name, got 3"):
+        servo_map_named(inside)
     inside.write_text("name = 'a'\n[servos]\n")
-    with pytest.raises(gg.InputError, match=r"name: stands beside the \[servos\] table"):
-        joint_map_named(inside)
+    with pytest.raises(gg.InputError, match=r"name must be inside the \[servos\] table"):
+        servo_map_named(inside)
     with pytest.raises(gg.errors.FileProblem, match="cannot read"):
-        joint_map_named(tmp_path / "none.toml")
+        servo_map_named(tmp_path / "none.toml")
 
 
 def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp_path: Path, run: Any) -> None:
@@ -413,7 +411,7 @@ def test_export_says_what_servos_cannot_do(table: Table, servos: Path, tmp_path:
     servos.write_text(SERVOS.replace("390", "600"))
     done = run("export", gait, mapped, "--servos", servos)
     assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-    assert "joint 'front_right' is at 2206.86 µs" in done.err
+    assert "joint 'front_right' must be between 1000 and 2000 µs, or clip = true, got 2206.86 µs" in done.err
     assert not mapped.exists()
     servos.write_text("clip = true\n" + SERVOS.replace("390", "600"))
     assert "clipped: joint 'front_right' at its limit in" in run("export", gait, mapped, "--servos", servos).out
@@ -429,7 +427,7 @@ def test_a_column_with_a_name_of_the_formats_own_is_refused(
     suffix: str, names: list[str], table: Table, tmp_path: Path
 ) -> None:
     for name in ["t", "made_by", "provenance", "names", "units", "gait", "alpha_rate", "servos", "about"]:
-        stated = joint_map_from_mapping({"time": "time", "joint": [*FOUR[:3], {"rotor": 4, "column": name}]})
+        stated = servo_map_from_mapping({"time": "time", "joint": [*FOUR[:3], {"rotor": 4, "column": name}]})
         path = tmp_path / f"{name}{suffix}"
         if name in names:
             with pytest.raises(gg.InputError, match=f"column '{name}': a {suffix} file has something else there"):
@@ -442,8 +440,8 @@ def test_a_column_with_a_name_of_the_formats_own_is_refused(
 
 def test_writing_tables_heeds_the_formats_of_robots(table: Table, tmp_path: Path) -> None:
     """Where a format names joints on its own, angles are those of the joints, in their order [rad]."""
-    one = joint_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 400, "sign": -1})
-    applied = one.apply(table)
+    one = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 400, "sign": -1})
+    applied = mapped_table(table, one.in_radians())
     assert np.allclose(applied.alpha, -table.alpha[:, [3, 1, 0, 2]])
     assert np.allclose(applied["alpha1_rate"], -table["alpha4_rate"])
     assert applied.about["servos"]["joint"][0]["name"] == "tilt1"
