@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.surface.fibers import family_distances
+from gaitgraph.surface.sheets import family_distances
 
 # %%
 # Waypoints have two angles, for the red sheet, or four. Angles near a fibre are moved onto it. The loop is valid, and

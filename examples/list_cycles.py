@@ -10,7 +10,7 @@ from itertools import islice
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.graph.build import nodes_above
-from gaitgraph.surface.components import Zones
+from gaitgraph.surface.region import Zones
 
 square = [("pi/8", "-3pi/8"), ("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8")]
 waypoints = [[gg.angles.angle_from_text(text) for text in point] for point in square]

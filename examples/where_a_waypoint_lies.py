@@ -9,8 +9,8 @@ component a waypoint lies, whether two can be joined, why one cannot be used, an
 import math
 
 import gaitgraph as gg
-from gaitgraph.surface.components import Zones
-from gaitgraph.surface.signs import sign_components
+from gaitgraph.surface.components import sign_components
+from gaitgraph.surface.region import Zones
 
 # %%
 # R = 0 divides the sheet into seven components, told apart by the signs of the three factors of R.

@@ -14,7 +14,7 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.plots.axes import plane_axes
-from gaitgraph.surface.conditions import thrust_region
+from gaitgraph.surface.admissible import thrust_region
 
 # %%
 # Where the least singular value is at least 0.05 and all hover thrusts are positive, by sign of R, in rad². What is

@@ -61,8 +61,8 @@ if TYPE_CHECKING:
     from gaitgraph.robustness.biased import robustness_of as robustness_of
     from gaitgraph.study.running import run_study as run_study
     from gaitgraph.surface.admissible import admissible_region as admissible_region
+    from gaitgraph.surface.closed_form_roots import roots as roots
     from gaitgraph.surface.loop_colorings import colorings as colorings
-    from gaitgraph.surface.solutions import roots as roots
     from gaitgraph.timing.limits import Limits as Limits
     from gaitgraph.timing.pace import least_period as least_period, paced as paced
     from gaitgraph.timing.timed_gait import TimedGait as TimedGait

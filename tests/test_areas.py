@@ -27,14 +27,18 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.singular_value_bounds import least_singular_value_along
 from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
-from gaitgraph.surface import admissible, conditions
-from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface import admissible
+from gaitgraph.surface.admissible import (
+    admissible_region,
+    hover_region,
+    singular_value_region,
+    thrust_region,
+    tilt_region,
+)
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
-from gaitgraph.surface.components import Zones, red_label
-from gaitgraph.surface.conditions import hover_region, singular_value_region, thrust_region, tilt_region, zones_region
-from gaitgraph.surface.region import Region
-from gaitgraph.surface.signs import Sign, certain_determinant, sign_components, sign_region
-from gaitgraph.surface.solutions import sheet_angles
+from gaitgraph.surface.components import Sign, certain_determinant, red_label, sign_components, sign_region
+from gaitgraph.surface.region import Region, Zones, zones_region
+from gaitgraph.surface.sheets import sheet_angles
 from gaitgraph.validation.checks import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -609,7 +613,7 @@ def test_zeros_of_degree_two(seed: int) -> None:
 def test_every_region_is_the_same_each_time() -> None:
     texts = []
     for _ in range(2):
-        for cached in (admissible._admissible, conditions._singular_value_polygon, conditions._thrust_polygons):
+        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_polygons):
             cached.cache_clear()
         texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
     assert texts[0] == texts[1]

@@ -23,7 +23,7 @@ from gaitgraph.graph.compact_walks import CompactWalk, compact_loop, compact_ord
 from gaitgraph.graph.loads import MOST_LOAD, loads_of, mean_load, red_load
 from gaitgraph.graph.walks import Blocked, ClosedWalk, allowed_edges, best_order, closed_walk, quanta_of
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
-from gaitgraph.surface.components import Zones
+from gaitgraph.surface.region import Zones
 
 USES = ("flyable", "valid", "two_color")
 SQUARE = np.pi / 8 * np.array([(3, -3), (3, -1), (1, -1), (1, -3)])

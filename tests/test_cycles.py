@@ -19,7 +19,7 @@ from gaitgraph.graph.catalog import catalog
 from gaitgraph.graph.cycle_list import Cycle, cycles
 from gaitgraph.graph.enumeration import Enumeration
 from gaitgraph.graph.simple_cycles import NoCycle, SimpleCycle, routed, simple_cycle
-from gaitgraph.surface.components import Zones
+from gaitgraph.surface.region import Zones
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -31,8 +31,17 @@ from gaitgraph.io.reading import read_table
 from gaitgraph.planning.fiberloops import fiber_candidates, gait_along
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.planning.unfolding import shortest_leg_across, shortest_leg_between_fibers
-from gaitgraph.surface.components import Zones, red_label
+from gaitgraph.surface.components import red_label
 from gaitgraph.surface.fibers import (
+    fiber_points,
+    line_intervals,
+    nearest_on_line,
+    point_on_family,
+    stops_on_families,
+    travel_of,
+)
+from gaitgraph.surface.region import Zones
+from gaitgraph.surface.sheets import (
     FAMILIES,
     FIBERS,
     families_along,
@@ -40,15 +49,9 @@ from gaitgraph.surface.fibers import (
     family_distances,
     family_jumps,
     family_types,
-    fiber_points,
-    line_intervals,
-    nearest_on_line,
-    point_on_family,
-    stops_on_families,
-    travel_of,
+    sheet_angles,
     types_contradict,
 )
-from gaitgraph.surface.solutions import sheet_angles
 
 if TYPE_CHECKING:
     from pathlib import Path

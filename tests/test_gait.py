@@ -10,7 +10,8 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift, vertices
-from gaitgraph.surface.solutions import COLORS, roots
+from gaitgraph.surface.closed_form_roots import roots
+from gaitgraph.surface.sheets import COLORS
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)

@@ -14,8 +14,9 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.graph.build import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
-from gaitgraph.surface.components import Zones, red_label
-from gaitgraph.surface.solutions import roots
+from gaitgraph.surface.closed_form_roots import roots
+from gaitgraph.surface.components import red_label
+from gaitgraph.surface.region import Zones
 
 
 @pytest.fixture(scope="module")

@@ -189,7 +189,7 @@ def test_highest_level_agrees_with_a_grid(objective: Any) -> None:
 
 def test_highest_level_finds_the_pass_between_obstacles() -> None:
     """Two discs of high level, joined only through a gate where the level is lower."""
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
     zones = Zones(keep_out=[[(-1.57, 0.6), (-1.3, 0.6), (-1.3, 0.7), (-1.57, 0.7)],
                             [(-1.25, 0.6), (0.2, 0.6), (0.2, 0.7), (-1.25, 0.7)]])  # fmt: skip
@@ -220,7 +220,7 @@ def test_no_polygon_through_discs_is_shorter_than_the_bound(seed: int) -> None:
 
 
 def test_the_bound_of_points_bends_around_obstacles() -> None:
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
     zones = Zones(keep_out=[[(-0.7, 0.6), (-0.5, 0.6), (-0.5, 1.0), (-0.7, 1.0)]])
     region = admissible_region(PAPER, sign="positive", zones=zones)

@@ -331,7 +331,7 @@ def test_turning_the_loop_round_or_over_changes_nothing() -> None:
 def test_a_blue_law_stays_on_blue() -> None:
     timed = law_of(lift(GAITS[1].angles, "blue"), LIMITS, rounding=0.02)
     alpha = timed.alpha
-    on_blue = gg.surface.sheet_distances(alpha, timed.gait.coefficients)[1]
+    on_blue = gg.surface.family_distances(alpha, timed.gait.coefficients)[..., 1]
     assert on_blue.max() < 1e-12
     assert set(timed.colors()) == {"blue"}
     assert not timed.check().flyable

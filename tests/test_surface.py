@@ -27,18 +27,15 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     zero_moment_direction,
 )
-from gaitgraph.surface.adjacency import PLANE_TYPES
-from gaitgraph.surface.solutions import (
+from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
+from gaitgraph.surface.closed_form_roots import root_arrays, roots, sheet_grid
+from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     at_end_of_range,
-    root_arrays,
-    roots,
+    families_along,
+    family_distances,
     sheet_angles,
-    sheet_distances,
-    sheet_grid,
-    sheets_along,
-    text_from_types,
     types_of,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
@@ -799,21 +796,21 @@ class TestSheetsAlong:
         a1, a2 = np.array(points).T
         third, fourth = sheet_angles(color, a1, a2, self.EXACT)
         alpha = np.column_stack([a1, a2, third + turns[0] * np.pi, fourth + turns[1] * np.pi])
-        red, blue = sheet_distances(alpha, self.EXACT)
+        red, blue = family_distances(alpha, self.EXACT)[..., :2].T
         assert ((red if color == "red" else blue) < 1e-9).all()
         # Distance from the other sheet: in the larger of the two angles, mod π.
         other = sheet_angles("blue" if color == "red" else "red", a1, a2, self.EXACT)
         expected = np.abs(np.sin(np.stack([third - other[0], fourth - other[1]]))).max(axis=0)
         np.testing.assert_allclose(np.sin(blue if color == "red" else red), expected, atol=1e-9)
-        sheet = sheets_along(alpha, self.EXACT, 1e-6)
+        sheet = families_along(alpha, self.EXACT, 1e-6)
         apart = np.maximum(red, blue) > 1e-6
         assert (sheet[apart] == (1 if color == "red" else -1)).all()
 
     def test_rows_on_neither(self) -> None:
         alpha = [[0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 0.95, -0.9], [0.9, -0.9, 0.9, -0.9 + 1e-3]]
-        assert sheets_along(alpha, self.EXACT, 2e-3).tolist() == [1, 0, 1]
-        assert sheets_along(alpha, self.EXACT, 0.1).tolist() == [1, 1, 1]
-        assert sheets_along(alpha, self.EXACT, 1e-4).tolist() == [1, 0, 0]
+        assert families_along(alpha, self.EXACT, 2e-3).tolist() == [1, 0, 1]
+        assert families_along(alpha, self.EXACT, 0.1).tolist() == [1, 1, 1]
+        assert families_along(alpha, self.EXACT, 1e-4).tolist() == [1, 0, 0]
 
     def test_rows_on_both_follow_their_neighbours(self) -> None:
         delta = self.EXACT.delta
@@ -822,7 +819,7 @@ class TestSheetsAlong:
         off = [0.9, -0.9, 0.0, 0.0]
 
         def sheets(*rows: list[float], before: int = 0) -> list[int]:
-            return [int(one) for one in sheets_along(list(rows), self.EXACT, 1e-6, before=before)]
+            return [int(one) for one in families_along(list(rows), self.EXACT, 1e-6, before=before)]
 
         assert sheets(both) == [1]
         assert sheets(both, before=-1) == [-1]
@@ -846,7 +843,7 @@ def test_sheets_are_small_integers_and_follow_nothing_unless_told() -> None:
             a3, a4 = sheet_angles(color, a1, a2, exact)
             rows.append([a1, a2, float(a3), float(a4)])
         for alpha, expected in ((rows, [sign, sign]), (rows[1:], [sign]), (rows[:1], [1]), (rows[::-1], [sign, sign])):
-            sheet = sheets_along(alpha, exact, 1e-6)
+            sheet = families_along(alpha, exact, 1e-6)
             assert sheet.tolist() == expected
             assert sheet.dtype == np.int8
 
@@ -854,10 +851,10 @@ def test_sheets_are_small_integers_and_follow_nothing_unless_told() -> None:
 def test_distances_from_the_sheets_keep_the_shape_of_the_points() -> None:
     exact = coefficients_of(kind="exact")
     alpha = np.random.default_rng(3).uniform(-1.2, 1.2, (2, 3, 4))
-    red, blue = sheet_distances(alpha, exact)
+    red, blue = np.moveaxis(family_distances(alpha, exact)[..., :2], -1, 0)
     assert red.shape == blue.shape == (2, 3)
     for k in np.ndindex(2, 3):
-        np.testing.assert_allclose([float(one) for one in sheet_distances(alpha[k], exact)], [red[k], blue[k]])
+        np.testing.assert_allclose(family_distances(alpha[k], exact)[:2], [red[k], blue[k]])
     flat = alpha.reshape(-1, 4)
     off = np.abs(flat[:, 2:] - flat[:, :2])
     np.testing.assert_allclose(red.ravel(), np.minimum(off % np.pi, np.pi - off % np.pi).max(axis=1))

@@ -32,7 +32,8 @@ def roots_command(
 
     from gaitgraph.angles import angle_from_text, text_from_angle
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.surface.solutions import DEFAULT_CROSSING_TOLERANCE, roots
+    from gaitgraph.surface.closed_form_roots import roots
+    from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
     from gaitgraph.vehicle import PAPER, vehicle_named
 
     numbers = coefficients_of(PAPER if vehicle is None else vehicle_named(vehicle), coefficients)

@@ -20,7 +20,8 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     noise_of,
 )
-from gaitgraph.surface.solutions import COLORS, Color, sheet_angles, text_from_types, types_of
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -152,9 +153,8 @@ def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
 
 
 def _region(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> Region:
-    from gaitgraph.surface.admissible import admissible_region
-    from gaitgraph.surface.conditions import hover_region
-    from gaitgraph.surface.signs import sign_region
+    from gaitgraph.surface.admissible import admissible_region, hover_region
+    from gaitgraph.surface.components import sign_region
 
     if name == "hover":
         return hover_region(vehicle)

@@ -16,9 +16,8 @@ import numpy.typing as npt
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, CLOSED_GAP, ORDER, RATES, Table, merged, setting_of
 from gaitgraph.invertibility.matrices import Coefficients, Kind, level_determinant, level_determinant_resolution
-from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.fibers import families_along, family_codes, family_of, family_types, types_contradict
-from gaitgraph.surface.solutions import text_from_types
+from gaitgraph.surface.adjacency import text_from_types, types_from_text
+from gaitgraph.surface.sheets import families_along, family_codes, family_of, family_types, types_contradict
 from gaitgraph.validation.report import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:

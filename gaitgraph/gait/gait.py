@@ -17,21 +17,18 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant
-from gaitgraph.surface.fibers import (
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.fibers import fiber_points, travel_of
+from gaitgraph.surface.sheets import (
+    COLORS,
+    DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
     FIBERS,
+    checked_plane_angles,
     family_codes,
     family_distances,
     family_types,
-    fiber_points,
-    travel_of,
-)
-from gaitgraph.surface.solutions import (
-    COLORS,
-    DEFAULT_CROSSING_TOLERANCE,
-    checked_plane_angles,
     sheet_angles,
-    text_from_types,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 

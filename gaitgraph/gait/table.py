@@ -20,7 +20,7 @@ from gaitgraph import __version__
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
-from gaitgraph.surface.solutions import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.timing.timed_gait import LAWS
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 

@@ -53,9 +53,10 @@ from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
 from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_along
 from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
-from gaitgraph.surface.adjacency import neighbors_allowed
-from gaitgraph.surface.fibers import FIBERS, family_jumps, family_of, point_on_family, travel_of
-from gaitgraph.surface.solutions import COLORS, checked_plane_angles, root_arrays, sheet_grid, text_from_types
+from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
+from gaitgraph.surface.closed_form_roots import root_arrays, sheet_grid
+from gaitgraph.surface.fibers import point_on_family, travel_of
+from gaitgraph.surface.sheets import COLORS, FIBERS, checked_plane_angles, family_jumps, family_of
 from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.validation.rules import jumps
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
@@ -63,7 +64,7 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
 __all__ = [
     "CONTRACT",

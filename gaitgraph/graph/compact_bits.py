@@ -34,14 +34,15 @@ from gaitgraph.graph.walks import Use, allowed_edges
 from gaitgraph.invertibility.determinant_bounds import level_determinant_curvature
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, least_singular_value_on_red, noise_of
 from gaitgraph.surface.adjacency import neighbors_allowed
-from gaitgraph.surface.solutions import COLORS, Color, root_arrays, sheet_angles, sheet_grid, types_of
+from gaitgraph.surface.closed_form_roots import root_arrays, sheet_grid
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
 from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
 __all__ = ["MOST_COMPACT_DIVISIONS", "STEPS", "CompactGraph", "checked_compact_divisions", "compact_graph"]
 

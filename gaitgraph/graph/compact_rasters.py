@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
 __all__ = ["zone_raster"]
 
@@ -44,7 +44,7 @@ def zone_raster(zones: Zones, axis: FloatArray) -> tuple[BoolArray, BoolArray]:
 
     Examples
     --------
-    >>> from gaitgraph.surface.components import Zones
+    >>> from gaitgraph.surface.region import Zones
     >>> allowed, near = zone_raster(Zones(keep_out=[[(0, 0), (2, 0), (2, 2), (0, 2)]]), np.arange(-3.0, 6.0))
     >>> int((~allowed).sum()), int(near.sum())  # the inner node (1, 1); two rings about it
     (1, 24)

@@ -20,7 +20,7 @@ from gaitgraph.graph.compact_bits import CompactGraph, compact_graph
 from gaitgraph.graph.compact_bottlenecks import robust_roads
 from gaitgraph.graph.compact_sweeps import FAR, Engine, Roads, roads_of
 from gaitgraph.graph.walks import QUANTA_PER_RADIAN, Blocked, Objective, Order, Use, cheapest_choice, order_on
-from gaitgraph.surface.solutions import COLORS, Color
+from gaitgraph.surface.sheets import COLORS, Color
 from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.graph.build import Sign
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.surface.components import Zones
+    from gaitgraph.surface.region import Zones
 
 __all__ = ["CompactWalk", "compact_loop", "compact_order", "compact_walk", "reachable_nodes"]
 

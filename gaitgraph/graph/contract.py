@@ -12,9 +12,9 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.graph.build import CONTRACT, checked_divisions, edge_quantities, grid_axis, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import Coefficients, level_determinant, pitch_sensitivity, roll_sensitivity
-from gaitgraph.surface.adjacency import neighbors_allowed, types_from_text
-from gaitgraph.surface.fibers import FAMILIES, FIBERS, FREE_ANGLES, family_codes, family_distances, family_types
-from gaitgraph.surface.solutions import COLORS, text_from_types
+from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
+from gaitgraph.surface.fibers import FREE_ANGLES
+from gaitgraph.surface.sheets import COLORS, FAMILIES, FIBERS, family_codes, family_distances, family_types
 
 if TYPE_CHECKING:
     from collections.abc import Callable

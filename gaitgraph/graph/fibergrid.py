@@ -13,16 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
-from gaitgraph.surface.fibers import (
-    FIBERS,
-    FIRST,
-    FREE_ANGLES,
-    SECOND,
-    family_codes,
-    family_distances,
-    family_types,
-    fiber_points,
-)
+from gaitgraph.surface.fibers import FREE_ANGLES, fiber_points
+from gaitgraph.surface.sheets import FIBERS, FIRST, SECOND, family_codes, family_distances, family_types
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

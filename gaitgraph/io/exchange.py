@@ -26,8 +26,8 @@ from gaitgraph.io.reading import provenance_in, read_pieces, read_table
 from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces, write_tables
 from gaitgraph.planning.request import holds_request, planes_only, read_request, request_from_mapping, request_in_about
-from gaitgraph.surface.fibers import families_along, family_of
 from gaitgraph.surface.loop_colorings import Colorings, colorings
+from gaitgraph.surface.sheets import families_along, family_of
 from gaitgraph.timing.timed_gait import LAWS, parametrize
 from gaitgraph.validation.pieces import Stretch
 from gaitgraph.validation.report import DEFAULT_TOLERANCE

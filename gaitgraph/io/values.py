@@ -14,7 +14,7 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.fibers import FAMILIES
+from gaitgraph.surface.sheets import FAMILIES
 
 __all__ = ["check_times", "numbers_of", "texts_of"]
 

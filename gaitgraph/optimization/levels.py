@@ -21,8 +21,8 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
+from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region
 from gaitgraph.surface.borders import Border, bands_between, cosine
-from gaitgraph.surface.conditions import hover_region, singular_value_region, thrust_region
 from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region
 from gaitgraph.vehicle import PAPER, Vehicle
 

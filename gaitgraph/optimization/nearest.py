@@ -29,9 +29,10 @@ from gaitgraph.io.frames import as_table
 from gaitgraph.io.reading import read_table
 from gaitgraph.optimization.retargeted import Retargeted
 from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
-from gaitgraph.surface.components import Zones
-from gaitgraph.surface.solutions import text_from_types, types_of
+from gaitgraph.surface.region import Zones
+from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import checked_limits
 from gaitgraph.validation.report import DEFAULT_FLOOR
@@ -80,7 +81,7 @@ def retarget(
     floor
         Least singular value to keep.
     keep_out, keep_in
-        Polygons as for :class:`gaitgraph.surface.components.Zones`.
+        Polygons as for :class:`gaitgraph.surface.region.Zones`.
     margin
         How far the new rows, and the ways between them, keep from the border of the flyable region [rad].
 

@@ -27,8 +27,8 @@ from gaitgraph.optimization.splines import FEWEST_PIECES, basis_rows, power_piec
 from gaitgraph.optimization.tours import least_loop_length, shortest_loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
-from gaitgraph.surface.components import Zones, separating_factor
-from gaitgraph.surface.region import Region
+from gaitgraph.surface.components import separating_factor
+from gaitgraph.surface.region import Region, Zones
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.checks import checked_limits
@@ -89,7 +89,7 @@ def optimal_gait(
     vehicle, coefficients
         What the gait is for. Everything physical is judged with the vehicle's exact coefficients.
     keep_out, keep_in
-        Polygons as for :class:`gaitgraph.surface.components.Zones`.
+        Polygons as for :class:`gaitgraph.surface.region.Zones`.
     floor
         Least singular value to keep, whatever the objective.
     period

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from gaitgraph.errors import Infeasible
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, merged
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.surface.solutions import text_from_types, types_of
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.report import Check, Report, lines_of_checks, verdict_line
 from gaitgraph.validation.rules import limit_check

@@ -17,7 +17,7 @@ from gaitgraph.planning.prepared import Asked, PreparedRegion, Use, length_of
 from gaitgraph.planning.refusal import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.planning.straight import straight_loop_holds
 from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.solutions import COLORS
+from gaitgraph.surface.sheets import COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

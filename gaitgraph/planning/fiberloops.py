@@ -16,7 +16,8 @@ from gaitgraph.planning.plan import Candidates, heuristic_order, loop_of
 from gaitgraph.planning.refusal import RELATION, Obstacle
 from gaitgraph.planning.unfolding import shortest_leg_across, shortest_leg_between_fibers
 from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.fibers import FIBERS, family_codes, nearest_on_line, point_on_family
+from gaitgraph.surface.fibers import nearest_on_line, point_on_family
+from gaitgraph.surface.sheets import FIBERS, family_codes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

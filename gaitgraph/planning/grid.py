@@ -18,7 +18,7 @@ from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.planning.plan import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.planning.refusal import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.solutions import COLORS, Color
+from gaitgraph.surface.sheets import COLORS, Color
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

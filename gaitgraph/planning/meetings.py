@@ -15,7 +15,7 @@ from gaitgraph.planning.plan import Loop, loop_of
 from gaitgraph.planning.prepared import Asked, PreparedRegion
 from gaitgraph.planning.refusal import rootless
 from gaitgraph.planning.request import Point
-from gaitgraph.surface.solutions import COLORS, sheet_angles
+from gaitgraph.surface.sheets import COLORS, sheet_angles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

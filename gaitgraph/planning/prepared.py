@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gaitgraph.planning.request import PlanRequest, Point
-    from gaitgraph.surface.components import Zones
-    from gaitgraph.surface.region import Region
+    from gaitgraph.surface.region import Region, Zones
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Asked", "Leg", "PreparedRegion", "Use", "length_of", "prepared_region", "region_of"]
@@ -115,8 +114,7 @@ def prepared_region(
 
     With the use "valid" the floor is that of a robust loop, 0 for none.
     """
-    from gaitgraph.surface.admissible import admissible_region
-    from gaitgraph.surface.conditions import singular_value_region
+    from gaitgraph.surface.admissible import admissible_region, singular_value_region
 
     region = admissible_region(
         vehicle,

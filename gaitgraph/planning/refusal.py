@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gaitgraph.invertibility.matrices import Coefficients, noise_of
-from gaitgraph.surface.solutions import RootArrays, root_arrays
+from gaitgraph.surface.closed_form_roots import RootArrays, root_arrays
 
 if TYPE_CHECKING:
     from gaitgraph.planning.request import PlanRequest, Point
@@ -18,7 +18,7 @@ __all__ = ["RELATION", "Obstacle", "rootless", "waypoint_obstacle"]
 
 RELATION = {"positive": "R > 0", "negative": "R < 0"}
 
-_CODES = {"red": 1, "blue": -1}  # as in :class:`gaitgraph.surface.solutions.RootArrays`
+_CODES = {"red": 1, "blue": -1}  # as in :class:`gaitgraph.surface.closed_form_roots.RootArrays`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

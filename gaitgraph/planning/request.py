@@ -23,8 +23,8 @@ from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.graph.compact_bits import checked_compact_divisions
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
-from gaitgraph.surface.components import Zones
 from gaitgraph.surface.fibers import stops_on_families
+from gaitgraph.surface.region import Zones
 from gaitgraph.timing.timed_gait import LAWS, checked_clock
 from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.surface.fibers import FIBERS, FIXED_ANGLES, FREE_ANGLES, fiber_level, fiber_points, line_intervals
+from gaitgraph.surface.fibers import FIXED_ANGLES, FREE_ANGLES, fiber_level, fiber_points, line_intervals
+from gaitgraph.surface.sheets import FIBERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -26,7 +26,7 @@ from gaitgraph.plots.axes import (
 from gaitgraph.plots.regions import FINE
 from gaitgraph.plots.type_maps import gait_loop, type_map
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
-from gaitgraph.surface.solutions import COLORS, sheet_angles
+from gaitgraph.surface.sheets import COLORS, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:

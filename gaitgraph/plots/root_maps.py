@@ -25,7 +25,9 @@ from gaitgraph.plots.axes import (
     plane_axes,
     space_axes,
 )
-from gaitgraph.surface.solutions import COLORS, root_arrays, text_from_types
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.closed_form_roots import root_arrays
+from gaitgraph.surface.sheets import COLORS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

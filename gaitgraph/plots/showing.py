@@ -24,7 +24,7 @@ from gaitgraph.plots.sketches import (
     verdict_sketch,
 )
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.solutions import COLORS
+from gaitgraph.surface.sheets import COLORS
 from gaitgraph.validation.report import verdict_line
 from gaitgraph.vehicle import constants_of
 
@@ -36,10 +36,9 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.planning.plan import Loop, Plan
-    from gaitgraph.surface.components import Zones
-    from gaitgraph.surface.region import Region
-    from gaitgraph.surface.signs import Sign
-    from gaitgraph.surface.solutions import Color
+    from gaitgraph.surface.components import Sign
+    from gaitgraph.surface.region import Region, Zones
+    from gaitgraph.surface.sheets import Color
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle

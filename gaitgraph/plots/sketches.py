@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.surface.fibers import FIBERS
+from gaitgraph.surface.sheets import FIBERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

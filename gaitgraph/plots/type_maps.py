@@ -25,7 +25,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.plots.root_maps import InteriorRoots, checked_sign, interior_roots
 from gaitgraph.surface.adjacency import PLANE_TYPES, types_may_be_adjacent
-from gaitgraph.surface.solutions import COLORS
+from gaitgraph.surface.sheets import COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -35,7 +35,7 @@ from gaitgraph.io.exchange import closed_rows
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
-from gaitgraph.surface.solutions import sheet_distances
+from gaitgraph.surface.sheets import family_distances
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import stretch_of
 from gaitgraph.validation.report import DEFAULT_TOLERANCE
@@ -357,7 +357,7 @@ def _closed(
 
 def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
     """Return how far rows are from the sheets that they all lie on, which is what they seem to be off by, or zero."""
-    near = np.minimum(*sheet_distances(alpha, coefficients))
+    near = family_distances(alpha, coefficients)[..., :2].min(axis=-1)
     return float(near.max()) if near.max() <= DEFAULT_TOLERANCE else 0.0
 
 

@@ -1,36 +1,22 @@
-"""The Two Color rule: which plane types may be neighbours (Figure 15), and where a closed loop breaks it.
+"""Plane types and the Figure 15 rule: which of them may be neighbours on a loop.
 
-An angle may not step from its + plane to its − plane; it may pass through `?`, where the planes cross. Figure
-15 (a) says so for one angle, Figure 15 (b) for the pair (α3, α4): both must be allowed, so (?,?) is a
-neighbour of every type.
+An angle must not step from its + plane to its − plane; it may pass through `?`, where the planes cross. Figure 15 (a)
+states this for one angle, Figure 15 (b) for the pair (α3, α4): both must be allowed, so (?,?) is a neighbour of every
+type.
 
-On a fibre one angle is free, of the type `*`. It may be a neighbour of every type: the fibre holds both planes of that
-angle and all between them, so the angle moves from one to the other without a jump. The other angle is where its planes
-cross, of the type `?`.
+On a fibre one angle is free and has the type `*`, which may be a neighbour of every type: the fibre holds both planes
+of that angle and all between them, so the angle moves from one to the other without a jump.
 """
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.surface.solutions import FREE
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-__all__ = [
-    "FIBER_TYPES",
-    "PLANE_TYPES",
-    "first_violation",
-    "neighbors_allowed",
-    "types_from_text",
-    "types_may_be_adjacent",
-]
 
 PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
 """The seven categories of roots; (+,−) and (−,+) never occur."""
@@ -38,12 +24,25 @@ PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
 FIBER_TYPES = ("(?,*)", "(*,?)")
 """The types on the first and on the second fibre."""
 
-_CODES = {"+": 1, "?": 0, "-": -1, "−": -1, "*": FREE}
+FREE = 2
+"""The code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1."""
+
+_MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
+_CODES = {"−": -1, **{mark: code for code, mark in _MARKS.items()}}
 _LABEL = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
 
 
+def text_from_types(third: int, fourth: int) -> str:
+    """Return the ASCII label of a pair of plane types given as +1, 0, −1, or :data:`FREE` for `*`.
+
+    >>> text_from_types(1, 0)
+    '(+,?)'
+    """
+    return f"({_MARKS[int(third)]},{_MARKS[int(fourth)]})"
+
+
 def types_from_text(label: str) -> tuple[int, int]:
-    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4; `*` is :data:`gaitgraph.surface.solutions.FREE`.
+    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4, and :data:`FREE` for `*`.
 
     Raises
     ------
@@ -63,17 +62,15 @@ def types_from_text(label: str) -> tuple[int, int]:
 
 
 def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
-    """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast.
-
-    Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
-    """
+    """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast."""
+    # Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
     third = np.multiply(first[0], second[0])
     fourth = np.multiply(first[1], second[1])
     return (third != -1) & (fourth != -1)
 
 
 def types_may_be_adjacent(first: str, second: str) -> bool:
-    """Return whether Figure 15 lines two types.
+    """Return whether Figure 15 joins two types by a line.
 
     >>> types_may_be_adjacent("(+,+)", "(+,?)"), types_may_be_adjacent("(+,+)", "(-,-)")
     (True, False)
@@ -81,26 +78,3 @@ def types_may_be_adjacent(first: str, second: str) -> bool:
     True
     """
     return bool(neighbors_allowed(types_from_text(first), types_from_text(second)))
-
-
-def first_violation(types: Sequence[str], *, closed: bool = True) -> int | None:
-    """Return the index k of the first pair (k, k+1) that Figure 15 forbids, or None.
-
-    Parameters
-    ----------
-    types
-        The types along a loop, in order.
-    closed
-        Whether the last and the first are neighbours too.
-
-    Examples
-    --------
-    >>> first_violation(["(+,+)", "(+,?)", "(?,?)", "(-,-)"])
-    3
-    """
-    codes = np.array([types_from_text(label) for label in types], dtype=int).reshape(-1, 2)
-    following = np.roll(codes, -1, axis=0)
-    broken = ~neighbors_allowed((codes[:, 0], codes[:, 1]), (following[:, 0], following[:, 1]))
-    if not closed and broken.size:
-        broken[-1] = False
-    return int(np.argmax(broken)) if broken.any() else None

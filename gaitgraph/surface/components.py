@@ -1,42 +1,48 @@
-"""Regions of the (α1, α2) plane: components of the red sheet, and the user's own polygons.
-
-On the red sheet R is a product of three factors,
-
-    R = (2/(κ cos²δ)) · cos β1 · cos β2 · (2κ cos α1 cos α2 − sin(α1 − α2)),
-
-so inside [−π/2, π/2]² it vanishes on two lines and one curve, and the signs of the factors label the seven
-components that remain. Two points with different labels cannot be joined without a singular matrix; the label
-of α = 0, all three positive, is what ordinary hover can reach.
-"""
+"""Components of the red sheet where R has one sign, and regions where R has a sign on a sheet."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_from_text
+from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.determinant_bounds import least_level_determinant
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
+from gaitgraph.surface.outlines import blue_determinant_below, bracket_negative, determinant_below
+from gaitgraph.surface.region import (
+    DEFAULT_ACCURACY,
+    OPEN_MARGIN,
+    Condition,
+    Region,
+    centered_square,
+    checked_accuracy,
+    checked_number,
+    chord_tolerance,
+    domain_without,
+    offset,
+    polygons_of,
+    rectangle,
+    region_between,
+    union_of,
+)
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
-
-__all__ = ["HOVER_LABEL", "Zones", "red_label", "separating_factor"]
 
 FloatArray = npt.NDArray[np.float64]
 
 HOVER_LABEL = (1, 1, 1)
 """The label of the component of α = 0, which ordinary hover can reach."""
-
-_BORDER = 1e-9
-_FARTHEST = 1e6  # beyond it the border would be lost in rounding
 
 
 def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
@@ -74,110 +80,231 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
     return " and ".join(differing) or None
 
 
-@dataclass(frozen=True, slots=True)
-class Zones:
-    """The user's own polygons in the (α1, α2) plane: stay out of these, stay inside those.
+Sign = Literal["positive", "negative"]
 
-    Polygons are exact: their boundary is allowed and no margin is added. A point within 1e-9 rad of a boundary
-    counts as on it.
+_EPSILON = float(np.finfo(float).eps)
+_SIGNS: dict[str, int] = {"positive": 1, "negative": -1}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignComponent:
+    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]².
 
     Parameters
     ----------
-    keep_out
-        Polygons whose interior is forbidden, each a sequence of (α1, α2) [rad, or texts].
-    keep_in
-        If any are given, the loop must stay in their union.
+    label
+        The signs of cos β1, cos β2 and the bracket; see :func:`gaitgraph.surface.components.red_label`.
+    sign
+        The sign of R, their product.
+    region
+        Where it is.
+    """
+
+    label: tuple[int, int, int]
+    sign: int
+    region: Region
+
+
+def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> tuple[SignComponent, ...]:
+    """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
+
+    They are told apart by the signs of the three factors of R. A grid of signs of R cannot tell them apart: it joins
+    them across the two saddles, where a line and the curve cross and R vanishes to second order.
+
+    Parameters
+    ----------
+    vehicle
+        All that counts is κ and the spin sense.
+    accuracy
+        How far the curved borders may be from where they are [rad], 1e-9 to 0.1. R = 0 is excluded: `inner` keeps
+        1e-9 from straight borders.
+
+    Examples
+    --------
+    >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
+    [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
+    """
+    return _components(vehicle, checked_accuracy(accuracy), OPEN_MARGIN)
+
+
+def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
+    """Return the components, those of `inner` with a margin to straight borders."""
+    kappa = vehicle.signed_drag_ratio
+    delta = math.atan(kappa)
+    spin = 1 if kappa > 0 else -1
+    edge = spin * HALF_PI
+    exact = coefficients_of(vehicle, "exact")
+    negative = bracket_negative(kappa, chord_tolerance(accuracy))
+    # The bracket vanishes in two corners of the square too.
+    corners = union_of(
+        rectangle(
+            side * HALF_PI - accuracy / 2,
+            -side * HALF_PI - accuracy / 2,
+            side * HALF_PI + accuracy / 2,
+            -side * HALF_PI + accuracy / 2,
+        )
+        for side in (1, -1)
+    )
+    wide, narrow = offset(negative, accuracy / 2), offset(negative, -accuracy / 2)
+    found = []
+    for first in (1, -1):
+        for second in (1, -1):
+            inner_cell, outer_cell = (_cell(delta - edge, first * spin, second * spin, kept) for kept in (margin, 0.0))
+            for third in (1, -1):
+                # The third sign is positive on the side of α = 0, whichever way the rotors spin.
+                if third * spin > 0:
+                    inner, outer = inner_cell.difference(wide), outer_cell.difference(narrow)
+                else:
+                    inner, outer = inner_cell.intersection(narrow), outer_cell.intersection(wide)
+                inner = inner.difference(corners)
+                if inner.is_empty:
+                    continue
+                sign = first * second * third
+                region = region_between(determinant_condition(sign, 0.0, "red", exact), inner, outer, accuracy)
+                found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
+    return tuple(found)
+
+
+def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
+    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise."""
+    low, high = (border + margin, HALF_PI) if first > 0 else (-HALF_PI, border - margin)
+    left, right = (border + margin, HALF_PI) if second > 0 else (-HALF_PI, border - margin)
+    return rectangle(low, -right, high, -left)
+
+
+def certain_determinant(coefficients: Coefficients) -> float:
+    """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
+
+    It covers what the given coefficients differ from the exact ones, and more than
+    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair features
+    (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
+
+    >>> round(certain_determinant(coefficients_of()), 4)
+    0.0035
+    """
+    form = coefficients.bilinear_form
+    size = float(np.linalg.norm(form))
+    _, single, double, triple = coefficients.rounding
+    # Each rounded number is off by no more than its rounding, and R with it.
+    parts = 2 * single + double + 2 * triple
+    derived = coefficients.sheet_rounding
+    turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
+    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
+
+
+def sign_region(
+    sign: Sign,
+    vehicle: Vehicle = PAPER,
+    *,
+    color: Color = "red",
+    coefficients: Coefficients | None = None,
+    least: float | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Region:
+    """Return where R has a sign, and at least a size, on a sheet.
+
+    Parameters
+    ----------
+    sign
+        "positive" or "negative".
+    vehicle
+        The vehicle.
+    color
+        "red" or "blue". On blue R is zero with exact coefficients, and the region empty; with published ones it is
+        what their rounding leaves, and where α3 or α4 wraps by π the region is cut.
+    coefficients
+        The coefficients of R on blue; on red R is exact. By default those of :func:`coefficients_of`.
+    least
+        The least |R|. By default 0 on red, where R ≠ 0 is meant, and what floating point can tell from 0 on blue.
+    accuracy
+        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
 
     Raises
     ------
     InputError
-        If a polygon is malformed, crosses itself or has no area.
+        If the sign, the color, `least` or the accuracy is not allowed.
 
     Examples
     --------
-    >>> zones = Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]])
-    >>> zones.allow_points([[0.5, 0.5], [1.0, 0.5]]).tolist()
-    [False, True]
+    >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
+    (4.52, 5.35)
+    >>> sign_region("negative", color="blue", coefficients=coefficients_of(kind="exact")).area
+    0.0
     """
-
-    keep_out: Any = ()
-    keep_in: Any = ()
-    _forbidden: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
-    _permitted: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        import shapely
-
-        for name in ("keep_out", "keep_in"):
-            polygons = _polygons(getattr(self, name), name)
-            if name == "keep_out" and polygons:
-                region = shapely.union_all([polygon.buffer(-_BORDER, join_style="mitre") for polygon in polygons])
-                object.__setattr__(self, "_forbidden", region)
-            elif polygons:
-                region = shapely.union_all(polygons).buffer(_BORDER, join_style="mitre")
-                object.__setattr__(self, "_permitted", region)
-            for area in (self._forbidden, self._permitted):
-                if area is not None:
-                    shapely.prepare(area)
-            corners = tuple(tuple((float(x), float(y)) for x, y in p.exterior.coords[:-1]) for p in polygons)
-            object.__setattr__(self, name, corners)
-
-    def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
-        import shapely
-
-        return self._allow(shapely.points(np.asarray(points, dtype=float).reshape(-1, 2)))
-
-    def allow_segments(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Return whether each straight segment may be used, for ends of shape (m, 2)."""
-        import shapely
-
-        lines = np.stack([np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1)
-        return self._allow(shapely.linestrings(lines))
-
-    def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
-        import shapely
-
-        allowed = np.ones(len(shapes), dtype=bool)
-        if self._forbidden is not None:
-            allowed &= ~shapely.intersects(self._forbidden, shapes)
-        if self._permitted is not None:
-            allowed &= shapely.covers(self._permitted, shapes)
-        return allowed
+    wanted, accuracy = checked_sign(sign), checked_accuracy(accuracy)
+    if color not in COLORS:
+        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+    least = None if least is None else checked_number("least", least, "a finite number ≥ 0", zero=True)
+    if color == "blue":
+        coefficients = coefficients or coefficients_of(vehicle)
+        return _blue_sign_region(wanted, coefficients, least or noise_of(coefficients), accuracy)
+    exact = coefficients_of(vehicle, "exact")
+    condition = determinant_condition(wanted, least or 0.0, "red", exact)
+    margin = accuracy if least else OPEN_MARGIN
+    parts = [part.region for part in _components(vehicle, accuracy, margin) if part.sign == wanted]
+    inner, outer = (union_of(getattr(part, side) for part in parts) for side in ("inner", "outer"))
+    if least and determinant_falls_below(least, wanted, inner, exact):
+        forbidden = determinant_below(least, wanted, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
+        inner, outer = domain_without(forbidden, centered_square(), accuracy / 2)
+    return region_between(condition, inner, outer, accuracy)
 
 
-def _polygons(value: object, name: str) -> list[Polygon]:
+def _blue_sign_region(sign: int, coefficients: Coefficients, least: float, accuracy: float) -> Region:
+    condition = determinant_condition(sign, least, "blue", coefficients)
+    edge = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
+    side = 1 if coefficients.delta > 0 else -1
+    tolerance = chord_tolerance(accuracy)
+    kept = {
+        turn: domain_without(
+            blue_determinant_below(least, turn * sign, coefficients, tolerance), centered_square(), accuracy / 2
+        )
+        for turn in (1, -1)
+    }
+    parts: list[list[BaseGeometry]] = [[], []]
+    for first in (1, -1):
+        for second in (1, -1):
+            # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
+            for k, margin in enumerate((OPEN_MARGIN, 0.0)):
+                cell = _cell(edge, first * side, second * side, margin)
+                parts[k].append(cell.intersection(kept[first * second][k]))
+    return region_between(condition, union_of(parts[0]), union_of(parts[1]), accuracy)
+
+
+def determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
+    """Return whether |R| may be below a value in polygons on which R has one sign.
+
+    |R| is least on a border. Proof: but for a factor R is the product of P = cos β1·cos β2 and D, with ΔP = −2P and
+    ΔD = −2D. Where the gradient of R vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R: |R|
+    has no least value inside.
+    """
     import shapely
 
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
-    polygons = []
-    for number, corners in enumerate(value, start=1):
-        label = f"{name} polygon {number}"
-        points = [_corner(corner, label) for corner in _corners(corners, label)]
-        if len(set(points)) < 3:
-            raise InputError(f"{label}: {len(set(points))} different corners; allowed are three or more")
-        polygon = shapely.Polygon(points)
-        if not polygon.convex_hull.area > 1e-12:
-            raise InputError(f"{label}: its corners lie on a line; allowed is a polygon with an interior")
-        if not polygon.is_valid:
-            raise InputError(f"{label}: {shapely.is_valid_reason(polygon)}; allowed is a simple polygon")
-        if not polygon.area > 1e-12:
-            raise InputError(f"{label}: area {polygon.area!r}; allowed is a polygon with an interior")
-        polygons.append(polygon)
-    return polygons
+    if shape.is_empty:
+        return False
+    rings = shapely.get_rings(shapely.get_parts(polygons_of(shape)))
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    follows = ring[1:] == ring[:-1]
+    ends = corners[:, [0, 1, 0, 1]]
+    found = least_level_determinant(ends[:-1][follows], ends[1:][follows], exact, sign=sign, tolerance=0.0, floor=least)
+    return bool(found.lower.min() < least)
 
 
-def _corners(value: object, label: str) -> Iterable[object]:
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"{label}: {shown(value)}; allowed is a list of [alpha1, alpha2]")
-    return value
+def determinant_condition(sign: int, least: float, color: Color, coefficients: Coefficients) -> Condition:
+    """Return the condition that R has a sign and at least a size on a sheet."""
+    wanted = f"R {'≥' if sign > 0 else '≤'} {sign * least:.2g}" if least > 0 else f"R {'>' if sign > 0 else '<'} 0"
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
+        value = float(level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
+        if sign * value >= least and value != 0:
+            return None
+        return f"R = {value:.4g} at level attitude, wanted is {wanted}"
+
+    return Condition(name=wanted, broken_at=broken_at)
 
 
-def _corner(value: object, label: str) -> tuple[float, float]:
-    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != 2:
-        raise InputError(f"{label}: corner {shown(value)}; allowed is [alpha1, alpha2]")
-    angles = angle_from_text(value[0], f"{label} alpha1"), angle_from_text(value[1], f"{label} alpha2")
-    if max(map(abs, angles)) > _FARTHEST:
-        raise InputError(f"{label}: corner {shown(value)}; allowed are angles up to {_FARTHEST:g} rad")
-    return angles
+def checked_sign(sign: object) -> int:
+    """Return 1 or −1 for the name of a sign; raise InputError for what is none."""
+    if not isinstance(sign, str) or sign not in _SIGNS:
+        raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
+    return _SIGNS[sign]

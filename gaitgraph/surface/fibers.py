@@ -25,59 +25,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, distance_to_multiple, wrapped
+from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
-from gaitgraph.surface.solutions import COLORS, FREE, sheet_angles, sheet_distances, sheets_along, types_of
+from gaitgraph.surface.sheets import (
+    _CODES,
+    FAMILIES,
+    FIBERS,
+    FIRST,
+    SECOND,
+    _fixed_angle,
+    family_distances,
+    sheet_angles,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gaitgraph.invertibility.matrices import Coefficients
 
-__all__ = [
-    "FAMILIES",
-    "FIBERS",
-    "FIRST",
-    "FIXED_ANGLES",
-    "FREE_ANGLES",
-    "SECOND",
-    "families_along",
-    "family_codes",
-    "family_distances",
-    "family_jumps",
-    "family_of",
-    "family_types",
-    "fiber_level",
-    "fiber_points",
-    "line_intervals",
-    "nearest_on_line",
-    "point_on_family",
-    "stops_on_families",
-    "travel_of",
-    "types_contradict",
-]
-
 FloatArray = npt.NDArray[np.float64]
-CodeArray = npt.NDArray[np.int8]
-BoolArray = npt.NDArray[np.bool_]
-
-FIBERS = ("fiber1", "fiber2")
-"""Colors of the two fibres: α1 = α3 = δ, and α2 = α4 = −δ."""
-
-FAMILIES = (*COLORS, *FIBERS)
-"""The four families that hold every solution of Rφ = Rθ = 0: two sheets and two fibres."""
-
-FIRST = 2
-"""The code of the first fibre, beside +1 red, −1 blue and 0 none."""
-
-SECOND = 3
-"""The code of the second fibre."""
 
 FREE_ANGLES = {"fiber1": (1, 3), "fiber2": (0, 2)}
 """Which two of the four angles are free on a fibre, counted from 0."""
 
-_CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
-_COLORS = {code: color for color, code in _CODES.items()}
 FIXED_ANGLES = {"fiber1": (0, 2), "fiber2": (1, 3)}
 """Which two of the four angles are fixed on a fibre, counted from 0."""
 
@@ -85,28 +55,10 @@ _FIXED = {FIRST: (0, 2), SECOND: (1, 3)}
 _EXACT = 1e-9
 
 
-def family_codes(colors: Sequence[str]) -> CodeArray:
-    """Return colors as +1 red, −1 blue, 2 the first and 3 the second fibre, shape (n,).
-
-    >>> family_codes(["red", "blue", "fiber1", "fiber2"]).tolist()
-    [1, -1, 2, 3]
-    """
-    return np.array([_CODES[color] for color in colors], dtype=np.int8)
-
-
-def family_of(code: int) -> str:
-    """Return the color of a code; see :func:`family_codes`."""
-    return _COLORS[int(code)]
-
-
 def _code(fiber: str) -> int:
     if not isinstance(fiber, str) or fiber not in FIBERS:
         raise InputError(f"fiber: {shown(fiber)}; allowed are 'fiber1' and 'fiber2'")
     return _CODES[fiber]
-
-
-def _fixed_angle(code: int, coefficients: Coefficients) -> float:
-    return coefficients.delta if code == FIRST else -coefficients.delta
 
 
 def fiber_level(fiber: str, coefficients: Coefficients) -> float:
@@ -150,121 +102,6 @@ def fiber_points(fiber: str, free: npt.ArrayLike, coefficients: Coefficients) ->
         raise InputError(f"free: {shown(free)}; allowed are pairs of finite angles in radians")
     out = np.full((*angles.shape[:-1], 4), _fixed_angle(code, coefficients))
     out[..., FREE_ANGLES[fiber]] = angles
-    return out
-
-
-def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
-    """Return how far points are from red, blue, the first and the second fibre, mod π, shape (..., 4) [rad].
-
-    On a sheet it is α3 and α4 that are compared, on a fibre its two fixed angles; the larger difference counts. The
-    copies of the fibres at β = π/2 (mod π), where R = 0, are not counted as fibres.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> delta = coefficients_of().delta
-    >>> family_distances([delta, 0.3, delta, 0.5], coefficients_of()).round(3).tolist()
-    [0.2, 1.134, 0.0, 0.667]
-    """
-    alpha = np.asarray(alpha, dtype=float)
-    off = [*sheet_distances(alpha, coefficients)]
-    for code, fixed in _FIXED.items():
-        apart = distance_to_multiple(alpha[..., fixed] - _fixed_angle(code, coefficients), math.pi)
-        off.append(np.asarray(apart.max(axis=-1)))
-    return np.stack(off, axis=-1)
-
-
-def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> CodeArray:
-    """Return which family each of consecutive points lies on: +1 red, −1 blue, 2 and 3 the fibres, 0 none, shape (n,).
-
-    Sheets are found by :func:`gaitgraph.surface.solutions.sheets_along`, whose parameters these are. What lies on none may lie on
-    a fibre. Where a fibre meets the blue sheet, R = 0, a point follows the fibre if the one before was on it.
-
-    Examples
-    --------
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> at = coefficients_of().delta
-    >>> families_along([[at, 0.3, at, 0.3], [at, 0.3, at, 0.4]], coefficients_of(), 2e-3).tolist()
-    [1, 2]
-    """
-    alpha = np.asarray(alpha, dtype=float)
-    off = family_distances(alpha, coefficients)
-    sheet_before = before if before in (-1, 0, 1) else 0
-    out = sheets_along(alpha, coefficients, tolerance, before=sheet_before)
-    near = off <= tolerance
-    for code, column in ((SECOND, 3), (FIRST, 2)):
-        out[(out == 0) & near[:, column]] = code
-    blue_alone = near[:, 1] & ~near[:, 0]
-    for point in np.flatnonzero(blue_alone & near[:, 2:].any(axis=1)).tolist():
-        previous = before if point == 0 else int(out[point - 1])
-        if previous > 1 and near[point, previous]:
-            out[point] = previous
-    return out
-
-
-def family_types(
-    alpha: npt.ArrayLike, codes: npt.ArrayLike, coefficients: Coefficients, crossing_tolerance: float
-) -> tuple[CodeArray, CodeArray]:
-    """Return the plane types of α3 and α4 at points of families, each +1, 0 (`?`), −1 or `FREE` (`*`), shape (n,).
-
-    Types of the sheets are those of :func:`gaitgraph.surface.solutions.types_of`. On a fibre the fixed angle is where its planes
-    cross, `?`, and the free one is on neither plane, `*`. Off the surfaces both are 0.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> at = coefficients_of().delta
-    >>> [part.tolist() for part in family_types([[at, 0.3, at, 0.4]], [2], coefficients_of(), 0.1)]
-    [[0], [2]]
-    """
-    alpha, codes = np.asarray(alpha, dtype=float), np.asarray(codes, dtype=np.int8)
-    crossing = types_of("red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance)
-    sheet = np.where(codes > 1, 0, codes)
-    third, fourth = (np.where(part == 0, 0, sheet).astype(np.int8) for part in crossing)
-    third[codes == SECOND], fourth[codes == FIRST] = FREE, FREE
-    return third, fourth
-
-
-def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> BoolArray:
-    """Return whether stated types, codes of shape (n, 2), contradict the families of points, codes (n,); shape (n,).
-
-    A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own. What is on
-    no family has no types to contradict.
-
-    >>> types_contradict([[1, 0], [1, 0], [0, 2], [2, 0]], [1, -1, 2, 2]).tolist()
-    [False, True, False, True]
-    """
-    stated, codes = np.asarray(types), np.asarray(codes)
-    third, fourth = stated[:, 0], stated[:, 1]
-    sheet = np.where(codes > 1, 0, codes)[:, None]
-    free = (stated == FREE).any(axis=1)
-    on_sheets = (stated * sheet < 0).any(axis=1) | (free & (codes != 0))
-    own = np.where(codes == FIRST, (third == 0) & (fourth == FREE), (third == FREE) & (fourth == 0))
-    return np.asarray(np.where(codes > 1, ~own, on_sheets))
-
-
-def family_jumps(
-    starts: FloatArray, ends: FloatArray, codes: CodeArray, after: CodeArray, coefficients: Coefficients
-) -> FloatArray:
-    """Return by how much segments leave the families of both their ends, shape (m,) [rad]; one of them is a fibre.
-
-    A segment stays on a family if both its ends are on it and no angle wraps: families are planes. Of the families of
-    its two ends the one that it leaves less counts; what it leaves it by is linear along it, so the ends tell.
-    """
-    return np.minimum(_left(starts, ends, codes, coefficients), _left(starts, ends, after, coefficients))
-
-
-def _left(starts: FloatArray, ends: FloatArray, codes: CodeArray, coefficients: Coefficients) -> FloatArray:
-    """Return by how much each segment leaves the family of one code, at its worse end [rad]."""
-    out = np.full(len(starts), math.inf)
-    for code in np.unique(codes[codes != 0]).tolist():
-        of = codes == code
-        p, q = starts[of], ends[of]
-        if code in _FIXED:
-            fixed = list(_FIXED[code])
-            apart = wrapped(p[:, fixed] - _fixed_angle(code, coefficients))
-            change = (q - p)[:, fixed]
-        else:
-            third, fourth = sheet_angles(family_of(code), p[:, 0], p[:, 1], coefficients)  # type: ignore[arg-type]
-            apart = wrapped(p[:, 2:] - np.column_stack([third, fourth]))
-            change = (q - p)[:, 2:] - code * (q - p)[:, :2]
-        out[of] = np.maximum(np.abs(apart), np.abs(apart + change)).max(axis=1)
     return out
 
 

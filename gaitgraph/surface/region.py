@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ TOUCH = 1e-12
 
 _FOLLOWED = 0.45  # how far from a curved border its chords may be, as a share of the accuracy
 _COARSEST = 1e-3  # coarser chords would save nothing
+_BORDER = 1e-9
+_FARTHEST = 1e6  # beyond it the border would be lost in rounding
 _MOST_LISTED = 6
 
 
@@ -325,3 +327,142 @@ def checked_number(name: str, value: object, allowed: str, *, zero: bool = False
 def chord_tolerance(accuracy: float) -> float:
     """Return how far chords may be from a curved border for an accuracy [rad]."""
     return min(_FOLLOWED * accuracy, _COARSEST)
+
+
+@dataclass(frozen=True, slots=True)
+class Zones:
+    """The user's own polygons in the (α1, α2) plane: stay out of these, stay inside those.
+
+    Polygons are exact: their boundary is allowed and no margin is added. A point within 1e-9 rad of a boundary
+    counts as on it.
+
+    Parameters
+    ----------
+    keep_out
+        Polygons whose interior is forbidden, each a sequence of (α1, α2) [rad, or texts].
+    keep_in
+        If any are given, the loop must stay in their union.
+
+    Raises
+    ------
+    InputError
+        If a polygon is malformed, crosses itself or has no area.
+
+    Examples
+    --------
+    >>> zones = Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]])
+    >>> zones.allow_points([[0.5, 0.5], [1.0, 0.5]]).tolist()
+    [False, True]
+    """
+
+    keep_out: Any = ()
+    keep_in: Any = ()
+    _forbidden: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
+    _permitted: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        import shapely
+
+        for name in ("keep_out", "keep_in"):
+            polygons = _polygons(getattr(self, name), name)
+            if name == "keep_out" and polygons:
+                region = shapely.union_all([polygon.buffer(-_BORDER, join_style="mitre") for polygon in polygons])
+                object.__setattr__(self, "_forbidden", region)
+            elif polygons:
+                region = shapely.union_all(polygons).buffer(_BORDER, join_style="mitre")
+                object.__setattr__(self, "_permitted", region)
+            for area in (self._forbidden, self._permitted):
+                if area is not None:
+                    shapely.prepare(area)
+            corners = tuple(tuple((float(x), float(y)) for x, y in p.exterior.coords[:-1]) for p in polygons)
+            object.__setattr__(self, name, corners)
+
+    def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
+        import shapely
+
+        return self._allow(shapely.points(np.asarray(points, dtype=float).reshape(-1, 2)))
+
+    def allow_segments(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return whether each straight segment may be used, for ends of shape (m, 2)."""
+        import shapely
+
+        lines = np.stack([np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1)
+        return self._allow(shapely.linestrings(lines))
+
+    def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
+        import shapely
+
+        allowed = np.ones(len(shapes), dtype=bool)
+        if self._forbidden is not None:
+            allowed &= ~shapely.intersects(self._forbidden, shapes)
+        if self._permitted is not None:
+            allowed &= shapely.covers(self._permitted, shapes)
+        return allowed
+
+
+def _polygons(value: object, name: str) -> list[Polygon]:
+    import shapely
+
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
+    polygons = []
+    for number, corners in enumerate(value, start=1):
+        label = f"{name} polygon {number}"
+        points = [_corner(corner, label) for corner in _corners(corners, label)]
+        if len(set(points)) < 3:
+            raise InputError(f"{label}: {len(set(points))} different corners; allowed are three or more")
+        polygon = shapely.Polygon(points)
+        if not polygon.convex_hull.area > 1e-12:
+            raise InputError(f"{label}: its corners lie on a line; allowed is a polygon with an interior")
+        if not polygon.is_valid:
+            raise InputError(f"{label}: {shapely.is_valid_reason(polygon)}; allowed is a simple polygon")
+        if not polygon.area > 1e-12:
+            raise InputError(f"{label}: area {polygon.area!r}; allowed is a polygon with an interior")
+        polygons.append(polygon)
+    return polygons
+
+
+def _corners(value: object, label: str) -> Iterable[object]:
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        raise InputError(f"{label}: {shown(value)}; allowed is a list of [alpha1, alpha2]")
+    return value
+
+
+def _corner(value: object, label: str) -> tuple[float, float]:
+    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != 2:
+        raise InputError(f"{label}: corner {shown(value)}; allowed is [alpha1, alpha2]")
+    angles = angle_from_text(value[0], f"{label} alpha1"), angle_from_text(value[1], f"{label} alpha2")
+    if max(map(abs, angles)) > _FARTHEST:
+        raise InputError(f"{label}: corner {shown(value)}; allowed are angles up to {_FARTHEST:g} rad")
+    return angles
+
+
+def zones_region(zones: Zones) -> Region:
+    """Return where the user's polygons allow to be: outside every keep-out and in the union of the keep-ins.
+
+    Borders are exact, and allowed. A passage without width, between keep-outs that touch, is not in the region.
+
+    >>> region = zones_region(Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]]))
+    >>> region.contains([[0.5, 0.5], [1.0, 0.5]]).tolist(), region.why_not((0.5, 0.5))
+    ([False, True], 'inside keep_out polygon 1')
+    """
+    import shapely
+
+    keep_in, keep_out = ([shapely.Polygon(corners) for corners in side] for side in (zones.keep_in, zones.keep_out))
+    allowed: BaseGeometry = centered_square()
+    if keep_in:
+        allowed = allowed.intersection(shapely.union_all(keep_in))
+    if keep_out:
+        allowed = allowed.difference(shapely.union_all(keep_out))
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        point = shapely.Point(alpha1, alpha2)
+        inside = [str(k) for k, polygon in enumerate(keep_out, start=1) if polygon.contains_properly(point)]
+        told = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
+        if keep_in and not any(polygon.covers(point) for polygon in keep_in):
+            told.append("outside the keep_in polygons")
+        return " and ".join(told) or None
+
+    condition = Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
+    return region_between(condition, allowed, allowed, 0.0)

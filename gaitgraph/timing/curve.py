@@ -18,7 +18,7 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
-from gaitgraph.surface.solutions import DEFAULT_CROSSING_TOLERANCE, sheet_angles
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.chords import Beside
 from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.validation.checks import check_gait, checked_limits

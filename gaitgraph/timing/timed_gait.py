@@ -23,8 +23,8 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.surface.fibers import family_codes, family_types
-from gaitgraph.surface.solutions import text_from_types
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.sheets import family_codes, family_types
 from gaitgraph.validation.checks import check_gait
 from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.validation.rules import limit_check

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.surface.fibers import family_codes
+from gaitgraph.surface.sheets import family_codes
 from gaitgraph.validation.pieces import Rule, Setting, Stretch
 from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
 from gaitgraph.validation.rules import (

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.surface.solutions import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.branch_and_bound import Least

@@ -25,10 +25,17 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.residual_bounds import largest_residual
 from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_of_all
 from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, where_thrusts_vanish
-from gaitgraph.surface.adjacency import neighbors_allowed
+from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.components import HOVER_LABEL, red_label
-from gaitgraph.surface.fibers import FAMILIES, FIRST, family_distances, family_jumps, family_of, family_types
-from gaitgraph.surface.solutions import sheet_angles, text_from_types
+from gaitgraph.surface.sheets import (
+    FAMILIES,
+    FIRST,
+    family_distances,
+    family_jumps,
+    family_of,
+    family_types,
+    sheet_angles,
+)
 from gaitgraph.validation.pieces import Place, Rule, Setting, Stretch, Worst
 from gaitgraph.validation.report import DEFAULT_TOLERANCE, Check
 
@@ -50,7 +57,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _EXACT = 1e-9
 
-# The column of :func:`gaitgraph.surface.fibers.family_distances` by the code of a family; codes count from the end too.
+# The column of :func:`gaitgraph.surface.sheets.family_distances` by the code of a family; codes count from the end too.
 _COLUMN = np.array([0, 0, 2, 3, 1])
 
 

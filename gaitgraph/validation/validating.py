@@ -22,10 +22,8 @@ from gaitgraph.invertibility.matrices import Kind, level_determinant
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.color_choices import SIGNS, ChainCount, palette_of
-from gaitgraph.surface.fibers import families_along, family_codes, family_of, types_contradict
-from gaitgraph.surface.loop_colorings import ColoringListing, colorings
-from gaitgraph.surface.solutions import sheet_angles
+from gaitgraph.surface.loop_colorings import SIGNS, ChainCount, ColoringListing, colorings, palette_of
+from gaitgraph.surface.sheets import families_along, family_codes, family_of, sheet_angles, types_contradict
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import Judge, check_gait, checked_limits
 from gaitgraph.validation.pieces import Place, Setting, Stretch

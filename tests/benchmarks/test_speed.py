@@ -18,7 +18,7 @@ from gaitgraph.graph.walks import closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value_bound
 from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import acceptable_attitudes
-from gaitgraph.surface.solutions import COLORS
+from gaitgraph.surface.sheets import COLORS
 
 REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
 CORNERS = [(14, 2, "red"), (14, 6, "red"), (10, 6, "red"), (10, 2, "red")]

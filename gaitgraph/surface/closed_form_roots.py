@@ -1,21 +1,9 @@
-"""The four-dimensional gait surfaces: every solution of Rφ = Rθ = 0 in closed form, with types and colours.
+"""Every root of Rφ = Rθ = 0 over one point, many points or a grid of the (α1, α2) plane, in closed form.
 
-Rφ and Rθ factorise (see :mod:`gaitgraph.invertibility.matrices`), so their common zeros are four families and no other:
-
-========== ================================= ===========
-family     equations (mod π)                 plane types
-========== ================================= ===========
-red sheet  α3 = α1,      α4 = α2             (+,+)
-blue sheet α3 = 2δ − α1, α4 = −2δ − α2       (−,−)
-1st fibre  α1 = α3 = δ,  α2 and α4 free      (?,*)
-2nd fibre  α2 = α4 = −δ, α1 and α3 free      (*,?)
-========== ================================= ===========
-
-This room is about the two sheets, which have a root above every (α1, α2); :mod:`gaitgraph.surface.fibers` is about the fibres.
-
-On a sheet α3 depends on α1 alone and α4 on α2 alone, so on a grid everything is an outer product. α3 and α4 are
-represented in [−π/2, π/2]; a solution at one end of that range is one at the other end too, with the opposite
-sign of R, and both are counted as roots.
+The formulas are those of :mod:`gaitgraph.surface.sheets`: a red and a blue root lie over every (α1, α2). On a sheet α3
+depends on α1 alone and α4 on α2 alone, so on a grid everything is an outer product. α3 and α4 are represented in
+[−π/2, π/2]; a solution at one end of that range is one at the other end too, with the opposite sign of R, and both are
+counted as roots.
 """
 
 from __future__ import annotations
@@ -23,13 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, overload
+from typing import overload
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -38,45 +26,21 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-
-__all__ = [
-    "COLORS",
-    "DEFAULT_CROSSING_TOLERANCE",
-    "FREE",
-    "Fiber",
-    "Root",
-    "RootArrays",
-    "RootSet",
-    "SheetGrid",
-    "at_end_of_range",
-    "root_arrays",
-    "roots",
-    "sheet_angles",
-    "sheet_distances",
-    "sheet_grid",
-    "sheets_along",
-    "text_from_types",
-    "types_of",
-]
+from gaitgraph.surface.adjacency import FIBER_TYPES, text_from_types
+from gaitgraph.surface.sheets import (
+    COLORS,
+    DEFAULT_CROSSING_TOLERANCE,
+    Color,
+    at_end_of_range,
+    checked_plane_angles,
+    sheet_angles,
+    types_of,
+)
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int8]
-Color = Literal["red", "blue"]
-
-COLORS: tuple[Color, Color] = ("red", "blue")
-"""The two sheets: red is the + sheet, blue the − sheet."""
-
-DEFAULT_CROSSING_TOLERANCE = math.pi / 32
-"""Within this distance of a crossing line [rad] a plane type is `?`: half a step of the paper's grid."""
 
 _FIBER_TOLERANCE = 1e-9
-_END_TOLERANCE = 1e-12
-_ROUND_OFF = 1e-12
-_SIGN = {"red": 1, "blue": -1}
-FREE = 2
-"""The code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1."""
-
-_MARK = {1: "+", 0: "?", -1: "-", FREE: "*"}
 MOST_ROOTS = 5
 
 
@@ -125,7 +89,7 @@ class Fiber:
         Plane types with the free one as ``*``: ``(?,*)`` or ``(*,?)``.
     """
 
-    name: Literal["first", "second"]
+    name: str
     fixed: str
     values: tuple[float, ...]
     free: str
@@ -220,131 +184,9 @@ class SheetGrid:
         return np.add.outer(3 * self.types3, self.types4)
 
 
-def text_from_types(third: int, fourth: int) -> str:
-    """Return the ASCII label of a pair of plane types given as +1, 0, −1, or :data:`FREE` for `*`.
-
-    >>> text_from_types(1, 0)
-    '(+,?)'
-    """
-    return f"({_MARK[int(third)]},{_MARK[int(fourth)]})"
-
-
-def sheet_angles(
-    color: Color, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, coefficients: Coefficients
-) -> tuple[FloatArray, FloatArray]:
-    """Return (α3, α4) on a sheet, wrapped into [−π/2, π/2], each of the shape of its own argument [rad].
-
-    >>> a3, a4 = sheet_angles("blue", 5 * np.pi / 16, np.pi / 8, coefficients_of())
-    >>> round(float(a3), 3), round(float(a4), 3)
-    (-0.648, -0.727)
-    """
-    alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    if color not in COLORS:
-        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
-    if color == "red":
-        return wrapped(alpha1), wrapped(alpha2)
-    return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)
-
-
-def types_of(
-    color: Color,
-    alpha1: npt.ArrayLike,
-    alpha2: npt.ArrayLike,
-    coefficients: Coefficients,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> tuple[IntArray, IntArray]:
-    """Return the plane types of α3 and α4 on a sheet as +1, 0 (`?`) or −1, each of its argument's shape.
-
-    A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
-    β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
-    """
-    if not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
-    sign = np.int8(_SIGN[color])
-    reach = crossing_tolerance + _ROUND_OFF
-    near3 = distance_to_multiple(np.asarray(alpha1, dtype=float) - coefficients.delta, HALF_PI) <= reach
-    near4 = distance_to_multiple(np.asarray(alpha2, dtype=float) + coefficients.delta, HALF_PI) <= reach
-    zero = np.int8(0)
-    return np.where(near3, zero, sign), np.where(near4, zero, sign)
-
-
-def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    """Return whether an angle in [−π/2, π/2] lies at an end, where it stands for both ends, shape (...)."""
-    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _END_TOLERANCE)
-
-
-def sheet_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return how far (α3, α4) are from the red and from the blue sheet above (α1, α2), mod π, each (...) [rad].
-
-    >>> red, blue = sheet_distances([0.3, -0.2, 0.3, -0.1], coefficients_of())
-    >>> round(float(red), 3)
-    0.1
-    """
-    alpha = np.asarray(alpha, dtype=float)
-    out = []
-    for color in COLORS:
-        third, fourth = sheet_angles(color, alpha[..., 0], alpha[..., 1], coefficients)
-        off = distance_to_multiple(np.stack([alpha[..., 2] - third, alpha[..., 3] - fourth], axis=-1), math.pi)
-        out.append(np.asarray(off.max(axis=-1)))
-    return out[0], out[1]
-
-
-def sheets_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
-    """Return which sheet each of consecutive points lies on: +1 red, −1 blue, 0 neither, shape (n,).
-
-    Parameters
-    ----------
-    alpha
-        The points, shape (n, 4) [rad].
-    coefficients
-        The coefficients of the sheets.
-    tolerance
-        How far from a sheet, mod π, a point may be [rad].
-    before
-        The sheet of the point before. A point on both sheets, near where they meet, follows the one before; at the
-        beginning, the first that is on one alone; if there is none, red.
-
-    Examples
-    --------
-    >>> sheets_along([[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, 0.1, 0.1]], coefficients_of(), 2e-3).tolist()
-    [1, 0]
-    """
-    on_red, on_blue = (distance <= tolerance for distance in sheet_distances(alpha, coefficients))
-    both = on_red & on_blue
-    sheet = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
-    if both.any():
-        single = np.flatnonzero(~both)
-        start = before or (int(sheet[single[0]]) if single.size else 0) or 1
-        known = np.concatenate([[start], np.where(both, 0, sheet)])
-        # Each point on both takes the last known one; those that are on neither count as known.
-        settled = np.concatenate([[True], ~both])
-        latest = np.maximum.accumulate(np.where(settled, np.arange(len(known)), 0))
-        followed = known[latest][1:]
-        sheet = np.where(both, np.where(followed == 0, 1, followed), sheet).astype(np.int8)
-    return sheet
-
-
 def _both_ends(angle: float) -> tuple[float, ...]:
     """Return the representations of an angle in [−π/2, π/2]: two at the ends of the range, else one."""
-    if HALF_PI - abs(angle) > _END_TOLERANCE:
-        return (angle,)
-    return (-HALF_PI, HALF_PI)
-
-
-def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArray]:
-    """Return α1 and α2 as arrays, or raise InputError naming the one that leaves [−π/2, π/2]."""
-    out = []
-    for name, value in (("alpha1", alpha1), ("alpha2", alpha2)):
-        try:
-            angles = np.asarray(value, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name}: {shown(value)}; allowed are angles in radians") from error
-        bad = ~(np.abs(angles) <= HALF_PI)
-        if bad.any():
-            first = float(angles[bad].flat[0])
-            raise InputError(f"{name}: {first!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
-        out.append(angles)
-    return out[0], out[1]
+    return (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,)
 
 
 def roots(
@@ -382,7 +224,11 @@ def roots(
     (3, 5)
     """
     coefficients = coefficients or coefficients_of()
-    a1, a2 = _plane_angle("alpha1", alpha1), _plane_angle("alpha2", alpha2)
+    a1, a2 = (
+        # A number is checked against its range below; all else is a text that means an angle, or refused.
+        number_of(value) if isinstance(value, float) else angle_from_text(value, name)
+        for name, value in (("alpha1", alpha1), ("alpha2", alpha2))
+    )
     checked_plane_angles(a1, a2)
     found: list[Root] = []
     for color in COLORS:
@@ -404,43 +250,17 @@ def roots(
                         R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
                     )
                 )
-    return RootSet(tuple(found), _fibers(a1, a2, coefficients.delta))
-
-
-def _plane_angle(name: str, value: object) -> float:
-    """Return one number as it is, to be checked against its range, or the angle that a text means."""
-    return number_of(value) if isinstance(value, float) else angle_from_text(value, name)
-
-
-def _fibers(alpha1: float, alpha2: float, delta: float) -> tuple[Fiber, ...]:
-    found = []
-    if distance_to_multiple(alpha1 - delta, HALF_PI) <= _FIBER_TOLERANCE:
-        regular = distance_to_multiple(alpha1 - delta, math.pi) <= _FIBER_TOLERANCE
-        values = _both_ends(float(wrapped(alpha1)))
-        found.append(
-            Fiber(
-                name="first",
-                fixed="alpha3",
-                values=values,
-                free="alpha4",
-                singular=not regular,
-                types="(?,*)",
-            )
-        )
-    if distance_to_multiple(alpha2 + delta, HALF_PI) <= _FIBER_TOLERANCE:
-        regular = distance_to_multiple(alpha2 + delta, math.pi) <= _FIBER_TOLERANCE
-        values = _both_ends(float(wrapped(alpha2)))
-        found.append(
-            Fiber(
-                name="second",
-                fixed="alpha4",
-                values=values,
-                free="alpha3",
-                singular=not regular,
-                types="(*,?)",
-            )
-        )
-    return tuple(found)
+    fibers = []
+    for name, angle, beta, types in (
+        ("first", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
+        ("second", a2, a2 + coefficients.delta, FIBER_TYPES[1]),
+    ):
+        if distance_to_multiple(beta, HALF_PI) <= _FIBER_TOLERANCE:
+            fixed, free = ("alpha3", "alpha4") if name == "first" else ("alpha4", "alpha3")
+            singular = distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE
+            values = _both_ends(float(wrapped(angle)))
+            fibers.append(Fiber(name=name, fixed=fixed, values=values, free=free, singular=singular, types=types))
+    return RootSet(tuple(found), tuple(fibers))
 
 
 def root_arrays(
@@ -487,7 +307,7 @@ def root_arrays(
                 alpha[..., k, i, j, 3] = np.where(end4, (2 * j - 1) * HALF_PI, fourth)
                 types[..., k, i, j, 0], types[..., k, i, j, 1] = type3, type4
                 exists[..., k, i, j] = (end3 | (i == 0)) & (end4 | (j == 0))
-        sheet[..., k, :, :] = _SIGN[color]
+        sheet[..., k, :, :] = 1 - 2 * k
     flat = exists.reshape(*shape, 8)
     order = np.argsort(~flat, axis=-1, kind="stable")[..., :MOST_ROOTS]
     taken = np.take_along_axis(flat, order, axis=-1)

@@ -6,8 +6,6 @@ import itertools
 import json
 import math
 import re
-import subprocess
-import sys
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,11 +17,14 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.io.exchange import colorings_of_file
-from gaitgraph.surface.adjacency import first_violation, neighbors_allowed, types_from_text
-from gaitgraph.surface.color_choices import (
+from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
+from gaitgraph.surface.loop_colorings import (
+    MOST_LISTED,
     SIGNS,
     STEPS,
     ChainCount,
+    Coloring,
+    ColoringListing,
     ColoringObstacle,
     Palette,
     _power,
@@ -31,14 +32,12 @@ from gaitgraph.surface.color_choices import (
     _step,
     palette_of,
 )
-from gaitgraph.surface.loop_colorings import MOST_LISTED, Coloring, ColoringListing
-from gaitgraph.surface.solutions import text_from_types
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gaitgraph.surface.color_choices import Sign
+    from gaitgraph.surface.loop_colorings import Sign
 
 G1, G2, G3, G4 = GAITS
 PUBLISHED, EXACT = gg.invertibility.coefficients_of(kind="published"), gg.invertibility.coefficients_of(kind="exact")
@@ -91,6 +90,13 @@ def offers(loop: Sequence[Point], sign: str, coefficients: gg.Coefficients, tole
                 found[color] = text_from_types(*roots.types[k, m])
         out.append({color: found[color] for color in ("red", "blue") if color in found})
     return out
+
+
+def first_violation(types: Sequence[str], *, closed: bool = True) -> int | None:
+    """Return the first pair of neighbours of which an angle has + and −, written out on the labels."""
+    pairs = [*itertools.pairwise(types), *([(types[-1], types[0])] if closed else [])]
+    broken = [k for k, pair in enumerate(pairs) if any({pair[0][i], pair[1][i]} == {"+", "-"} for i in (1, 3))]
+    return broken[0] if broken else None
 
 
 def brute(choices: Sequence[dict[str, str]], *, closed: bool = True) -> list[tuple[str, ...]]:
@@ -831,17 +837,6 @@ def test_bad_input_is_named_in_one_line(arguments: dict[str, Any], told: str) ->
 def test_points_that_are_no_numbers_are_named(loop: Any) -> None:
     with pytest.raises(gg.InputError, match="points: "):
         gg.colorings(loop)
-
-
-# Every name of the package
-
-
-def test_the_function_is_there_whatever_was_loaded_before() -> None:
-    # A submodule with the name of a function would replace it as soon as anything else loads it.
-    script = "import gaitgraph as gg\ngg.validate, gg.gait_of, gg.transition\nprint(gg.colorings([(0.9, -0.9)]).count)"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (0, "2\n")
-    assert not {path.stem for path in Path(gg.__file__).parent.glob("*.py")} & set(gg.__all__)
 
 
 # The parts of the count

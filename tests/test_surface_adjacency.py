@@ -1,0 +1,97 @@
+"""Figure 15, entry by entry."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gaitgraph.errors import InputError
+from gaitgraph.surface.adjacency import (
+    FIBER_TYPES,
+    PLANE_TYPES,
+    neighbors_allowed,
+    text_from_types,
+    types_from_text,
+    types_may_be_adjacent,
+)
+
+# Figure 15 (a): which planes of one angle are joined by a line.
+ONE_ANGLE = {
+    "+": {"+": True, "?": True, "-": False},
+    "?": {"+": True, "?": True, "-": True},
+    "-": {"+": False, "?": True, "-": True},
+}
+
+# Figure 15 (b): which types of (α3, α4) are joined, with the row and the column of (?,?) that the paper leaves out
+# because "it accommodates all types of adjacent roots".
+ORDER = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
+PAIRS = """
+    1 0 1 1 0 0 1
+    0 1 0 0 1 1 1
+    1 0 1 1 0 1 1
+    1 0 1 1 1 0 1
+    0 1 0 1 1 1 1
+    0 1 1 0 1 1 1
+    1 1 1 1 1 1 1
+"""
+FIGURE_15_B = {
+    (first, second): entry == "1"
+    for first, row in zip(ORDER, PAIRS.strip().splitlines(), strict=True)
+    for second, entry in zip(ORDER, row.split(), strict=True)
+}
+CODES = {"+": 1, "?": 0, "-": -1, "*": 2}
+
+
+def test_the_two_halves_of_the_figure_agree_with_each_other() -> None:
+    # A slip of the pen in the table above would show here, without any code of the package.
+    assert set(PLANE_TYPES) == set(ORDER)
+    for (first, second), allowed in FIGURE_15_B.items():
+        assert allowed == FIGURE_15_B[second, first]
+        assert allowed == (ONE_ANGLE[first[1]][second[1]] and ONE_ANGLE[first[3]][second[3]])
+
+
+def test_figure_15_a() -> None:
+    for first, second, other in itertools.product("+?-", repeat=3):
+        # The other angle stays on its plane, so that this one decides.
+        third = ((CODES[first], CODES[other]), (CODES[second], CODES[other]))
+        fourth = ((CODES[other], CODES[first]), (CODES[other], CODES[second]))
+        assert neighbors_allowed(*third) == neighbors_allowed(*fourth) == ONE_ANGLE[first][second]
+
+
+def test_figure_15_b_by_labels_and_by_arrays() -> None:
+    codes = np.array([types_from_text(label) for label in ORDER])
+    table = neighbors_allowed((codes[:, None, 0], codes[:, None, 1]), (codes[:, 0], codes[:, 1]))
+    for (i, first), (k, second) in itertools.product(enumerate(ORDER), repeat=2):
+        assert types_may_be_adjacent(first, second) is FIGURE_15_B[first, second] == table[i, k]
+
+
+def test_the_free_angle_of_a_fibre_may_be_a_neighbour_of_every_type() -> None:
+    for fiber, other in itertools.product(FIBER_TYPES, (*ORDER, *FIBER_TYPES)):
+        assert types_may_be_adjacent(fiber, other)
+        assert types_may_be_adjacent(other, fiber)
+
+
+@pytest.mark.parametrize("label", [*ORDER, *FIBER_TYPES])
+def test_labels_mean_their_signs(label: str) -> None:
+    codes = CODES[label[1]], CODES[label[3]]
+    assert types_from_text(label) == codes
+    assert text_from_types(*codes) == label
+    assert types_from_text(label.replace("-", "−")) == codes  # as the paper prints it
+    assert types_from_text(f"  ( {label[1]} , {label[3]} )\n") == codes
+
+
+@pytest.mark.parametrize(
+    "label",
+    ["(+,-)", "(-,+)", "(+,−)", "", "+,+", "(+)", "(+,+", "(+,+,+)", "(1,1)", "[+,+]", "(*,*)", "(*,+)", "(-,*)",
+     3, None, ("+", "+")],
+)  # fmt: skip
+def test_other_labels_are_refused_with_the_allowed_ones(label: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        types_from_text(label)
+    assert str(caught.value) == f"types: {label!r}; allowed are " + ", ".join((*PLANE_TYPES, "(?,*)", "(*,?)"))
+    for pair in (("(+,+)", label), (label, "(+,+)")):
+        with pytest.raises(InputError):
+            types_may_be_adjacent(*pair)
