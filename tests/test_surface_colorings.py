@@ -7,7 +7,6 @@ import json
 import math
 import re
 from math import pi
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from gaitgraph.surface.loop_colorings import Sign
 

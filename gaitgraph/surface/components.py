@@ -175,9 +175,9 @@ def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
 def certain_determinant(coefficients: Coefficients) -> float:
     """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
 
-    It covers what the given coefficients differ from the exact ones, and more than
-    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair features
-    (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
+    It covers the difference between the given coefficients and the exact ones, and more than
+    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
+    features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
 
     >>> round(certain_determinant(coefficients_of()), 4)
     0.0035
