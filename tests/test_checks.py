@@ -22,10 +22,9 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.validation import checks
-from gaitgraph.validation.checks import stretch_of
-from gaitgraph.validation.pieces import Place
 from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.rules import limit_check
+from gaitgraph.validation.segments import Place, segments_of
 from tests.published import GAITS, PublishedGait
 
 
@@ -311,23 +310,23 @@ def test_limits_of_rates_in_words() -> None:
 
 def test_places_in_words() -> None:
     place = Place(point=56, fraction=0.25, alpha=(0.1, -0.2, 0.3, -1.0), t=0.5625)
-    assert place.told("row") == "row 57 and 0.25 of the way to the next (t = 0.5625 s), (0.100, -0.200, 0.300, -1.000)"
-    assert place.told("corner") == "(0.100, -0.200, 0.300, -1.000)"
+    assert place.described("row") == "row 57 and 0.25 of the way to the next (t = 0.5625 s), (0.100, -0.200, 0.300, -1.000)"
+    assert place.described("corner") == "(0.100, -0.200, 0.300, -1.000)"
     at_row = Place(point=0, fraction=0.0, alpha=(0.0,) * 4)
-    assert at_row.told("row") == "row 1, (0.000, 0.000, 0.000, 0.000)"
+    assert at_row.described("row") == "row 1, (0.000, 0.000, 0.000, 0.000)"
     assert at_row.as_mapping("row") == {"row": 1, "t": None, "fraction": 0.0, "alpha": [0.0] * 4}
     assert place.as_mapping("corner") == {"segment": 56, "fraction": 0.25, "alpha": [0.1, -0.2, 0.3, -1.0]}
 
 
 def test_a_gait_as_a_stretch_closes() -> None:
-    stretch = stretch_of(lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "red"]))
+    stretch = segments_of(lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "red"]))
     assert stretch.sheet.tolist() == [1, -1, 1, 1]
     assert stretch.sheet.dtype == np.int8
     np.testing.assert_array_equal(stretch.alpha[-1], stretch.alpha[0])
     assert [stretch.number(k) for k in range(4)] == [1, 2, 3, 1]
     assert stretch[1:].number(2) == 1
     assert stretch[1:3].number(1) == 3
-    assert stretch_of(lift([(0.4, -0.4)], "red").biased(0.5)).sheet.tolist() == [0, 0]
+    assert segments_of(lift([(0.4, -0.4)], "red").biased(0.5)).sheet.tolist() == [0, 0]
 
 
 def test_what_two_color_says_of_colors() -> None:
@@ -454,7 +453,7 @@ def told(report: Report) -> list[tuple[str, str, bool, str]]:
     return [(check.name, check.kind, check.ok, check.message) for check in report.checks]
 
 
-def segments_of(report: Report) -> dict[str, int | None]:
+def where_of(report: Report) -> dict[str, int | None]:
     return {check.name: None if check.where is None else check.where["segment"] for check in report.checks}
 
 
@@ -498,7 +497,7 @@ def test_all_that_is_said_of_a_gait_that_breaks_the_limits_of_its_vehicle() -> N
         "thrust_limit": (shares.max() * 0.429 * 9.8, 2.0, int(shares.max(axis=1).argmax())),
         "tilt_range": (3 * np.pi / 8, np.pi / 3, 0),
     }
-    assert list(segments_of(report)) == list(expected)
+    assert list(where_of(report)) == list(expected)
     for name, (value, limit, segment) in expected.items():
         check = report[name]
         assert check.decided
@@ -638,7 +637,7 @@ def test_all_that_is_said_of_jumps() -> None:
     assert changed.where["segment"] == 0
     forbidden = lift([(0.9, -0.9), (1.1, -0.9)], ["red", "blue"]).check()["two_color"]
     assert forbidden.message == (
-        "corners 1 (+,+) and 2 (-,-) may not be neighbours (Figure 15): paint both in one color, or pass a (?,?) point "
+        "corners 1 (+,+) and 2 (-,-) may not be neighbours (Figure 15): give both one color, or pass a (?,?) point "
         "between them"
     )
 
@@ -657,8 +656,8 @@ def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) ->
     assert check.value == pytest.approx(distance, rel=1e-12)
     assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
     assert check.message == (
-        f"corner 1 is painted {painted} but lies off that sheet{beside}, by {distance:.4f} rad: paint it as it lies, "
-        "or take (α3, α4) from its sheet"
+        f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: give it the color of its "
+        "sheet, or take (α3, α4) from the sheet of its color"
     )
 
 
@@ -837,4 +836,4 @@ def test_a_gait_painted_wholly_in_the_wrong_color_is_told_so() -> None:
     red = lift([(0.9, -0.9), (1.1, -0.9), (1.1, -1.1)], "red")
     check = replace(red, colors=("blue",) * 3).check()["continuous"]
     assert not check.ok
-    assert "is painted blue but lies off that sheet, on the red one" in check.message
+    assert "is colored blue but lies off that sheet, on the red one" in check.message

@@ -445,9 +445,9 @@ def test_wrong_paint_and_wraps_on_fibres_are_told() -> None:
     on = fiber_points("fiber1", [(0.3, 0.6), (0.5, 0.9)], EXACT)
     painted = Gait(alpha=on, colors=("fiber2",) * 2, coefficients=EXACT).check()["continuous"]
     assert not painted.ok
-    assert "is painted fiber2 but lies off that fibre, on the fiber1 one" in painted.message
+    assert "is colored fiber2 but lies off that fibre, on the fiber1 one" in painted.message
     as_red = Gait(alpha=on, colors=("red",) * 2, coefficients=EXACT).check()["continuous"]
-    assert "is painted red but lies off that sheet, on the fiber1 one" in as_red.message
+    assert "is colored red but lies off that sheet, on the fiber1 one" in as_red.message
     turned = on.copy()
     turned[1, 0] += math.pi
     wrap = Gait(alpha=turned, colors=("fiber1",) * 2, coefficients=EXACT).check()["continuous"]

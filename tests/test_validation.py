@@ -218,7 +218,7 @@ def test_rows_painted_as_the_other_sheet_are_told() -> None:
     red = lift([(0.9, -0.9)], "red").alpha
     report = validate(table_from(red, color=("blue",)))
     assert not report["continuous"].ok
-    assert "row 1 is painted blue but lies off that sheet, on the red one" in report["continuous"].message
+    assert "row 1 is colored blue but lies off that sheet, on the red one" in report["continuous"].message
     assert validate(table_from(red, color=("red",))).valid
 
 
@@ -741,7 +741,7 @@ def test_what_a_file_says_of_its_vehicle_is_refused_with_its_name(tmp_path: Path
 def test_a_transition_is_no_loop(tmp_path: Path) -> None:
     path = tmp_path / "entry.json"
     gg.transition("hover", lift(G4.angles, "red")).write(path)
-    assert "this is a way from one place to another" in gg.validate(path).warnings[0]
+    assert "this is a path from one place to another" in gg.validate(path).warnings[0]
 
 
 def test_inserting_rows_on_segments_changes_nothing() -> None:

@@ -14,8 +14,9 @@ from gaitgraph.io.exchange import closed_rows, read_gait
 from gaitgraph.io.reading import read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
-from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import vehicle_named
 

@@ -17,8 +17,14 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, CLOSED_GAP, ORDER, RATES, Table, merged, setting_of
 from gaitgraph.invertibility.matrices import Coefficients, Kind, level_determinant, level_determinant_resolution
 from gaitgraph.surface.adjacency import text_from_types, types_from_text
-from gaitgraph.surface.sheets import families_along, family_codes, family_of, family_types, types_contradict
-from gaitgraph.validation.report import DEFAULT_TOLERANCE
+from gaitgraph.surface.sheets import (
+    DEFAULT_TOLERANCE,
+    families_along,
+    family_codes,
+    family_of,
+    family_types,
+    types_contradict,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -27,10 +27,9 @@ from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces, write_tables
 from gaitgraph.planning.request import holds_request, planes_only, read_request, request_from_mapping, request_in_about
 from gaitgraph.surface.loop_colorings import Colorings, colorings
-from gaitgraph.surface.sheets import families_along, family_of
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, families_along, family_of
 from gaitgraph.timing.timed_gait import LAWS, parametrize
-from gaitgraph.validation.pieces import Stretch
-from gaitgraph.validation.report import DEFAULT_TOLERANCE
+from gaitgraph.validation.segments import Segments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -89,7 +88,7 @@ def _alpha_of(table: Table, vehicle: Vehicle, coefficients: Coefficients) -> Flo
 
 def closed_rows(
     table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None, source: object = None
-) -> tuple[Stretch, Vehicle, Coefficients]:
+) -> tuple[Segments, Vehicle, Coefficients]:
     """Return a table's rows as one closed stretch, and what it is for.
 
     Rows of alpha1, alpha2 and color alone are lifted. A last row that equals the first closes the table; else the way
@@ -113,7 +112,7 @@ def closed_rows(
         t = None if t is None else np.append(t, t[-1] + (t[-1] - t[0]) / max(len(t) - 1, 1))
     sheet = np.zeros(len(alpha), dtype=np.int8)
     after_t = None if t is None else float(t[0])
-    return Stretch(alpha=alpha, sheet=sheet, after=0, t=t, after_t=after_t), vehicle, numbers
+    return Segments(alpha=alpha, sheet=sheet, after=0, t=t, after_t=after_t), vehicle, numbers
 
 
 @contextmanager

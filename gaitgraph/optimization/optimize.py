@@ -22,7 +22,7 @@ from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.optimization.efforts import LeastEffort
 from gaitgraph.optimization.levels import component_meeting, highest_level, largest_share, level_region
 from gaitgraph.optimization.programs import Discs, SmoothLoop
-from gaitgraph.optimization.result import OBJECTIVES, Objective, OptimalGait, Optimality, clock_checks
+from gaitgraph.optimization.result import OBJECTIVES, Objective, OptimalGait, Optimality, rate_checks
 from gaitgraph.optimization.splines import FEWEST_PIECES, basis_rows, power_pieces
 from gaitgraph.optimization.tours import least_loop_length, shortest_loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
@@ -361,7 +361,7 @@ class _Search:
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )
-        report = curve.check(floor=self.floor).with_checks(clock_checks(curve))
+        report = curve.check(floor=self.floor).with_checks(rate_checks(curve))
         scale = 2.0 / self.period
         effort = scale * loop.effort
         value = effort if self.objective == "tilt_rate" else self._worst(report)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.timing.curve import Curve
 
-__all__ = ["OBJECTIVES", "OptimalGait", "Optimality", "clock_checks"]
+__all__ = ["OBJECTIVES", "OptimalGait", "Optimality", "rate_checks"]
 
 FloatArray = npt.NDArray[np.float64]
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
@@ -277,7 +277,7 @@ class OptimalGait:
         return "\n".join(lines)
 
 
-def clock_checks(curve: Curve) -> list[Check]:
+def rate_checks(curve: Curve) -> list[Check]:
     """Return the checks of tilt rate and, where the vehicle limits them, acceleration and jerk, exact along the curve.
 
     On a cubic piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.

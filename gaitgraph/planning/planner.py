@@ -18,7 +18,7 @@ from gaitgraph.planning.fiberloops import fiber_candidates
 from gaitgraph.planning.grid import grid_candidates, notes_beside_the_grid
 from gaitgraph.planning.plan import Candidates, Loop, Plan
 from gaitgraph.planning.request import PlanRequest, request_of
-from gaitgraph.timing.timed_gait import CLOCK_CHECKS
+from gaitgraph.validation.report import RATE_CHECKS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -158,7 +158,7 @@ def _ordered(loops: Sequence[Loop], objective: str) -> list[Loop]:
 def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
     report = loop.report
-    timeless = all(check.mark == "ok" for check in report.checks if check.name not in CLOCK_CHECKS)
+    timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
     robustness = report["least_singular_value"].value or 0.0
     return (
         not report.flyable,

@@ -283,7 +283,7 @@ def transition(
         seconds = _needed(gait, law)
         count = _checked_samples(seconds, law, samples, rate)
     timed = parametrize(gait, 2 * seconds, law=law)
-    report = gait.check(floor=floor).with_checks(timed.clock_checks("duration", 0.5))
+    report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
     left, joined = (
         None if isinstance(given, str) else corner for given, corner in zip(given_ends, corners, strict=True)
     )

@@ -35,14 +35,13 @@ from gaitgraph.io.exchange import closed_rows
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
-from gaitgraph.surface.sheets import family_distances
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.checks import stretch_of
-from gaitgraph.validation.report import DEFAULT_TOLERANCE
+from gaitgraph.validation.segments import segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.validation.pieces import Place, Stretch
+    from gaitgraph.validation.segments import Place, Segments
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Robustness", "RobustnessReport", "robustness_of"]
@@ -203,7 +202,7 @@ class RobustnessReport:
 
 def _told(one: Robustness) -> list[str]:
     """Return where the worst is met and why, in words."""
-    place = one.where.told(one.noun)
+    place = one.where.described(one.noun)
     if one.tilt_margin is None:
         return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
     if one.tilt_margin == 0:
@@ -224,7 +223,7 @@ def _told(one: Robustness) -> list[str]:
     if one.singular_value[1] == 0:
         lines.append(f"within {math.degrees(one.tilt):g}° of tilt there are singular attitudes")
     else:
-        worst = one.singular_where.told(one.noun)
+        worst = one.singular_where.described(one.noun)
         lines.append(
             f"least singular value {one.singular_value[1]:.4f} (certainly {one.singular_value[0]:.4f} or more) at "
             f"{worst}, {_attitude(one.singular_attitude)}"
@@ -337,12 +336,12 @@ def _etas(value: float | Iterable[float], name: str) -> list[float]:
 
 def _closed(
     gait: Gait | TimedGait | Table | Frame | str | Path, vehicle: Vehicle | None
-) -> tuple[Stretch, Vehicle, float, str]:
+) -> tuple[Segments, Vehicle, float, str]:
     """Return a gait as one closed stretch, its vehicle, what its angles may be off by, and what a point is called."""
     if isinstance(gait, (Gait, TimedGait)):
         bare = gait if isinstance(gait, Gait) else gait.gait
         rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
-        return stretch_of(bare), bare.vehicle, rounding, "corner"
+        return segments_of(bare), bare.vehicle, rounding, "corner"
     gait = as_table(gait)
     if isinstance(gait, (str, Path)):
         table = read_table(gait)
@@ -362,7 +361,7 @@ def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
 
 
 def _of(
-    stretch: Stretch,
+    stretch: Segments,
     scaling: Scaling,
     eta: float,
     *,
@@ -401,7 +400,7 @@ def _of(
 
 
 def _singular_value(
-    stretch: Stretch,
+    stretch: Segments,
     margin: LeastMargin,
     where: Place,
     direction: tuple[float, float] | None,
@@ -424,7 +423,7 @@ def _singular_value(
     return (lower, upper), place, (float(roll), float(pitch))
 
 
-def _near_the_least(stretch: Stretch, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
+def _near_the_least(stretch: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
     """Return the segments that may hold the least of a costly value, whose bound holds from any one place to another.
 
     Most rows of a long table are near others: from a few of them, then from more, it is known which cannot matter.
@@ -449,7 +448,7 @@ def _near_the_least(stretch: Stretch, value: Value, bound: Bound) -> npt.NDArray
     return rows
 
 
-def _spread(stretch: Stretch, count: int) -> list[Place]:
+def _spread(stretch: Segments, count: int) -> list[Place]:
     """Return places spread evenly over a closed gait, by the length of its way; one if it is a point."""
     size = np.linalg.norm(stretch.ends - stretch.starts, axis=1)
     total = float(size.sum())

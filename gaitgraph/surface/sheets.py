@@ -62,6 +62,9 @@ _FIXED = {FIRST: [0, 2], SECOND: [1, 3]}  # which two of the four angles a fibre
 DEFAULT_CROSSING_TOLERANCE = math.pi / 32
 """Within this distance of a crossing line [rad] a plane type is `?`: half a step of the paper's grid."""
 
+DEFAULT_TOLERANCE = 2e-3
+"""|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
+
 _END_TOLERANCE = 1e-12
 _ROUND_OFF = 1e-12
 

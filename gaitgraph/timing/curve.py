@@ -18,11 +18,11 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
-from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
 from gaitgraph.timing.chords import Beside
 from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.validation.checks import check_gait, checked_limits
-from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Report
+from gaitgraph.validation.report import DEFAULT_FLOOR, Report
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = ["DEFAULT_CHORD", "Curve", "curve_through", "lifted"]

@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.gait.gait import vertices
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.curve import lifted
 from gaitgraph.timing.limits import KINDS, UNITS, Limits
 from gaitgraph.timing.path_laws import peaks_of
 from gaitgraph.timing.polynomials import derivative_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
+from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
 from gaitgraph.validation.rules import limit_check
 
 if TYPE_CHECKING:
@@ -225,10 +226,10 @@ class PacedGait(TimedGait):
             report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
         else:
             report = self.curve.check(tolerance=tolerance, floor=floor)
-        return report.with_checks(self.clock_checks())
+        return report.with_checks(self.rate_checks())
 
-    def clock_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
-        """Return the checks that need a clock; see :meth:`gaitgraph.timing.timed_gait.TimedGait.clock_checks`."""
+    def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
+        """Return the checks that need a clock; see :meth:`gaitgraph.timing.timed_gait.TimedGait.rate_checks`."""
         vehicle = self.gait.vehicle
         stated = (vehicle.max_tilt_rate, vehicle.max_tilt_acceleration, vehicle.max_tilt_jerk)
         checks = []

@@ -24,9 +24,9 @@ from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import family_codes, family_types
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
+from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
 from gaitgraph.validation.rules import limit_check
 
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
-CLOCK_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
 
 # Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
 _PEAK_SPEED = 15.0 / 8.0
@@ -253,9 +252,9 @@ class TimedGait:
     ) -> Report:
         """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
         report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
-        return report.with_checks(self.clock_checks())
+        return report.with_checks(self.rate_checks())
 
-    def clock_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
+    def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
         """Return the checks that need a clock: tilt rate; tilt acceleration and jerk where the vehicle limits them.
 
         Parameters

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.surface.sheets import family_codes
-from gaitgraph.validation.pieces import Rule, Setting, Stretch
-from gaitgraph.validation.report import DEFAULT_FLOOR, DEFAULT_TOLERANCE, Check, Report
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
+from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
 from gaitgraph.validation.rules import (
     Continuous,
     HoverThrust,
@@ -22,20 +19,19 @@ from gaitgraph.validation.rules import (
     TiltRange,
     TwoColor,
 )
+from gaitgraph.validation.segments import Rule, Segments, Setting, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
 
-__all__ = ["CLOSED", "Judge", "check_gait", "checked_limits", "stretch_of"]
-
 _BLOCK = 1 << 14
 
 CLOSED = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
-"""The check of a gait whose way back from the last corner to the first is implied."""
+"""The check of a gait whose segment from the last corner to the first is implied."""
 
 
-class Judge:
-    """Sees a gait as stretches, in order, and reports; see :mod:`gaitgraph.validation.pieces`."""
+class Checker:
+    """Applies all rules to the segments of a gait, in order, and returns the report."""
 
     def __init__(self, setting: Setting) -> None:
         continuous = Continuous(setting)
@@ -50,14 +46,13 @@ class Judge:
         ]
         self.reach = Reach(setting, continuous)
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch; long ones are looked at in blocks, so that memory stays bounded."""
-        last = len(stretch.alpha) - 1
-        for start in range(0, last, _BLOCK):
-            block = stretch[start : start + _BLOCK + 1]
+    def update(self, run: Segments) -> None:
+        """Examine the next run of segments, in blocks so that memory stays bounded."""
+        for start in range(0, len(run.alpha) - 1, _BLOCK):
+            block = run[start : start + _BLOCK + 1]
             for rule in self.rules:
-                rule.see(block)
-            self.reach.see(block)
+                rule.update(block)
+            self.reach.update(block)
 
     def report(self, closed: Check = CLOSED) -> Report:
         """Return what was found; `closed` is the check of how the gait closes."""
@@ -67,7 +62,7 @@ class Judge:
 
 
 def checked_limits(tolerance: float, floor: float, angle_rounding: float | None) -> None:
-    """Raise InputError unless what a gait is judged by are finite numbers that are not negative."""
+    """Raise InputError unless the limits that a gait is judged by are finite and not negative."""
     for name, number in (("tolerance", tolerance), ("floor", floor), ("angle_rounding", angle_rounding)):
         if number is not None and not 0 <= number_of(number) < math.inf:
             raise InputError(f"{name}: {shown(number)}; allowed is a finite number ≥ 0")
@@ -85,7 +80,7 @@ def check_gait(
     Parameters
     ----------
     gait
-        The gait; limits of its vehicle are checked where the vehicle states them. Rates need a clock: see
+        The gait; limits of its vehicle are checked where the vehicle states them. Rates need timing: see
         :meth:`gaitgraph.timing.timed_gait.TimedGait.check`.
     tolerance
         Largest |Rφ| and |Rθ| that count as on the surface, dimensionless; and how far from the sheet of its color
@@ -93,8 +88,8 @@ def check_gait(
     floor
         Least singular value that a flyable gait must keep, dimensionless.
     angle_rounding
-        What each angle may be off by because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
-        default what is seen: the largest distance of α3 and α4 from the sheet of their color.
+        Assumed error of each angle because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
+        default it is inferred: the largest distance of α3 and α4 from the sheet of their color.
 
     Examples
     --------
@@ -104,7 +99,7 @@ def check_gait(
     (True, True, False)
     """
     checked_limits(tolerance, floor, angle_rounding)
-    judge = Judge(
+    checker = Checker(
         Setting(
             vehicle=gait.vehicle,
             coefficients=gait.coefficients,
@@ -114,11 +109,5 @@ def check_gait(
             crossing_tolerance=gait.crossing_tolerance,
         )
     )
-    judge.see(stretch_of(gait))
-    return judge.report()
-
-
-def stretch_of(gait: Gait) -> Stretch:
-    """Return a gait, with its way back to the first corner, as one stretch."""
-    sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
-    return Stretch(alpha=np.vstack([gait.alpha, gait.alpha[:1]]), sheet=np.append(sheet, sheet[0]), after=0)
+    checker.update(segments_of(gait))
+    return checker.report()

@@ -17,13 +17,11 @@ if TYPE_CHECKING:
 
     from gaitgraph.surface.loop_colorings import ColoringListing
 
-__all__ = ["DEFAULT_FLOOR", "DEFAULT_TOLERANCE", "Check", "Report", "lines_of_checks", "verdict_line"]
-
-DEFAULT_TOLERANCE = 2e-3
-"""|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
-
 DEFAULT_FLOOR = 0.05
 """Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
+
+RATE_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
+"""Names of the checks that need times."""
 
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110

@@ -1,6 +1,6 @@
 """The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound.
 
-A rule sees a gait as stretches; see :mod:`gaitgraph.validation.pieces`.
+A rule is updated with runs of segments; see :class:`gaitgraph.validation.segments.Rule`.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, where_thr
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.components import HOVER_LABEL, red_label
 from gaitgraph.surface.sheets import (
+    DEFAULT_TOLERANCE,
     FAMILIES,
     FIRST,
     family_distances,
@@ -36,21 +37,8 @@ from gaitgraph.surface.sheets import (
     family_types,
     sheet_angles,
 )
-from gaitgraph.validation.pieces import Place, Rule, Setting, Stretch, Worst
-from gaitgraph.validation.report import DEFAULT_TOLERANCE, Check
-
-__all__ = [
-    "Continuous",
-    "HoverThrust",
-    "LevelSign",
-    "OnSurface",
-    "Reach",
-    "SingularValue",
-    "TiltRange",
-    "TwoColor",
-    "jumps",
-    "limit_check",
-]
+from gaitgraph.validation.report import Check
+from gaitgraph.validation.segments import Place, Rule, Segments, Setting, Worst
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -68,24 +56,20 @@ class OnSurface(Rule):
         super().__init__(setting)
         self.worst = Worst()
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
-        tolerance = self.setting.tolerance / 100
-        coefficients, known = self.setting.coefficients, self.worst.upper
-        least = largest_residual(stretch.starts, stretch.ends, coefficients, tolerance=tolerance, known=known)
-        self.worst.take(least, stretch)
+    def update(self, run: Segments) -> None:
+        """Bracket the largest residual along the segments."""
+        tolerance, known = self.setting.tolerance / 100, self.worst.upper
+        found = largest_residual(run.starts, run.ends, self.setting.coefficients, tolerance=tolerance, known=known)
+        self.worst.update(found, run)
 
     def checks(self) -> list[Check]:
         """Return the check `on_surface`."""
-        value, limit = max(-self.worst.lower, 0.0), self.setting.tolerance
-        message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
+        value, limit, place = max(-self.worst.lower, 0.0), self.setting.tolerance, self.worst.place
         ok = value <= limit
+        message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
         if not ok:
-            message += (
-                f", worst at {self.tell(self.worst.place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
-            )
-        where = self.at(self.worst.place)
-        return [Check(name="on_surface", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
+            message += f", worst at {self.described(place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
+        return [self.check("on_surface", "valid", ok, message, value=value, limit=limit, place=place)]
 
 
 class TwoColor(Rule):
@@ -93,45 +77,43 @@ class TwoColor(Rule):
 
     def __init__(self, setting: Setting) -> None:
         super().__init__(setting)
-        self.broken: Check | None = None
-        self.seen: set[int] = set()
+        self.broken: tuple[str, Place] | None = None
+        self.families: set[int] = set()
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
-        self.seen |= set(np.unique(stretch.sheet).tolist()) - {0}
+    def update(self, run: Segments) -> None:
+        """Look for the first point without a color, or pair of points that Figure 15 forbids."""
+        self.families |= set(np.unique(run.sheet).tolist()) - {0}
         if self.broken is not None:
             return
-        setting, alpha = self.setting, stretch.alpha
-        third, fourth = family_types(alpha, stretch.sheet, setting.coefficients, setting.crossing_tolerance)
-        lacking = stretch.sheet == 0
+        setting = self.setting
+        third, fourth = family_types(run.alpha, run.sheet, setting.coefficients, setting.crossing_tolerance)
+        bare = run.sheet == 0
         forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
-        if lacking.any() and (not forbidden.any() or np.argmax(lacking) <= np.argmax(forbidden)):
-            point = int(np.argmax(lacking))
+        if bare.any() and (not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)):
+            point = int(np.argmax(bare))
             message = (
-                f"{setting.noun} {stretch.number(point)} lies off the surfaces, on neither sheet, so it has no color "
+                f"{setting.noun} {run.number(point)} lies off the surfaces, on neither sheet, so it has no color "
                 "to compare: take (α3, α4) from the roots of (α1, α2)"
             )
-            self.broken = self._refused(stretch, point, message)
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
             message = (
-                f"{setting.noun}s {stretch.number(point)} {here} and {stretch.number(point + 1)} {there} may not be "
-                "neighbours (Figure 15): paint both in one color, or pass a (?,?) point between them"
+                f"{setting.noun}s {run.number(point)} {here} and {run.number(point + 1)} {there} may not be "
+                "neighbours (Figure 15): give both one color, or pass a (?,?) point between them"
             )
-            self.broken = self._refused(stretch, point, message)
-
-    def _refused(self, stretch: Stretch, point: int, message: str) -> Check:
-        where = self.at(stretch.place(point))
-        return Check(name="two_color", kind="valid", ok=False, value=1.0, limit=0.0, where=where, message=message)
+        else:
+            return
+        self.broken = (message, run.place(point))
 
     def checks(self) -> list[Check]:
         """Return the check `two_color`."""
         if self.broken is not None:
-            return [self.broken]
-        color = family_of(*self.seen) if len(self.seen) == 1 else "mixed"
+            message, place = self.broken
+            return [self.check("two_color", "valid", False, message, value=1.0, limit=0.0, place=place)]
+        color = family_of(*self.families) if len(self.families) == 1 else "mixed"
         message = f"all neighbours allowed by Figure 15 ({color})"
-        return [Check(name="two_color", kind="valid", ok=True, value=0.0, limit=0.0, message=message)]
+        return [self.check("two_color", "valid", True, message, value=0.0, limit=0.0)]
 
 
 def jumps(
@@ -166,88 +148,77 @@ class Continuous(Rule):
 
     def __init__(self, setting: Setting) -> None:
         super().__init__(setting)
-        self.uncolored: Place | None = None
-        self.distance, self.painted = 0.0, ""
-        self.rounding = 0.0  # the largest distance that the tolerance takes for rounding
-        self.roundings = np.zeros(0)  # the same for each point of the latest stretch
-        self.blue = False  # whether a point lies on the blue sheet alone, however it is painted
-        self.fiber: tuple[int, int, Place] | None = None  # the first point painted as one of a fibre, and which
+        self.bare: Place | None = None  # the first point off the surfaces
+        self.rounding = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
+        self.roundings = np.zeros(0)  # the same for each point of the latest run
+        self.blue = False  # whether a point lies on the blue sheet alone, whatever its color
+        self.fiber: tuple[int, int, Place] | None = None  # the first point colored as a fibre: which, number, place
+        self.distance, self.off_sheet = 0.0, ""  # the point that is farthest off the sheet of its color
         self.farthest: Place | None = None
-        self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False
+        self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False  # the largest jump beside its limit
         self.place: Place | None = None
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
-        sheet, setting = stretch.sheet, self.setting
-        bare = sheet == 0
+    def update(self, run: Segments) -> None:
+        """Compare points with the sheets of their colors, and segments with the sheets of their ends."""
+        sheet, setting = run.sheet, self.setting
+        bare, fibered = sheet == 0, sheet > 1
         self.roundings = np.zeros(len(sheet))
         if bare.any():
-            point = int(np.argmax(bare))
-            self.uncolored = self.uncolored or stretch.place(point)
+            self.bare = self.bare or run.place(int(np.argmax(bare)))
             if bare.all():
                 return
-        distances = family_distances(stretch.alpha, setting.coefficients)
-        on_red, on_blue = distances[:, 0], distances[:, 1]
-        fibered = sheet > 1
-        self.blue |= bool(((on_blue <= setting.tolerance) & (on_red > setting.tolerance) & ~fibered).any())
-        self._see_fibers(stretch, fibered)
+        if fibered.any() and self.fiber is None:
+            point = int(np.argmax(fibered))
+            self.fiber = (int(sheet[point]), run.number(point), run.place(point))
+        distances = family_distances(run.alpha, setting.coefficients)
+        on_blue = (distances[:, 1] <= setting.tolerance) & (distances[:, 0] > setting.tolerance)
+        self.blue |= bool((on_blue & ~fibered).any())
+        # How far points are from the sheet or fibre of their color.
         column = _COLUMN[sheet]
         off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
         self.roundings = np.where((off > _EXACT) & (off <= setting.tolerance), off, 0.0)
         self.rounding = max(self.rounding, float(self.roundings.max()))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, _EXACT):
-            self.distance, self.farthest = float(off[farthest]), stretch.place(farthest)
-            painted = int(column[farthest])
-            self.painted = (
-                f"{setting.noun} {stretch.number(farthest)} is painted {FAMILIES[painted]} but lies off that "
+            self.distance, self.farthest = float(off[farthest]), run.place(farthest)
+            color = FAMILIES[column[farthest]]
+            self.off_sheet = (
+                f"{setting.noun} {run.number(farthest)} is colored {color} but lies off that "
+                f"{'fibre' if fibered[farthest] else 'sheet'}"
             )
-            self.painted += "fibre" if fibered[farthest] else "sheet"
-            others = [
-                name for k, name in enumerate(FAMILIES) if k != painted and distances[farthest, k] <= setting.tolerance
-            ]
+            near = distances[farthest] <= setting.tolerance
+            others = [name for name, is_near in zip(FAMILIES, near, strict=True) if is_near and name != color]
             if others:
-                self.painted += f", on the {others[0]} one"
-        red, after = sheet[:-1] > 0, sheet[1:] > 0
-        sizes = jumps(stretch.starts, stretch.ends, red, after, setting.coefficients)
-        by_fiber = fibered[:-1] | fibered[1:]
-        if by_fiber.any():
-            sizes[by_fiber] = family_jumps(
-                stretch.starts[by_fiber],
-                stretch.ends[by_fiber],
-                sheet[:-1][by_fiber],
-                sheet[1:][by_fiber],
-                setting.coefficients,
-            )
+                self.off_sheet += f", on the {others[0]} one"
+        # How far segments leave the sheets of their ends.
+        starts, ends, red, after = run.starts, run.ends, sheet[:-1] > 0, sheet[1:] > 0
+        sizes = jumps(starts, ends, red, after, setting.coefficients)
+        by = fibered[:-1] | fibered[1:]
+        if by.any():
+            sizes[by] = family_jumps(starts[by], ends[by], sheet[:-1][by], sheet[1:][by], setting.coefficients)
             sizes[sizes <= _EXACT] = 0.0
         # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
         # fibre too, whose line with the red sheet is on both.
-        limits = np.where((red == after) | by_fiber, setting.tolerance, _EXACT)
+        limits = np.where((red == after) | by, setting.tolerance, _EXACT)
         ratios = sizes / np.maximum(limits, _EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:
             self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
-            self.place, self.changes = stretch.place(worst), bool(sheet[worst] != sheet[worst + 1])
-
-    def _see_fibers(self, stretch: Stretch, fibered: BoolArray) -> None:
-        """Note the first point on a fibre."""
-        if fibered.any() and self.fiber is None:
-            point = int(np.argmax(fibered))
-            self.fiber = (int(stretch.sheet[point]), stretch.number(point), stretch.place(point))
+            self.place, self.changes = run.place(worst), bool(sheet[worst] != sheet[worst + 1])
 
     def checks(self) -> list[Check]:
         """Return the check `continuous`."""
-        noun, limit = self.setting.noun, self.limit
-        value: float | None = self.jump
-        place, ok, message = self.place, False, "every segment stays on its sheet"
-        if self.uncolored is not None:
-            place, limit, value = self.uncolored, self.setting.tolerance, None
-            message = f"at {noun} {place.point + 1} it is off the surfaces and follows no sheet"
-        elif self.distance > self.setting.tolerance and (
-            not self.changes or self.jump <= max(self.limit, self.distance + _EXACT)
-        ):
-            place, limit, value = self.farthest, self.setting.tolerance, self.distance
-            message = f"{self.painted}, by {value:.4f} rad: paint it as it lies, or take (α3, α4) from its sheet"
+        noun, tolerance = self.setting.noun, self.setting.tolerance
+        ok, value, limit, place = False, self.jump, self.limit, self.place
+        if self.bare is not None:
+            message = f"at {noun} {self.bare.point + 1} it is off the surfaces and follows no sheet"
+            return [self.check("continuous", "valid", False, message, limit=tolerance, place=self.bare)]
+        if self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + _EXACT)):
+            value, limit, place = self.distance, tolerance, self.farthest
+            message = (
+                f"{self.off_sheet}, by {value:.4f} rad: give it the color of its sheet, or take (α3, α4) from the "
+                "sheet of its color"
+            )
         elif self.jump > self.limit and place is not None:
             cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
             message = (
@@ -255,9 +226,8 @@ class Continuous(Rule):
                 "sheet"
             )
         else:
-            ok = True
-        where = self.at(place)
-        return [Check(name="continuous", kind="valid", ok=ok, value=value, limit=limit, where=where, message=message)]
+            ok, message = True, "every segment stays on its sheet"
+        return [self.check("continuous", "valid", ok, message, value=value, limit=limit, place=place)]
 
 
 class LevelSign(Rule):
@@ -272,9 +242,9 @@ class LevelSign(Rule):
         self.digits, self.slope = 0.0, 0.0
         self.found = {1.0: False, -1.0: False}  # whether a point has this sign for certain
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
-        coefficients, alpha = self.setting.coefficients, stretch.alpha
+    def update(self, run: Segments) -> None:
+        """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
+        coefficients, alpha = self.setting.coefficients, run.alpha
         value = np.asarray(level_determinant(alpha, coefficients))
         peak = float(value[np.argmax(np.abs(value))])
         self.largest = peak if abs(peak) > abs(self.largest) else self.largest
@@ -287,23 +257,21 @@ class LevelSign(Rule):
         for sign in self.found:
             self.found[sign] |= bool((sign * value > carried).any())
         resolution = self.resolution()
-        positive, negative = self.worst.values()
         both = range_of_level_determinant(
-            stretch.starts,
-            stretch.ends,
+            run.starts,
+            run.ends,
             coefficients,
-            known=(positive.upper, negative.upper),
+            known=(self.worst[1.0].upper, self.worst[-1.0].upper),
             at_ends=(value[:-1], value[1:]),
         )
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
             straddles = found.lower.min() <= resolution < min(found.upper.min(), worst.upper)
-            settled = _settled(found, stretch, coefficients, sign, resolution) if straddles else found
-            worst.take(settled, stretch)
+            worst.update(_settled(found, run, coefficients, sign, resolution) if straddles else found, run)
 
     def resolution(self) -> float:
-        """Return how large |R| must be for its sign to mean something anywhere on what was seen."""
-        rounding = self.setting.angle_rounding
-        rounding = max(self.continuous.rounding, self.setting.digits) if rounding is None else rounding
+        """Return how large |R| must be for its sign to mean something anywhere on the segments so far."""
+        known = self.setting.angle_rounding
+        rounding = max(self.continuous.rounding, self.setting.digits) if known is None else known
         return float(self.digits + self.slope * rounding + self._second_order(rounding))
 
     def _second_order(self, rounding: Any) -> Any:
@@ -314,47 +282,40 @@ class LevelSign(Rule):
     def checks(self) -> list[Check]:
         """Return the check `R_sign`."""
         sign = 1.0 if self.largest >= 0 else -1.0
-        worst, resolution = self.worst[sign], self.resolution()
-        lower, upper, place = worst.lower, worst.upper, worst.place
-        kind = self.setting.coefficients.kind
+        worst, resolution, kind = self.worst[sign], self.resolution(), self.setting.coefficients.kind
         ok, decided = True, True
         if self.continuous.blue and kind == "exact":
             ok = False
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
-        elif lower > resolution:
-            relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
+        elif worst.lower > resolution:
+            relation = f"R ≥ {worst.lower:.3g} > 0" if sign > 0 else f"R ≤ {-worst.lower:.3g} < 0"
             message = f"{relation} along the whole gait ({kind} coefficients)"
-        elif upper < -resolution or all(self.found.values()):
+        elif worst.upper < -resolution or all(self.found.values()):
             ok = False
             message = (
-                f"R changes its sign at {self.tell(place)} ({kind} coefficients): keep the loop in one region of R"
+                f"R changes its sign at {self.described(worst.place)} ({kind} coefficients): keep the loop in one "
+                "region of R"
             )
         else:
             decided = False
             message = (
-                f"sign of R undecided: |R| falls to {abs(upper):.2g}, within the {resolution:.2g} that the {kind} "
-                "coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
+                f"sign of R undecided: |R| falls to {abs(worst.upper):.2g}, within the {resolution:.2g} that the "
+                f"{kind} coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
             )
+        value = sign * worst.upper
         return [
-            Check(
-                name="R_sign",
-                kind="valid",
-                ok=ok,
-                value=sign * upper,
-                limit=resolution,
-                where=self.at(place),
-                message=message,
-                decided=decided,
+            self.check(
+                "R_sign", "valid", ok, message, value=value, limit=resolution, place=worst.place, decided=decided
             )
         ]
 
 
-def _settled(found: Least, stretch: Stretch, coefficients: Coefficients, sign: float, resolution: float) -> Least:
+def _settled(found: Least, run: Segments, coefficients: Coefficients, sign: float, resolution: float) -> Least:
     """Narrow the brackets of sign·R that straddle the resolution until the comparison with it is settled."""
     near = found.lower <= resolution
     floor = resolution * (1 + 1e-9)
     narrow = least_level_determinant(
-        stretch.starts[near], stretch.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+        run.starts[near], run.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
     )
     lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
     lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
@@ -370,39 +331,30 @@ class SingularValue(Rule):
         self.worst = Worst()
         self.above = True
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
+    def update(self, run: Segments) -> None:
+        """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
         vehicle, floor = self.setting.vehicle, self.setting.floor
-        found = least_singular_value_of_all(stretch.starts, stretch.ends, vehicle, known=self.worst.upper)
-        self.worst.take(found, stretch)
+        found = least_singular_value_of_all(run.starts, run.ends, vehicle, known=self.worst.upper)
+        self.worst.update(found, run)
         close = found.lower < floor
         if self.above and close.any():
-            starts, ends = stretch.starts[close], stretch.ends[close]
-            hopeless = self.worst.upper < floor
-            self.above = not hopeless and bool(keeps_singular_value_above(starts, ends, floor, vehicle).all())
+            self.above = self.worst.upper >= floor and bool(
+                keeps_singular_value_above(run.starts[close], run.ends[close], floor, vehicle).all()
+            )
 
     def checks(self) -> list[Check]:
         """Return the check `least_singular_value`."""
-        upper, floor = self.worst.upper, self.setting.floor
+        upper, floor, place = self.worst.upper, self.setting.floor, self.worst.place
         message = f"least singular value {upper:.3f} (at least {max(self.worst.lower, 0.0):.3f}), floor {floor:g}"
         if not self.above:
             message = (
                 f"the decoupling matrix is nearly singular: least singular value {upper:.2g}, floor {floor:g}, at "
-                f"{self.tell(self.worst.place)}"
+                f"{self.described(place)}"
             )
             if self.continuous.blue:
                 message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
-        return [
-            Check(
-                name="least_singular_value",
-                kind="flyable",
-                ok=self.above,
-                value=upper,
-                limit=floor,
-                where=self.at(self.worst.place),
-                message=message,
-            )
-        ]
+        name = "least_singular_value"
+        return [self.check(name, "flyable", self.above, message, value=upper, limit=floor, place=place)]
 
 
 class HoverThrust(Rule):
@@ -414,82 +366,61 @@ class HoverThrust(Rule):
         self.least, self.largest = Worst(), Worst()
         self.broken: tuple[float | None, int, Place] | None = None
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
+    def update(self, run: Segments) -> None:
+        """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
         if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
             return
         vehicle, known = self.setting.vehicle, (self.least.upper, self.largest.upper)
-        upward, least, largest = thrust_shares_along(stretch.starts, stretch.ends, vehicle, known=known)
+        upward, least, largest = thrust_shares_along(run.starts, run.ends, vehicle, known=known)
         if upward.all():
-            self.least.take(least, stretch)
-            self.largest.take(largest, stretch)
+            self.least.update(least, run)
+            self.largest.update(largest, run)
             return
         segment = int(np.argmin(upward))
-        shares = hover_thrust_shares(stretch.alpha[segment : segment + 2], vehicle)
+        shares = hover_thrust_shares(run.alpha[segment : segment + 2], vehicle)
         worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
         if shares[worst].min() > 0:
             # Both ends are fine: something vanishes between them.
-            fraction = where_thrusts_vanish(stretch.starts[segment], stretch.ends[segment], vehicle)
-            self.broken = (None, stretch.number(segment), stretch.place(segment, fraction))
-            return
-        self.broken = (float(shares[worst].min()), stretch.number(segment), stretch.place(segment + worst))
+            fraction = where_thrusts_vanish(run.starts[segment], run.ends[segment], vehicle)
+            self.broken = (None, run.number(segment), run.place(segment, fraction))
+        else:
+            self.broken = (float(shares[worst].min()), run.number(segment), run.place(segment + worst))
 
     def checks(self) -> list[Check]:
         """Return the check `hover_thrust`, and `thrust_limit` if the vehicle states one."""
+        name, noun = "hover_thrust", self.setting.noun
         if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
             message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
-            return [Check(name="hover_thrust", kind="flyable", ok=False, limit=0.0, message=message)]
+            return [self.check(name, "flyable", False, message, limit=0.0)]
         if self.continuous.fiber is not None:
-            return [self._idle(*self.continuous.fiber)]
+            code, number, place = self.continuous.fiber
+            which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+            message = (
+                f"{noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that push one "
+                "way only cannot make a torque there; leave it for the red sheet, off its line"
+            )
+            return [self.check(name, "flyable", False, message, value=0.0, limit=0.0, place=place)]
         if self.broken is not None:
             value, number, place = self.broken
-            passing = "" if value is not None else f", where they vanish on the way, at {self.tell(place)}"
+            vanishing = "" if value is not None else f", where they vanish on the way, at {self.described(place)}"
             message = (
-                "a rotor pair would have to idle or push down to hover on the segment after "
-                f"{self.setting.noun} {number}{passing}: "
-                "stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
+                f"a rotor pair would have to idle or push down to hover on the segment after {noun} {number}"
+                f"{vanishing}: stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
             )
-            where = self.at(place)
-            return [
-                Check(
-                    name="hover_thrust", kind="flyable", ok=False, value=value, limit=0.0, where=where, message=message
-                )
-            ]
+            return [self.check(name, "flyable", False, message, value=value, limit=0.0, place=place)]
         low, peak = self.least.upper, -self.largest.lower
         message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
-        where = self.at(self.least.place)
-        checks = [
-            Check(name="hover_thrust", kind="flyable", ok=True, value=low, limit=0.0, where=where, message=message)
-        ]
-        vehicle = self.setting.vehicle
-        if vehicle.max_thrust is not None:
-            mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
-            newtons = peak * mass * gravity
-            ok = newtons <= vehicle.max_thrust
-            message = f"largest hover thrust {newtons:.3g} N, limit {vehicle.max_thrust:.3g} N"
-            checks.append(
-                Check(
-                    name="thrust_limit",
-                    kind="flyable",
-                    ok=ok,
-                    value=newtons,
-                    limit=vehicle.max_thrust,
-                    where=self.at(self.largest.place),
-                    message=message + ("" if ok else f", exceeded at {self.tell(self.largest.place)}: tilt less there"),
-                )
-            )
+        checks = [self.check(name, "flyable", True, message, value=low, limit=0.0, place=self.least.place)]
+        limit = self.setting.vehicle.max_thrust
+        if limit is not None:
+            mass, gravity = self.setting.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+            newtons, place = peak * mass * gravity, self.largest.place
+            ok = newtons <= limit
+            message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
+            message += "" if ok else f", exceeded at {self.described(place)}: tilt less there"
+            checks.append(self.check("thrust_limit", "flyable", ok, message, value=newtons, limit=limit, place=place))
         return checks
-
-    def _idle(self, code: int, number: int, place: Place) -> Check:
-        """Return the check of a gait with a point on a fibre."""
-        which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
-        message = (
-            f"{self.setting.noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: "
-            "rotors that push one way only have no room for a torque there; leave it for the red sheet, off its line"
-        )
-        where = self.at(place)
-        return Check(name="hover_thrust", kind="flyable", ok=False, value=0.0, limit=0.0, where=where, message=message)
 
 
 class TiltRange(Rule):
@@ -500,25 +431,23 @@ class TiltRange(Rule):
         self.value, self.joint = -1.0, 0
         self.place: Place | None = None
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
-        size = np.abs(stretch.alpha)
+    def update(self, run: Segments) -> None:
+        """Find the largest tilt at the points."""
+        size = np.abs(run.alpha)
         point, joint = divmod(int(np.argmax(size)), 4)
         if size[point, joint] > self.value:
-            self.value, self.joint, self.place = float(size[point, joint]), joint + 1, stretch.place(point)
+            self.value, self.joint, self.place = float(size[point, joint]), joint + 1, run.place(point)
 
     def checks(self) -> list[Check]:
         """Return the check `tilt_range`, if the vehicle states a limit."""
         limit = self.setting.vehicle.max_tilt
         if limit is None:
             return []
-        ok, where = self.value <= limit + _EXACT, self.at(self.place)
+        ok = self.value <= limit + _EXACT
         message = f"largest tilt {math.degrees(self.value):.1f}°, limit {math.degrees(limit):.1f}°"
         if not ok:
-            message += f", exceeded by α{self.joint} at {self.tell(self.place)}: move the waypoints nearer to 0"
-        return [
-            Check(name="tilt_range", kind="flyable", ok=ok, value=self.value, limit=limit, where=where, message=message)
-        ]
+            message += f", exceeded by α{self.joint} at {self.described(self.place)}: move the waypoints nearer to 0"
+        return [self.check("tilt_range", "flyable", ok, message, value=self.value, limit=limit, place=self.place)]
 
 
 class Reach:
@@ -530,25 +459,24 @@ class Reach:
         self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
         self.confined = True  # whether points of fibres are within ±π/2
 
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
+    def update(self, run: Segments) -> None:
+        """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
         if not self.positive:
             return
-        alpha = stretch.alpha
+        alpha = run.alpha
         value = np.asarray(level_determinant(alpha, self.exact))
         resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        ends = (value[:-1], value[1:])
         least = least_level_determinant(
-            stretch.starts,
-            stretch.ends,
+            run.starts,
+            run.ends,
             self.exact,
             tolerance=0.0,
             floor=resolution * (1 + 1e-9),
             each=True,
-            at_ends=ends,
+            at_ends=(value[:-1], value[1:]),
         )
         self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
-        fibered = stretch.sheet > 1
+        fibered = run.sheet > 1
         if fibered.any():
             self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + _EXACT).all())
             alpha = alpha[~fibered]
@@ -563,24 +491,22 @@ class Reach:
         """Return yes, no or unknown, and a sentence."""
         limit = 2 * self.vehicle.signed_drag_ratio
         home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+        enters = "the component of α = 0, which ordinary hover can enter and leave"
         if not self.positive:
             return False, (
                 "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
                 f"in {home}, or start the flight in the gait"
             )
-        if self.off_red <= DEFAULT_TOLERANCE:
-            # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
-            if self.home and self.opposite <= DEFAULT_TOLERANCE:
-                if self.continuous.fiber is None:
-                    return True, "in the component of α = 0, which ordinary hover can enter and leave"
-                if self.confined:
-                    return (
-                        True,
-                        "on a fibre that meets the component of α = 0, which ordinary hover can enter and leave",
-                    )
-                return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
+        if self.off_red > DEFAULT_TOLERANCE:
+            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
+        if not self.home or self.opposite > DEFAULT_TOLERANCE:
             return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
-        return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+        if self.continuous.fiber is None:
+            return True, f"in {enters}"
+        if self.confined:
+            return True, f"on a fibre that meets {enters}"
+        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
 
 
 def limit_check(

@@ -1,8 +1,6 @@
-"""A gait piece by piece: what it is judged by, the pieces, places on them, and what every rule shares.
+"""A gait as straight segments: what it is judged by, runs of segments, places on them, and what every rule shares.
 
-A gait is a chain of points joined by straight segments. It may be too long to be held at once, so a rule sees it as
-*stretches*, one after the other, keeps what is worst, and says at the end what it found. Where the pieces are cut makes
-no difference to a verdict.
+A gait is a chain of points joined by straight segments. It may be too long for memory, so it is judged run by run.
 """
 
 from __future__ import annotations
@@ -10,39 +8,37 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, family_codes
+from gaitgraph.validation.report import Check
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.branch_and_bound import Least
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.validation.report import Check
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Place", "Rule", "Setting", "Stretch", "Worst"]
-
 FloatArray = npt.NDArray[np.float64]
-SheetArray = npt.NDArray[np.int8]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """What a gait is judged for and by.
+    """What a gait is for, and the limits it is judged by.
 
     Parameters
     ----------
     vehicle, coefficients, crossing_tolerance
         What the gait is for.
     tolerance, floor
-        Limits of the checks.
+        Limits of the checks; see :func:`gaitgraph.validation.checks.check_gait`.
     angle_rounding
-        What each angle may be off by [rad]; None: what is seen, and at least `digits`.
+        Assumed error of each angle [rad]; None: inferred from the distance to the sheets, and at least `digits`.
     digits
-        What each angle may be off by because it is printed with few digits [rad].
+        Error of each angle that follows from the printed digits [rad].
     noun
         What messages call a point of the gait: "corner" or "row".
     """
@@ -59,7 +55,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A place on a gait: from which point, counted from 0, what fraction of the way to the next, and when."""
+    """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time."""
 
     point: int
     fraction: float
@@ -71,8 +67,8 @@ class Place:
         head: dict[str, Any] = {"row": self.point + 1, "t": self.t} if noun == "row" else {"segment": self.point}
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
-    def told(self, noun: str) -> str:
-        """Return the place in words: a row with its time if it is one of a table, and the tilt angles."""
+    def described(self, noun: str) -> str:
+        """Return the place in words: the tilt angles, and the row with its time for a table."""
         alpha = "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
         if noun != "row":
             return alpha
@@ -81,16 +77,16 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
-    """Consecutive points of a gait, joined by straight segments.
+class Segments:
+    """A run of consecutive straight segments of a gait.
 
     Parameters
     ----------
     alpha
-        The points, shape (m + 1, 4) with m ≥ 1 [rad].
+        The points, shape (m + 1, 4) [rad]; a single point has no segment.
     sheet
-        The sheet that each point is painted as: +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none, shape
-        (m + 1,).
+        The sheet or fibre that each point is colored as: +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none,
+        shape (m + 1,).
     first
         Number of the first point, counted from 0.
     after
@@ -102,22 +98,31 @@ class Stretch:
     """
 
     alpha: FloatArray
-    sheet: SheetArray
+    sheet: npt.NDArray[np.int8]
     first: int = 0
     after: int | None = None
     t: FloatArray | None = None
     after_t: float | None = None
 
-    def __getitem__(self, part: slice) -> Stretch:
-        """Return some of the points, as a slice that begins somewhere and leaves none out."""
+    def __getitem__(self, part: slice) -> Segments:
+        """Return consecutive points, as a slice of step 1."""
         start, stop, _ = part.indices(len(self.alpha))
-        return Stretch(
+        return Segments(
             alpha=self.alpha[part],
             sheet=self.sheet[part],
             first=self.first + start,
             after=self.after if stop == len(self.alpha) else None,
             t=None if self.t is None else self.t[part],
             after_t=self.after_t,
+        )
+
+    def joined(self, following: Segments) -> Segments:
+        """Return these points followed by others."""
+        return Segments(
+            alpha=np.concatenate([self.alpha, following.alpha]),
+            sheet=np.concatenate([self.sheet, following.sheet]),
+            first=self.first,
+            t=None if self.t is None or following.t is None else np.concatenate([self.t, following.t]),
         )
 
     @property
@@ -131,7 +136,7 @@ class Stretch:
         return self.alpha[1:]
 
     def place(self, segment: int, fraction: float = 0.0) -> Place:
-        """Return the place a fraction of the way along a segment, counted from 0 within the stretch."""
+        """Return the place at a fraction of a segment, counted from 0 within the run."""
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at = self.alpha[index]
         t = None if self.t is None else float(self.t[index])
@@ -140,48 +145,71 @@ class Stretch:
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
             t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))
-        return Place(point=self.number(index) - 1, fraction=fraction, alpha=tuple(float(angle) for angle in at), t=t)
+        return Place(point=self.number(index) - 1, fraction=fraction, alpha=tuple(at.tolist()), t=t)
 
     def number(self, index: int) -> int:
-        """Return the number of a point as people count, from 1."""
+        """Return the number of a point, counted from 1."""
         if self.after is not None and index == len(self.alpha) - 1:
             return self.after + 1
         return self.first + index + 1
 
 
+def segments_of(gait: Gait) -> Segments:
+    """Return all segments of a gait, from the last corner back to the first too."""
+    sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
+    return Segments(alpha=np.vstack([gait.alpha, gait.alpha[:1]]), sheet=np.append(sheet, sheet[0]), after=0)
+
+
 class Worst:
-    """The bracket of the least of a quantity over all stretches so far, and where its upper end is attained."""
+    """The bracket of the least of a quantity over all segments so far, and where its upper end is attained."""
 
     def __init__(self) -> None:
         self.lower, self.upper = math.inf, math.inf
         self.place: Place | None = None
 
-    def take(self, least: Least, stretch: Stretch) -> None:
-        """Take in what was found along the segments of a stretch."""
+    def update(self, least: Least, run: Segments) -> None:
+        """Include what was found along the segments of a run."""
         lower, upper, segment, fraction = least.worst()
         self.lower = min(self.lower, lower)
         if upper < self.upper or self.place is None:
-            self.upper, self.place = upper, stretch.place(segment, fraction)
+            self.upper, self.place = upper, run.place(segment, fraction)
 
 
 class Rule(ABC):
-    """What all rules share: :meth:`see` every stretch in order, then ask for :meth:`checks`."""
+    """What all rules share: they are updated with runs of segments in order, and return their checks at the end.
+
+    How the segments are split into runs makes no difference to a verdict.
+    """
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
 
     @abstractmethod
-    def see(self, stretch: Stretch) -> None:
-        """Take in the next stretch."""
+    def update(self, run: Segments) -> None:
+        """Examine the next run of segments."""
 
     @abstractmethod
     def checks(self) -> list[Check]:
-        """Return what was found; at least one stretch was seen."""
+        """Return what was found, after at least one update."""
 
-    def at(self, place: Place | None) -> dict[str, Any] | None:
-        """Return a place as plain values."""
-        return None if place is None else place.as_mapping(self.setting.noun)
-
-    def tell(self, place: Place | None) -> str:
+    def described(self, place: Place | None) -> str:
         """Return a place in words."""
-        return "" if place is None else place.told(self.setting.noun)
+        return "" if place is None else place.described(self.setting.noun)
+
+    def check(
+        self,
+        name: str,
+        kind: Literal["valid", "flyable"],
+        ok: bool,
+        message: str,
+        *,
+        value: float | None = None,
+        limit: float | None = None,
+        place: Place | None = None,
+        decided: bool = True,
+    ) -> Check:
+        """Return a check with its place as plain values."""
+        where = None if place is None else place.as_mapping(self.setting.noun)
+        return Check(
+            name=name, kind=kind, ok=ok, message=message, value=value, limit=limit, where=where, decided=decided
+        )
