@@ -415,11 +415,11 @@ class HoverThrust(Rule):
         limit = self.setting.vehicle.max_thrust
         if limit is not None:
             mass, gravity = self.setting.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
-            newtons, place = peak * mass * gravity, self.largest.place
+            newtons, at = peak * mass * gravity, self.largest.place
             ok = newtons <= limit
             message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
-            message += "" if ok else f", exceeded at {self.described(place)}: tilt less there"
-            checks.append(self.check("thrust_limit", "flyable", ok, message, value=newtons, limit=limit, place=place))
+            message += "" if ok else f", exceeded at {self.described(at)}: tilt less there"
+            checks.append(self.check("thrust_limit", "flyable", ok, message, value=newtons, limit=limit, place=at))
         return checks
 
 
