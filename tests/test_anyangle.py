@@ -106,7 +106,7 @@ def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, wayp
     """Keep-outs strewn over the part where gaits with this sign fly, and waypoints between them."""
     rng = np.random.default_rng(seed)
     asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
-    free = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
+    free = region_of(request_of([(0, 0)], **asked), "red", sign, "flyable").inner
     center = np.array(free.centroid.coords[0])
     while True:
         asked["keep_out"] = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
@@ -114,7 +114,7 @@ def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, wayp
             arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
             corner: Any = shapely.affinity.translate(shapely.union_all(arms), *center)
             asked["keep_in"] = [list(corner.exterior.coords[:-1])]
-        region = region_of(request_of({"waypoints": [(0, 0)], **asked}), "red", sign, "flyable").inner
+        region = region_of(request_of([(0, 0)], **asked), "red", sign, "flyable").inner
         part = max(region.geoms, key=lambda polygon: polygon.area)
         strewn = center + rng.uniform(-0.7, 0.7, (60, 2))
         inside = [(x, y) for x, y in strewn[shapely.contains_xy(part, *strewn.T)].tolist()][:waypoints]
@@ -285,7 +285,7 @@ def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name:
     loop = planned(exact(**asked))
     assert loop.lower_bound is not None
     rows = [tuple(row) for row in loop.path.alpha[:, :2].tolist()]
-    ways = [region_of(request_of(asked), "red", sign, "flyable").inner]
+    ways = [region_of(request_of(**asked), "red", sign, "flyable").inner]
     limit = shortest(visibility(ways[0], points, octile), points)
     assert loop.length < limit <= sum(octile(a, b) for a, b in pairwise([*rows, rows[0]])) + 1e-12
     assert limit <= loop.length / math.cos(pi / 8)
@@ -394,10 +394,10 @@ def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     loop = planned(plan)
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
-    asked, coefficients = request_of({"waypoints": G3.waypoints}), coefficients_of()
+    asked, coefficients = request_of(G3.waypoints), coefficients_of()
     assert straight_loop_holds(asked, coefficients, "red", "negative", "flyable")
     assert not straight_loop_holds(asked, coefficients, "red", "positive", "flyable")
-    fenced = request_of({"waypoints": G3.waypoints, "keep_out": [WALL]})
+    fenced = request_of(G3.waypoints, keep_out=[WALL])
     assert not straight_loop_holds(fenced, coefficients, "red", "negative", "flyable")
 
 
@@ -411,7 +411,7 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
         center, size = rng.uniform(-1.2, 1.2, 2), 10 ** rng.uniform(-2, 0)
         points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
         floor = float(rng.uniform(0.05, 0.9))
-        request = request_of({"waypoints": points, "floor": floor, **asked})
+        request = request_of(points, floor=floor, **asked)
         coefficients = coefficients_of(request.vehicle, request.coefficients)
         gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=coefficients)
         found = any(straight_loop_holds(request, coefficients, "red", s, "flyable") for s in ("positive", "negative"))
@@ -447,7 +447,7 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     for seed in range(3):
         asked = some_request(62 + seed, "exact", "negative")
         walls = [shapely.Polygon(polygon).exterior for polygon in asked["keep_out"]]
-        region = region_of(request_of(asked), "red", "negative", "flyable")
+        region = region_of(request_of(**asked), "red", "negative", "flyable")
         edges: list[Point] = []
         while len(edges) < 5:
             # Rounding leaves such a point a little inside the keep-out, or a little outside.
@@ -662,7 +662,7 @@ def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[
 )
 def test_what_the_grid_serves_is_served(points: list[Point], divisions: int, name: str) -> None:
     """But for waypoints where four digits do not tell the sign of R."""
-    request = request_of({"waypoints": points, **VEHICLES[name]})
+    request = request_of(points, **VEHICLES[name])
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     if coefficients.kind == "published":
         values = [gg.invertibility.level_determinant([x, y, x, y], coefficients) for x, y in points]
@@ -718,7 +718,7 @@ class TestLateVerdicts:
     @settings(deadline=None, max_examples=25)
     @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
     def test_no_mixed_loop_falls_below_its_bound(self, points: list[tuple[float, float]]) -> None:
-        request = PlanRequest(waypoints=points)
+        request = request_of(points)
         coefficients = gg.invertibility.coefficients_of()
         for sign in ("negative", "positive"):
             mixed = mixed_loop(request, coefficients, sign)

@@ -15,8 +15,8 @@ import pytest
 
 from gaitgraph.cli import main
 from gaitgraph.errors import InputError, MissingConstant, OutputExists
+from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.paper_gaits import paper_gait
 from gaitgraph.plots.axes import COLOR_OF, GREY, picture_bytes
 from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.pace import least_period

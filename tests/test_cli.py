@@ -317,7 +317,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_interruption_is_130(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "4096", "--objective", "robust"],
+        [sys.executable, "-m", "gaitgraph", "plan", *waypoints(G3), "--divisions", "256", "--objective", "robust"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path, preexec_fn=interruptible,
     )  # fmt: skip
     time.sleep(3.0)

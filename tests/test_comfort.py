@@ -81,9 +81,8 @@ def test_options_of_every_command_are_completed(complete: Any, name: str) -> Non
         ("plan r.toml --color b?", ["blue"]),
         ("plan --color = b?", ["blue"]),  # as bash divides --color=b
         ("plan --sign p?", ["positive"]),
-        ("plan --objective ?", ["shortest", "robust", "thrust"]),
+        ("plan --objective ?", ["shortest", "robust"]),
         ("plan --method ?", ["grid", "exact"]),
-        ("plan --sheets ?", ["planes", "all"]),
         ("plan --law ?", ["smooth", "constant-speed", "equal-time"]),
         ("plan --coefficients e?", ["exact"]),
         ("optimize --objective h?", ["hover_reserve"]),
@@ -423,7 +422,6 @@ def test_a_terminal_has_color_unless_the_environment_says_otherwise(
         ("plan --waypoint 0,0 --sign positve", "positive"),
         ("plan --waypoint 0,0 --objective robst", "robust"),
         ("plan --waypoint 0,0 --method exat", "exact"),
-        ("plan --waypoint 0,0 --sheets plane", "planes"),
         ("plan --waypoint 0,0 --law smoth", "smooth"),
         ("plan --waypoint 0,0 --coefficients publishd", "published"),
         ("plan --waypoint 0,0 --vehicle papr", "paper"),

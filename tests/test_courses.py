@@ -10,8 +10,8 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
+from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.paper_gaits import paper_gait
 from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.pace import least_period
 from gaitgraph.vehicle import PAPER, Vehicle

@@ -549,7 +549,7 @@ def test_a_catalogue_is_of_a_request(request_: Any) -> None:
 
 
 def test_a_catalogue_merges_both_signs_in_order() -> None:
-    request = gg.planning.PlanRequest(waypoints=[(0.0, 0.0)], divisions=6)
+    request = gg.planning.request_of([(0.0, 0.0)], divisions=6)
     merged = list(catalog(request, through=False, max_length=2.2))
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))

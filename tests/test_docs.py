@@ -47,7 +47,6 @@ EXPECTED = {
     "export_to_c": "fixed, 400 rows, 3200 bytes",
     "least_period": "least period: 0.950 s with rests, 0.729 s rounded",
     "around_a_keep_out": "no loop through these waypoints in this order is shorter than 3.8393 rad",
-    "gait_on_a_fiber": "travel 5.7841 rad on the grid, 5.2589 rad straight; valid True",
     "best_gait": "radius 0.1: least singular value 0.592, at most 0.592, 13.44 rad²/s",
     "retarget_a_gait": "moved by 0.4566 rad at most (row 11), 0.3477 rad rms",
     "which_drag_ratio": "0.1687      9.57°  2.374  2.374    2.358  0.167  0.886",

@@ -436,8 +436,8 @@ class TestTables:
         assert found(vehicle={"drag_ratio": 0.2}) is None
         assert found(waypoints=[[1.0, -1.0]] * 65) is None
         assert found(accuracy=1e-9)["accuracy"] == 1e-5
-        assert "divisions" not in found(method="exact", divisions=4096)
-        assert found(method="grid", divisions=4096) is None
+        assert "divisions" not in found(method="exact", divisions=256)
+        assert found(method="grid", divisions=256) is None
         assert found(color="green") is None
 
     def test_no_file_is_read_by_the_name_in_a_table(self, ask: Client, tmp_path: Path) -> None:
@@ -536,7 +536,7 @@ def test_setup_tells_what_the_page_offers(ask: Client) -> None:
         assert told_gait["color"] == published.color
         assert told_gait["sign"] == published.sign
         assert np.allclose(told_gait["waypoints"], published.angles)
-    assert setup["objectives_of"] == {"grid": ["shortest", "robust", "thrust"], "exact": ["shortest", "robust"]}
+    assert setup["objectives_of"] == {"grid": ["shortest", "robust"], "exact": ["shortest", "robust"]}
     assert setup["ranges"]["samples"]["allowed"] == "a whole number from 1 to 10000"
     for name, one in setup["ranges"].items():
         assert state_of({name: one["high"], "method": "grid"}).empty
@@ -758,7 +758,7 @@ class TestBadQuestions:
         assert "allowed" in message or "did you mean" in message
 
     def test_divisions_are_bounded_where_they_count(self, ask: Client) -> None:
-        assert ask("plan", {"divisions": 4096})["status"] == "empty"
+        assert ask("plan", {"divisions": 256})["status"] == "empty"
         message = ask.refused("plan", {"divisions": 65, "method": "grid"})
         assert message == "divisions: 65; allowed is a whole number from 2 to 64"
 

@@ -27,8 +27,8 @@ from gaitgraph.flight.records import COLUMNS, Flight
 from gaitgraph.flight.rendering import rendered_frames
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
+from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.paper_gaits import paper_gait
 from gaitgraph.plots.flight_films import _clock_of, _Drawing, write_film
 from gaitgraph.plots.flights import flights_side_by_side, name_of_flight, plot_flight
 from gaitgraph.plots.gif_films import provenance_of_gif

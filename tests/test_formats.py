@@ -33,11 +33,12 @@ from gaitgraph.gait.completing import completed, completed_pieces
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged, pieces_of, provenance_text, table_of
 from gaitgraph.io import columns, exchange, json_reader as jsons, parquet
-from gaitgraph.io.exchange import export, export_file, request_of_file
+from gaitgraph.io.exchange import export, export_file
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.frames import table_from_frame
 from gaitgraph.io.reading import read_pieces, read_table
 from gaitgraph.io.writing import write_pieces, write_tables
+from gaitgraph.planning.request import read_request
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(suffix: str, planned:
     assert found.about == expected.about
     assert found.about["request"]["waypoints"]
     assert gg.validate(path).as_mapping() == gg.validate(tmp_path / f"gait{suffix}").as_mapping()
-    request, sampling = request_of_file(path, {})
+    request, sampling = read_request(path, {})
     again = gg.plan_loop(request.waypoints, period=request.period).timed(**sampling)
     assert_same(table_of(again), expected)
 
@@ -266,7 +267,7 @@ def test_the_matlab_function_tells_what_made_it(planned: TimedGait, tmp_path: Pa
     assert text.startswith("function answer = gait3(file)\n%gait3  Load")
     assert "<<" not in text
     assert reading.provenance_in(path) == table_of(planned).about
-    assert request_of_file(path, {})[0].period == 2.0
+    assert read_request(path, {})[0].period == 2.0
     for name in ("3rd", "my-gait", "end", "a b"):
         with pytest.raises(gg.InputError, match="allowed for a MATLAB function are letters"):
             planned.write(tmp_path / f"{name}.m")
@@ -277,7 +278,7 @@ def test_the_matlab_function_tells_what_made_it(planned: TimedGait, tmp_path: Pa
     (tmp_path / "gait.m").unlink()
     path.write_text("function x\nend\n")
     with pytest.raises(gg.InputError, match=r"gait3\.m': it has no line '% made by:'"):
-        request_of_file(path, {})
+        read_request(path, {})
     with pytest.raises(gg.InputError, match=r"allowed are the suffixes \.csv"):
         read_table(path)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["gait3.m"]

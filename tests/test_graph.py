@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from math import pi
+from types import SimpleNamespace
 from typing import Any
 
 import networkx as nx
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph.build import checked_divisions, grid_axis, surface_arrays, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph.build import checked_divisions, grid_axis, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.surface.closed_form_roots import roots
 from gaitgraph.surface.components import red_label
@@ -107,6 +108,23 @@ def test_jumps(negative: nx.Graph[Any]) -> None:
     same_cell = negative.edges[(9, 7, "red"), (9, 7, "blue")]
     assert same_cell["length"] == 0
     assert same_cell["jump"] == pytest.approx(2 * (pi / 16 - delta))
+
+
+def surface_arrays(*args: Any, **options: Any) -> SimpleNamespace:
+    """Return a surface graph as arrays: nodes in their order, edges as pairs of node numbers."""
+    graph = surface_graph(*args, **options)
+    nodes, edges = list(graph.nodes.values()), list(graph.edges(data=True))
+    index = {name: k for k, name in enumerate(graph)}
+    names = ("length", "jump", "keeps_sign", "least_singular_value", "flyable")
+    return SimpleNamespace(
+        ids=list(graph),
+        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in nodes]),
+        red=np.array([node["color"] == "red" for node in nodes]),
+        R=np.array([node["R"] for node in nodes]),
+        cell=np.array([node["cell"] or (-1, -1) for node in nodes]),
+        edge=np.array([[index[a], index[b]] for a, b, _ in edges]),
+        **{name: np.array([data[name] for *_, data in edges]) for name in names},
+    )
 
 
 @pytest.mark.parametrize("sign", ["negative", "positive"])
@@ -468,12 +486,12 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 
 @pytest.mark.parametrize("divisions", [0, 1, -3, 1.5, "16", True, 100000])
 def test_divisions_are_checked(divisions: Any) -> None:
-    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 1024"):
+    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 256"):
         surface_graph("negative", divisions)
 
 
-def test_whole_numbers_of_divisions_up_to_1024_are_taken() -> None:
-    for divisions in (2, 16, 1024, np.int64(7)):
+def test_whole_numbers_of_divisions_up_to_256_are_taken() -> None:
+    for divisions in (2, 16, 256, np.int64(7)):
         assert checked_divisions(divisions) == divisions
         assert type(checked_divisions(divisions)) is int
 

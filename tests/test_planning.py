@@ -336,7 +336,6 @@ def test_progress_is_told() -> None:
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
         ({"any_order": 1}, "any_order: 1"),
         ({"zones": 3}, "zones: no field of a request"),
-        ({"samples": 3}, "samples: no field of a request"),
         ({"colour": "red"}, "colour: no field of a request; did you mean 'color'"),
     ],
 )
@@ -754,58 +753,3 @@ def test_walls_are_those_of_the_vehicle_and_stand_on_red_only() -> None:
         "blue, R < 0: waypoints 1 and 2 are separated by the keep_out and keep_in polygons, or the grid, "
         "of 16 divisions: more divisions may join them"
     ]
-
-
-class TestAllSheets:
-    """Loops that use the fibres, as requests: what they do is tested in test_fibers."""
-
-    POINTS = ((0.1671, 0.3, 0.1671, 0.9), (0.1671, 0.9, 0.1671, 0.3), (-0.4, 0.4))
-
-    @pytest.mark.parametrize("method", ["exact", "grid"])
-    def test_a_loop_over_a_fiber_is_valid_passes_its_waypoints_and_is_not_flyable(self, method: str) -> None:
-        plan = gg.plan_loop(self.POINTS, sheets="all", method=method)
-        assert plan
-        assert plan.report.valid
-        assert not plan.report.flyable
-        assert "idle" in plan.report["hover_thrust"].message
-        assert {"(?,*)", "(+,+)"} <= set(plan.loop.path.types)  # type: ignore[union-attr]
-        alpha = plan.loop.path.alpha  # type: ignore[union-attr]
-        for point in plan.request.waypoints:
-            assert np.abs(alpha[:, : len(point)] - point).max(axis=1).min() < 1e-9
-        assert sum("moved by" in warning for warning in plan.warnings) == 2
-        content = plan.as_mapping()
-        assert content["travel"] > content["length"] > 0
-        again = gg.plan_loop(**json.loads(json.dumps(content["request"])))
-        np.testing.assert_array_equal(again.gait.alpha, plan.gait.alpha)
-
-    def test_the_grid_is_not_shorter_than_the_straight_way(self) -> None:
-        exact, grid = (gg.plan_loop(self.POINTS, sheets="all", method=method).loop for method in ("exact", "grid"))
-        assert exact is not None
-        assert grid is not None
-        assert exact.travel <= grid.travel + 1e-9
-
-    def test_waypoints_of_the_plane_are_planned_as_ever(self) -> None:
-        planes, every = gg.plan_loop(G3.waypoints), gg.plan_loop(G3.waypoints, sheets="all")
-        np.testing.assert_array_equal(planes.gait.alpha, every.gait.alpha)
-        assert {loop.color for loop in every.alternatives} == {loop.color for loop in planes.alternatives}
-
-    @pytest.mark.parametrize(
-        ("request_", "message"),
-        [
-            ({"waypoints": POINTS}, "waypoint 1: .*allowed is .alpha1, alpha2.; four angles with sheets = 'all'"),
-            ({"waypoints": POINTS, "sheets": "all", "color": "blue"}, "color: 'blue'; allowed with waypoints of four"),
-            ({"waypoints": [(0.5, 0.3, 0.1, 0.9)], "sheets": "all"}, "waypoint 1: .* is on no sheet or fibre"),
-            ({"waypoints": [(0.5, 0.3, 0.1)], "sheets": "all"}, "waypoint 1: .*allowed is .alpha1, alpha2. or "),
-            ({"waypoints": [(0.1, 0.3)], "sheets": "fibres"}, "sheets: 'fibres'; allowed are planes, all"),
-        ],
-    )
-    def test_wrong_requests_are_refused(self, request_: dict[str, Any], message: str) -> None:
-        with pytest.raises(gg.InputError, match=message):
-            gg.plan_loop(**request_)
-
-    def test_what_knows_the_planes_alone_refuses_all_sheets(self) -> None:
-        graph = surface_graph("negative", sheets="all")
-        with pytest.raises(gg.InputError, match="graph: one of all sheets"):
-            gg.plan_loop(G3.waypoints, graph=graph)
-        with pytest.raises(gg.InputError, match="graph: one of all sheets"):
-            gg.cycles(graph)

@@ -68,7 +68,6 @@ MADE: dict[str, Callable[[], Any]] = {
     "no plan": lambda: gg.plan_loop([(0.5, 0.5)], color="red", sign="negative"),
     "no plan on blue": lambda: gg.plan_loop([(0.5, 0.5)], color="blue", coefficients="exact"),
     "plan with polygons": lambda: gg.plan_loop(CORNERS, keep_out=[BAR]),
-    "plan on a fibre": lambda: gg.plan_loop(FIBER.alpha.tolist(), sheets="all"),
     "plan of many": lambda: gg.plan_loop(LONG.alpha[::30, :2].tolist()),
     "paper's vehicle": lambda: gg.PAPER,
     "preset": lambda: vehicle_named("beetle_omni"),
@@ -76,7 +75,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "region": gg.admissible_region,
     "empty region": lambda: gg.admissible_region(floor=1.5),
     "region with holes": lambda: gg.admissible_region(
-        zones=gg.planning.PlanRequest(waypoints=[(-0.45, 0.45)], keep_out=HOLES).zones
+        zones=gg.planning.request_of([(-0.45, 0.45)], keep_out=HOLES).zones
     ),
 }
 
@@ -217,8 +216,8 @@ def test_a_region_shows_its_holes() -> None:
     assert "empty" in page_of(shown("empty region")).text
     assert page_of(shown("empty region")).of("table") == []
     assert "1  " in str(gg.admissible_region())
-    parts = gg.planning.PlanRequest(
-        waypoints=[(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS]
+    parts = gg.planning.request_of(
+        [(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS]
     )
     assert "… and 2 more" in str(gg.admissible_region(zones=parts.zones))
 
@@ -290,8 +289,6 @@ def test_a_plan_shows_its_waypoints_and_its_verdict() -> None:
     many = page_of(shown("plan of many"))
     assert len([one for one in many.of("circle") if one["r"] == "5"]) == MOST_RINGS
     assert f"the first {MOST_RINGS} of 100 waypoints" in many.text
-    fiber = page_of(shown("plan on a fibre"))
-    assert len([one for one in fiber.of("circle") if one["r"] == "5"]) == 3
 
 
 def test_a_plan_without_a_gait_shows_why() -> None:

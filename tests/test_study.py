@@ -118,8 +118,8 @@ def test_a_study_is_its_mapping(tmp_path: Path) -> None:
 
 
 def test_gaits_come_from_files_too(tmp_path: Path, small: StudyRun) -> None:
+    from gaitgraph.gait.paper_gaits import paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.planning.paper_gaits import paper_gait
     from gaitgraph.vehicle import PAPER
 
     gait = paper_gait(3, PAPER, coefficients_of(PAPER))

@@ -15,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import noise_of
-from gaitgraph.io.exchange import colorings_of_file
+from gaitgraph.planning.request import colorings_of_file
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
 from gaitgraph.surface.loop_colorings import (
     MOST_LISTED,

@@ -18,10 +18,11 @@ from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table, table_of
 from gaitgraph.io import writing
-from gaitgraph.io.exchange import export, gait_of, read_gait, request_of_file
+from gaitgraph.io.exchange import export, gait_of, read_gait
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.planning.planner import plan as planned
+from gaitgraph.planning.request import read_request
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -487,14 +488,14 @@ def test_a_file_tells_the_request_that_made_it(tmp_path: Path, suffix: str) -> N
     plan = gg.plan_loop(G3.waypoints, vehicle=beetle, period=2.0, law="equal-time", reverse=True)
     first, again = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     plan.timed(samples=37).write(first)
-    request, sampling = request_of_file(first, {})
+    request, sampling = read_request(first, {})
     planned(request).timed(**sampling).write(again)
     assert first.read_bytes() == again.read_bytes()
-    assert request_of_file(first, {"period": 3.0, "rate": 5.0})[1] == {"rate": 5.0}
+    assert read_request(first, {"period": 3.0, "rate": 5.0})[1] == {"rate": 5.0}
     export(first, [tmp_path / f"c{suffix}"])
     assert (tmp_path / f"c{suffix}").read_bytes() == first.read_bytes()
     export(first, [tmp_path / f"d{suffix}"], rate=10.0)
-    assert request_of_file(tmp_path / f"d{suffix}", {})[1] == {"samples": 20}
+    assert read_request(tmp_path / f"d{suffix}", {})[1] == {"samples": 20}
 
 
 def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
@@ -502,7 +503,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     for k, other in enumerate((gait.reversed(), gait.started_at(1), gait.biased(0.9), gait.scaled(0.9))):
         other.parametrize(samples=4).write(tmp_path / f"{k}.csv")
         with pytest.raises(gg.InputError, match=rf"{k}\.csv.*tells no request"):
-            request_of_file(tmp_path / f"{k}.csv", {})
+            read_request(tmp_path / f"{k}.csv", {})
     rows = np.array([[0.4, -1.2, 0.5, -1.1], [0.4, -0.4, 0.4, -0.4], [1.2, -0.4, 1.1, -0.5]])
     pacing = gg.least_period(gg.lift(G3.angles, "red"), gg.Limits(rate=9, acceleration=90, jerk=900))
     assert pacing.timed is not None
@@ -515,7 +516,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     for maker, table in made.items():
         write_tables(table, [tmp_path / f"{maker}.csv"])
         with pytest.raises(gg.InputError, match=f"no request that made it: {maker} made it, which plan does not"):
-            request_of_file(tmp_path / f"{maker}.csv", {})
+            read_request(tmp_path / f"{maker}.csv", {})
         assert read_table(tmp_path / f"{maker}.csv").about["made_by"] == maker
     paced = gg.least_period(gait, gg.Limits(rate=9, acceleration=90, jerk=900)).timed
     assert paced is not None
@@ -526,7 +527,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     assert not read_gait(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
     export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
     with pytest.raises(gg.InputError, match="tells no request"):
-        request_of_file(tmp_path / "other.csv", {})
+        read_request(tmp_path / "other.csv", {})
 
 
 def test_what_made_a_csv_file_is_in_its_first_and_its_last_row(tmp_path: Path) -> None:

@@ -861,7 +861,7 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         ("hover", G4, {"rate": 0}, "rate: 0; allowed is a positive finite number"),
         ("hover", G4, {"rate": math.nan}, "rate: nan; allowed is a positive finite number"),
         ("hover", G4, {"rate": 10, "samples": 10}, "samples, rate: 10 and 10; allowed is one of the two"),
-        ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 1024"),
+        ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 256"),
         ("hover", G4, {"divisions": 16.0}, "divisions: 16.0; allowed is a whole number"),
         ("hover", G4, {"floor": -0.1}, "floor: -0.1; allowed is a finite number"),
         ("hover", G4, {"floor": math.nan}, "floor: nan; allowed is a finite number"),

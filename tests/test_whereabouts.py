@@ -9,13 +9,13 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.planning.location import whereabouts_of
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import request_of
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
 
 
 def asked(points: Any, **more: Any) -> Any:
-    return whereabouts_of(PlanRequest(waypoints=points, **more))
+    return whereabouts_of(request_of(points, **more))
 
 
 def test_a_wall_separates_what_is_joined_without_it() -> None:
@@ -95,7 +95,7 @@ def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -
 
 def test_an_unknown_use_is_refused() -> None:
     with pytest.raises(gg.InputError, match="use: 'any'; allowed are 'flyable' and 'valid'"):
-        whereabouts_of(PlanRequest(waypoints=[(0, 0)]), use="any")  # type: ignore[arg-type]
+        whereabouts_of(request_of([(0, 0)]), use="any")  # type: ignore[arg-type]
 
 
 @pytest.mark.no_cover

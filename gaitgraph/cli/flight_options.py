@@ -167,8 +167,8 @@ def timed_of_argument(
         As :func:`gaitgraph.flight.clocks.timed_of_file` does; a paper's gait has T = 1 s and the law smooth.
     """
     from gaitgraph.flight.clocks import timed_of_file
+    from gaitgraph.gait.paper_gaits import paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.planning.paper_gaits import paper_gait
     from gaitgraph.timing.timed_gait import LAWS, parametrize
     from gaitgraph.vehicle import PAPER
 

@@ -47,10 +47,9 @@ __all__ = [
 NAMES = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust", "thrust"),
+    "objective": ("shortest", "robust"),
     "goal": ("singular_value", "hover_reserve", "tilt_rate"),
     "method": ("grid", "exact"),
-    "sheets": ("planes", "all"),
     "law": ("smooth", "constant-speed", "equal-time"),
     "arms": ("served", "planned"),
 }
@@ -234,12 +233,12 @@ def angle_not_negative(text: str, name: str) -> float:
 
 
 def waypoints_from_texts(texts: Sequence[str]) -> list[list[str]]:
-    """Split every ``A1,A2`` or ``A1,A2,A3,A4`` into angles, still texts; InputError, with the number, otherwise."""
+    """Split every ``A1,A2`` into angles, still texts; InputError, with the number, otherwise."""
     waypoints = []
     for number, text in enumerate(texts, start=1):
         parts = text.split(",")
-        if len(parts) not in (2, 4):
-            raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2, or A1,A2,A3,A4 with all sheets")
+        if len(parts) != 2:
+            raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
         waypoints.append([part.strip() for part in parts])
     return waypoints
 

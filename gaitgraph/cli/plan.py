@@ -41,11 +41,10 @@ __all__ = ["plan_command", "transition_command"]
 @name_option("--color", "auto, red or blue.  [default: auto]")
 @name_option("--sign", "Sign of R: auto, positive or negative.  [default: auto]")
 @click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
-@name_option("--objective", "shortest, robust or thrust.  [default: shortest]")
+@name_option("--objective", "shortest or robust.  [default: shortest]")
 @name_option(
     "--method", "exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]"
 )
-@name_option("--sheets", "planes, or all: fibres too, for A1,A2,A3,A4.  [default: planes]")
 @click.option("--accuracy", type=float, metavar="ANGLE", help="Of curved borders, method exact, rad.  [default: 1e-6]")
 @keep_options
 @click.option("--any-order", is_flag=True, help="Visit the waypoints in the order that is shortest.")
@@ -73,9 +72,8 @@ def plan_command(
     """
     from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
     from gaitgraph.gait.table import pieces_of
-    from gaitgraph.io.exchange import request_of_file
     from gaitgraph.planning.planner import plan
-    from gaitgraph.planning.request import request_from_mapping
+    from gaitgraph.planning.request import read_request, request_from_mapping
     from gaitgraph.planning.summary import text_of_plan
     from gaitgraph.timing.timed_gait import checked_clock
 
@@ -103,7 +101,7 @@ def plan_command(
         result = None
         try:
             request, sampling = (
-                request_from_mapping(asked) if request_file is None else request_of_file(request_file, asked)
+                request_from_mapping(asked) if request_file is None else read_request(request_file, asked)
             )
             checked_clock(request.period, request.law, **sampling)
             with working("planning") as progress:

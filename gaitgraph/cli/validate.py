@@ -85,7 +85,7 @@ def colorings_command(
     """
     from itertools import islice
 
-    from gaitgraph.io.exchange import colorings_of_file
+    from gaitgraph.planning.request import colorings_of_file
 
     reach = None if crossing_tolerance is None else angle_not_negative(crossing_tolerance, "crossing_tolerance")
     with working(f"coloring {loop_file}"):

@@ -307,8 +307,8 @@ def _objectives_of(methods: Iterable[str], objectives: Iterable[str]) -> dict[st
 
 def _paper_gaits() -> list[dict[str, Any]]:
     """Return the four gaits of the paper's Section 5."""
+    from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.planning.paper_gaits import PAPER_GAITS, paper_gait
     from gaitgraph.vehicle import PAPER
 
     found = {number: paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}

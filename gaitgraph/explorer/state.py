@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import PlanRequest, request_of
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
@@ -182,7 +182,7 @@ def state_of(content: object) -> State:
     fields["vehicle"] = vehicle_of(asked["vehicle"], asked["drag_ratio"])
     fields["coefficients"] = checked_choice("coefficients", asked["coefficients"], ("published", "exact", None))
     empty = not asked["waypoints"]
-    request = PlanRequest(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
+    request = request_of(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
     key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
     return State(request=request, empty=empty, samples=samples, eta=float(asked["eta"]), key=key)
 

@@ -8,12 +8,6 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.graph.build import surface_graph as surface_graph
-    from gaitgraph.graph.compact_bits import CompactGraph as CompactGraph, compact_graph as compact_graph
-    from gaitgraph.graph.compact_walks import (
-        CompactWalk as CompactWalk,
-        compact_loop as compact_loop,
-        compact_walk as compact_walk,
-    )
     from gaitgraph.graph.contract import validate_graph as validate_graph
     from gaitgraph.graph.cycle_list import Cycle as Cycle, Cycles as Cycles, cycles as cycles
     from gaitgraph.graph.simple_cycles import (

@@ -16,7 +16,7 @@ from gaitgraph.graph.cycle_list import Cycle, cycles
 from gaitgraph.graph.simple_cycles import NoCycle, SimpleCycle, simple_cycle
 from gaitgraph.graph.walks import MOST_ANY_ORDER, best_order
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.request import PlanRequest, planes_only
+from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.loop_colorings import RELATION, SIGNS
 
 if TYPE_CHECKING:
@@ -151,15 +151,14 @@ def catalog(
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import PlanRequest
-    >>> found = catalog(PlanRequest(waypoints=[("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
+    >>> from gaitgraph.planning.request import request_of
+    >>> found = catalog(request_of([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
     >>> cycle = next(found)
     >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
     ('negative', 5, 1.2257, True)
     """
     if not isinstance(request, PlanRequest):
         raise InputError(f"request: {shown(request)}; allowed is a PlanRequest")
-    planes_only(request, "cycles")
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     any_order, notes = request.any_order and through, []
     heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER

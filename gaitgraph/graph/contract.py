@@ -13,19 +13,14 @@ from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.graph.build import CONTRACT, checked_divisions, edge_quantities, grid_axis, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import Coefficients, level_determinant, pitch_sensitivity, roll_sensitivity
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
-from gaitgraph.surface.fibers import FREE_ANGLES
-from gaitgraph.surface.sheets import COLORS, FAMILIES, FIBERS, family_codes, family_distances, family_types
+from gaitgraph.surface.sheets import COLORS, types_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gaitgraph.vehicle import Vehicle
-
-__all__ = ["validate_graph"]
 
 _METADATA = ("contract", "divisions", "step", "sign", "coefficients", "vehicle", "crossing_tolerance", "floor")
 _NODE = ("alpha1", "alpha2", "alpha3", "alpha4", "types", "color", "R", "cell")
-_EDGE = ("length", "jump", "continuous", "keeps_sign", "least_singular_value", "flyable")
+_EDGE_TOLERANCES = {"length": 1e-9, "jump": 1e-9, "least_singular_value": 2e-5}
 
 
 def validate_graph(graph: nx.Graph[Any]) -> None:
@@ -68,12 +63,12 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     for key, expected in (("step", math.pi / divisions), ("crossing_tolerance", math.pi / (2 * divisions))):
         if not _close(meta[key], expected):
             raise ContractError(f"graph metadata: {key} is {meta[key]!r}, computed is {expected!r}")
-    if meta.get("sheets", "all") != "all":
-        raise ContractError(f"graph metadata: sheets is {shown(meta['sheets'])}; allowed are 'all' and none")
     if math.isnan(number_of(meta["floor"])):
         raise ContractError(f"graph metadata: floor is {shown(meta['floor'])}; allowed is a number")
     for name, data in graph.nodes(data=True):
-        _validate_node(name, data, meta, coefficients)
+        problem = _problem_of_node(name, data, meta, coefficients)
+        if problem is not None:
+            raise ContractError(f"node {name!r}: {problem}")
     if graph.number_of_edges():
         _validate_edges(graph, vehicle, coefficients)
 
@@ -83,76 +78,41 @@ def _close(stated: object, computed: float, tolerance: float = 1e-9) -> bool:
     return number and abs(stated - computed) <= tolerance * max(1.0, abs(computed))  # type: ignore[operator]
 
 
-def _validate_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coefficients: Coefficients) -> None:
-    def refuse(what: str) -> ContractError:
-        return ContractError(f"node {name!r}: {what}")
-
+def _problem_of_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coefficients: Coefficients) -> str | None:
+    """Return how a node breaks the contract, or None."""
     for key in _NODE:
         if key not in data:
-            raise refuse(f"attribute {key!r} is missing")
-    allowed = FAMILIES if "sheets" in meta else COLORS
-    if data["color"] not in allowed:
-        raise refuse(f"color is {data['color']!r}; allowed are {', '.join(map(repr, allowed))}")
+            return f"attribute {key!r} is missing"
+    if data["color"] not in COLORS:
+        return f"color is {data['color']!r}; allowed are 'red' and 'blue'"
     if not isinstance(name, tuple) or len(name) != 3:
-        raise refuse("its id is neither (i, j, color) nor ('w', k, m)")
+        return "its id is neither (i, j, color) nor ('w', k, m)"
     alpha = [data[f"alpha{k}"] for k in range(1, 5)]
     if not all(isinstance(angle, float) and abs(angle) <= math.pi / 2 for angle in alpha):
-        raise refuse(f"tilt angles are {alpha!r}; allowed are floats in [−π/2, π/2]")
-    if "sheets" in meta and (data["color"] in FIBERS or name[0] in _LINES):
-        _validate_place(name, data, alpha, meta, coefficients, refuse)
-    elif name[0] != "w":
+        return f"tilt angles are {alpha!r}; allowed are floats in [−π/2, π/2]"
+    if name[0] != "w":
         axis = grid_axis(meta["divisions"]).tolist()
         inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in name[:2])
         if not inside or data["cell"] != name[:2] or data["color"] != name[2]:
-            raise refuse(f"its id disagrees with cell {data['cell']!r} and color {data['color']!r}")
+            return f"its id disagrees with cell {data['cell']!r} and color {data['color']!r}"
         if not (_close(alpha[0], axis[name[0]]) and _close(alpha[1], axis[name[1]])):
-            raise refuse(f"(alpha1, alpha2) is {tuple(alpha[:2])!r}, not its grid node")
+            return f"(alpha1, alpha2) is {tuple(alpha[:2])!r}, not its grid node"
     elif data["cell"] is not None:
-        raise refuse(f"cell is {data['cell']!r}; allowed is None off the grid")
+        return f"cell is {data['cell']!r}; allowed is None off the grid"
     scale = abs(coefficients.single) + 4
     for label, function in (("Rφ", roll_sensitivity), ("Rθ", pitch_sensitivity)):
         if abs(float(function(alpha, coefficients))) > 1e-9 * scale:
-            raise refuse(f"{label} is {float(function(alpha, coefficients))!r}, not zero: it is no root")
+            return f"{label} is {float(function(alpha, coefficients))!r}, not zero: it is no root"
     computed = float(level_determinant(alpha, coefficients))
     if not _close(data["R"], computed, 1e-9 * scale):
-        raise refuse(f"R is {data['R']!r}, computed is {computed!r}")
+        return f"R is {data['R']!r}, computed is {computed!r}"
     if (computed > 0) != (meta["sign"] == "positive"):
-        raise refuse(f"R is {computed!r}, the graph's sign is {meta['sign']}")
-    pair = family_types([alpha], family_codes([data["color"]]), coefficients, meta["crossing_tolerance"])
-    expected = text_from_types(int(pair[0][0]), int(pair[1][0]))
+        return f"R is {computed!r}, the graph's sign is {meta['sign']}"
+    pair = types_of(data["color"], alpha[0], alpha[1], coefficients, meta["crossing_tolerance"])
+    expected = text_from_types(int(pair[0]), int(pair[1]))
     if data["types"] != expected:
-        raise refuse(f"types are {data['types']!r}, computed are {expected!r}")
-
-
-_LINES = ("line1", "line2")
-
-
-def _validate_place(
-    name: Any,
-    data: dict[str, Any],
-    alpha: list[float],
-    meta: dict[str, Any],
-    coefficients: Coefficients,
-    refuse: Callable[[str], ContractError],
-) -> None:
-    """Raise unless a node of a fibre or its line is on it, where its id says, and has no cell."""
-    on_line = name[0] in _LINES
-    number = _LINES.index(name[0]) if on_line else FIBERS.index(data["color"])
-    fiber, free = FIBERS[number], [alpha[k] for k in FREE_ANGLES[FIBERS[number]]]
-    off = family_distances(alpha, coefficients).tolist()
-    if name[2] != data["color"] or on_line != (data["color"] == "red"):
-        raise refuse(f"its id disagrees with the color {data['color']!r}")
-    if max(off[FAMILIES.index(fiber)], off[0] if on_line else 0.0) > 1e-9:
-        raise refuse(f"tilt angles are {alpha!r}, not {'on the line of' if on_line else 'on'} {fiber}")
-    if data["cell"] is not None:
-        raise refuse(f"cell is {data['cell']!r}; allowed is None off the sheets' grid")
-    if name[0] == "on":
-        return
-    places = (name[1], name[1]) if on_line else name[:2]
-    inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in places)
-    axis = grid_axis(meta["divisions"]).tolist()
-    if not inside or not all(_close(angle, axis[k]) for angle, k in zip(free, places, strict=True)):
-        raise refuse(f"its free angles are {tuple(free)!r}, not those of its id")
+        return f"types are {data['types']!r}, computed are {expected!r}"
+    return None
 
 
 def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coefficients) -> None:
@@ -161,21 +121,19 @@ def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coeffi
     def refuse(k: int, what: str) -> ContractError:
         return ContractError(f"edge {edges[k][0]!r} – {edges[k][1]!r}: {what}")
 
-    keys = (*_EDGE, "travel") if "sheets" in graph.graph else _EDGE
-    for k, (_, _, data) in enumerate(edges):
-        for key in keys:
-            if key not in data:
-                raise refuse(k, f"attribute {key!r} is missing")
     index = {name: k for k, name in enumerate(graph.nodes)}
-    nodes = [data for _, data in graph.nodes(data=True)]
+    nodes = list(graph.nodes.values())
     alpha = np.array([[data[f"alpha{k}"] for k in range(1, 5)] for data in nodes])
     red = np.array([data["color"] == "red" for data in nodes])
     pairs = np.array([(index[first], index[second]) for first, second, _ in edges])
     a, b = pairs.T
-    families = family_codes([data["color"] for data in nodes])
-    step = np.abs(alpha[a] - alpha[b])
-    fibered = (families[a] > 1) | (families[b] > 1)
-    apart = (np.where(fibered, step.max(axis=1), step[:, :2].max(axis=1)) > graph.graph["step"] + 1e-9) | (a == b)
+    wanted = 1.0 if graph.graph["sign"] == "positive" else -1.0
+    computed = edge_quantities(alpha, red, pairs, wanted, vehicle, coefficients, graph.graph["floor"])
+    for k, (_, _, data) in enumerate(edges):
+        for key in computed:
+            if key not in data:
+                raise refuse(k, f"attribute {key!r} is missing")
+    apart = (np.abs(alpha[a] - alpha[b])[:, :2].max(axis=1) > graph.graph["step"] + 1e-9) | (a == b)
     if apart.any():
         raise refuse(int(np.argmax(apart)), "its nodes are not neighbours")
     codes = np.array([types_from_text(data["types"]) for data in nodes])
@@ -183,16 +141,9 @@ def _validate_edges(graph: nx.Graph[Any], vehicle: Vehicle, coefficients: Coeffi
     if forbidden.any():
         k = int(np.argmax(forbidden))
         raise refuse(k, f"Figure 15 forbids {nodes[a[k]]['types']} beside {nodes[b[k]]['types']}")
-    wanted = 1.0 if graph.graph["sign"] == "positive" else -1.0
-    floor = graph.graph["floor"]
-    computed = edge_quantities(alpha, red, pairs, wanted, vehicle, coefficients, floor, codes=families)
-    computed["continuous"] = computed["jump"] == 0
-    off = fibered & ~computed["continuous"]
-    if off.any():
-        raise refuse(int(np.argmax(off)), "it does not stay on the fibre")
-    tolerances = {"length": 1e-9, "travel": 1e-9, "jump": 1e-9, "least_singular_value": 2e-5}
-    for key in keys:
-        for k, (value, (_, _, data)) in enumerate(zip(computed[key].tolist(), edges, strict=True)):
-            agrees = _close(data[key], value, tolerances[key]) if key in tolerances else data[key] is value
+    for key, values in computed.items():
+        for k, (value, (_, _, data)) in enumerate(zip(values.tolist(), edges, strict=True)):
+            tolerance = _EDGE_TOLERANCES.get(key)
+            agrees = data[key] is value if tolerance is None else _close(data[key], value, tolerance)
             if not agrees:
                 raise refuse(k, f"{key} is {data[key]!r}, computed is {value!r}")

@@ -144,8 +144,6 @@ class Ground:
         if not isinstance(graph, nx.Graph):
             raise InputError(f"graph: {shown(graph)}; allowed is a networkx.Graph of gaitgraph.surface_graph")
         allowed = allowed_edges(use)
-        if graph.graph.get("sheets", "planes") != "planes":
-            raise InputError("graph: one of all sheets; allowed is one of the planes")
         vehicle, coefficients = vehicle_and_coefficients(graph)
         for key in ("sign", "crossing_tolerance", "floor"):
             if key not in graph.graph:

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
         export as export,
         export_file as export_file,
         gait_of as gait_of,
-        request_of_file as request_of_file,
     )
     from gaitgraph.io.frames import table_from_frame as table_from_frame
     from gaitgraph.io.options import FormatOptions as FormatOptions

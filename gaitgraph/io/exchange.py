@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -14,19 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import GaitgraphError, InputError, did_you_mean
+from gaitgraph.errors import GaitgraphError
 from gaitgraph.gait.completing import completed_pieces
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, CLOSED_GAP, ROWS_OF_A_PIECE, Table, merged, pieces_of, setting_of
-from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
-from gaitgraph.io.formats import FORMATS, known_format
+from gaitgraph.gait.table import CLOSED_GAP, ROWS_OF_A_PIECE, Table, merged, pieces_of, setting_of
+from gaitgraph.io.formats import known_format
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.options import check_options
-from gaitgraph.io.reading import provenance_in, read_pieces, read_table
+from gaitgraph.io.reading import read_pieces, read_table
 from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces, write_tables
-from gaitgraph.planning.request import holds_request, planes_only, read_request, request_from_mapping, request_in_about
-from gaitgraph.surface.loop_colorings import Colorings, colorings
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, families_along, family_of
 from gaitgraph.timing.timed_gait import LAWS, parametrize
 from gaitgraph.validation.segments import Segments
@@ -34,20 +30,18 @@ from gaitgraph.validation.segments import Segments
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from gaitgraph.invertibility.matrices import Coefficients, Kind
     from gaitgraph.io.options import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.planning.request import PlanRequest
     from gaitgraph.vehicle import Vehicle
 
 __all__ = [
     "Exported",
     "closed_rows",
-    "colorings_of_file",
     "export",
     "export_file",
     "gait_of",
     "read_gait",
-    "request_of_file",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -133,89 +127,6 @@ def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients:
     with _of_file(path):
         gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
     return replace(gait, request=_told_request(table, vehicle, coefficients))
-
-
-def request_of_file(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
-    """Return the request in a request file, or the one that made a plan or a gait file of any format, and its sampling.
-
-    Parameters
-    ----------
-    path
-        The file.
-    overrides
-        What replaces fields of the request, by their names.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If the file cannot be read, or tells no request.
-    """
-    if Path(path).suffix.lower() in (".toml", ".json"):
-        return read_request(path, overrides)
-    if Path(path).suffix.lower() not in FORMATS:
-        allowed = ", ".join([".toml", *FORMATS])
-        hint = did_you_mean(Path(path).suffix.lower(), [".toml", *FORMATS])
-        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}{hint}")
-    about = provenance_in(path)
-    with _of_file(path):
-        content = request_in_about(about)
-        if {"samples", "rate"} & set(overrides):
-            content = {name: value for name, value in content.items() if name not in ("samples", "rate")}
-        return request_from_mapping({**content, **overrides})
-
-
-def colorings_of_file(
-    path: str | Path,
-    *,
-    sign: str | None = None,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
-    crossing_tolerance: float | None = None,
-) -> Colorings:
-    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, or a request's waypoints.
-
-    A last row that equals the first is the closing row.
-
-    Parameters
-    ----------
-    path
-        A gait table of any format, a saved plan, or a .toml or .json request.
-    sign
-        "negative", "positive" or "auto"; by default what a request says, else "auto".
-    vehicle, coefficients, crossing_tolerance
-        By default what the file says, for a request half a step of its grid; else the paper's vehicle, its published
-        coefficients, and π/32.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If the file holds neither, or a value is not allowed.
-    """
-    if holds_request(path):
-        given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
-        request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
-        planes_only(request, "colourings")
-        points: Any = request.waypoints
-        vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
-        told = math.pi / (2 * request.divisions)
-        sign = request.sign
-    else:
-        table = merged(read_pieces(path, plane_only=True))
-        with _of_file(path):
-            vehicle, numbers, told = setting_of(table, vehicle, coefficients)
-        names = [name for name in ANGLES if name in table]
-        rows = np.column_stack([table[name] for name in names])
-        same_color = "color" not in table or table["color"][-1] == table["color"][0]
-        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP and same_color:
-            rows = rows[:-1]
-        points = rows[:, :2]
-    return colorings(
-        points,
-        sign=sign or "auto",
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=told if crossing_tolerance is None else crossing_tolerance,
-    )
 
 
 def _sheet_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:

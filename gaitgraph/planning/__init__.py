@@ -10,9 +10,8 @@ if TYPE_CHECKING:
     from gaitgraph.planning.location import whereabouts_of as whereabouts_of
     from gaitgraph.planning.plan import Plan as Plan
     from gaitgraph.planning.planner import plan_loop as plan_loop
-    from gaitgraph.planning.request import PlanRequest as PlanRequest
+    from gaitgraph.planning.request import PlanRequest as PlanRequest, request_of as request_of
     from gaitgraph.planning.shortest_paths import ShortestPaths as ShortestPaths
     from gaitgraph.planning.transitions import Transition as Transition, transition as transition
-    from gaitgraph.planning.unfolding import shortest_leg_across as shortest_leg_across
 else:
     __getattr__, __dir__ = lazy_names(__name__)

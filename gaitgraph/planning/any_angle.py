@@ -209,7 +209,7 @@ def _outside(k: int, prepared: PreparedRegion, asked: Asked) -> Obstacle:
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest, coefficients: Coefficients) -> Obstacle:
     """Return an obstacle; at a waypoint, with the nearest point that a valid loop of its color and sign may pass."""
-    if obstacle.kind != "waypoint" or len(request.waypoints[obstacle.waypoints[0] - 1]) != 2:
+    if obstacle.kind != "waypoint":
         return obstacle
     asked = Asked(request=request, coefficients=coefficients, color=obstacle.color, sign=obstacle.sign, use="valid")
     region, point = asked.prepared().region, request.waypoints[obstacle.waypoints[0] - 1]

@@ -11,14 +11,12 @@ from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import WAYPOINT_SNAP, nodes_above, surface_graph
-from gaitgraph.graph.compact_bits import compact_graph
-from gaitgraph.graph.compact_walks import compact_order, compact_walk, reachable_nodes
 from gaitgraph.graph.walks import Blocked, Use, best_order, closed_walk
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.planning.plan import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.planning.refusal import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.sheets import COLORS, Color
+from gaitgraph.surface.sheets import COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,16 +27,12 @@ if TYPE_CHECKING:
 
 __all__ = ["grid_candidates", "notes_beside_the_grid"]
 
-_MOST_OF_OBJECTS = 256  # divisions beyond which the compact graph is searched: a graph of objects takes minutes there
-
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
     """Return a hint for each waypoint that is nearly a grid node: printed digits, most likely."""
     step, half = math.pi / request.divisions, request.divisions / 2
     hints = []
     for number, point in enumerate(request.waypoints, start=1):
-        if len(point) == 4:
-            continue
         node = [(round(angle / step + half) - half) * step for angle in point]
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
@@ -75,8 +69,6 @@ def grid_candidates(
         # Some waypoint has no root at all with this sign: no need to build the graph.
         found.obstacles += [waypoint_obstacle(min(lacking[c]), request, coefficients, c, sign) for c in colors]
         return found
-    if graph is None and request.divisions > _MOST_OF_OBJECTS:
-        return _compact_candidates(request, coefficients, sign, progress)
     if progress is not None and graph is None:
         progress(f"building the graph with {RELATION[sign]}")
     on = graph if graph is not None else _graph(request, coefficients, sign)
@@ -166,60 +158,6 @@ def _loop(graph: nx.Graph[Any], nodes: Sequence[Any], order: tuple[int, ...], re
         crossing_tolerance=graph.graph["crossing_tolerance"],
     )
     return loop_of(path, order, request, sign)
-
-
-def _compact_candidates(
-    request: PlanRequest, coefficients: Coefficients, sign: Any, progress: Callable[[str], None] | None
-) -> Candidates:
-    """Return the best loop on a grid too large for a graph of objects: the first color and use that has one."""
-    found = Candidates()
-    uses: dict[Color, tuple[Use, ...]] = {"red": ("flyable", "valid"), "blue": ("valid",)}
-    for color in COLORS:
-        if request.color not in ("auto", color):
-            continue
-        missing = rootless(request, coefficients, color, sign)
-        if missing:
-            found.obstacles.append(waypoint_obstacle(min(missing), request, coefficients, color, sign))
-            continue
-        for use in uses[color]:
-            graph = compact_graph(
-                sign,
-                request.divisions,
-                use=use,
-                vehicle=request.vehicle,
-                coefficients=coefficients,
-                waypoints=request.waypoints,
-                zones=request.zones,
-                floor=request.floor,
-                colors=[color],
-                progress=progress,
-            )
-            order = tuple(range(len(graph.stops)))
-            if request.any_order and all(graph.stops):
-                best = compact_order(graph, [nodes[0] for nodes in graph.stops], progress=progress)
-                if best is not None:
-                    order = best.order
-                    if not best.exact:
-                        found.notes[heuristic_order(len(order))] = None
-            stops = [graph.stops[k] for k in order]
-            walk = compact_walk(graph, stops, objective=request.objective, progress=progress)  # type: ignore[arg-type]
-            if not isinstance(walk, Blocked):
-                path = Gait(
-                    alpha=walk.alpha,
-                    colors=walk.colors,
-                    vehicle=request.vehicle,
-                    coefficients=coefficients,
-                    crossing_tolerance=math.pi / (2 * request.divisions),
-                )
-                found.loops.append(loop_of(path, order, request, sign))
-                found.notes["alternatives are not searched on so many divisions"] = None
-                return found
-            if use == "valid":
-                ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
-                points = [request.waypoints[k] for k in ends]
-                counts = tuple(reachable_nodes(graph, graph.stops[k][0]) for k in ends)
-                found.obstacles.append(_separated(points, counts, request, color, sign))
-    return found
 
 
 def _separation(

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from gaitgraph.errors import InputError, shown
 from gaitgraph.planning.prepared import region_of
 from gaitgraph.planning.refusal import RELATION
-from gaitgraph.planning.request import planes_only
 
 if TYPE_CHECKING:
     from gaitgraph.planning.request import PlanRequest, Point
@@ -135,8 +134,8 @@ def whereabouts_of(request: PlanRequest, *, use: Literal["flyable", "valid"] = "
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import PlanRequest
-    >>> found = whereabouts_of(PlanRequest(waypoints=[(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
+    >>> from gaitgraph.planning.request import request_of
+    >>> found = whereabouts_of(request_of([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
     >>> [place.part for place in found.answers[0].places], bool(found)
     ([1, None], False)
     >>> [round(angle, 4) for angle in found.answers[0].places[1].nearest]
@@ -144,7 +143,6 @@ def whereabouts_of(request: PlanRequest, *, use: Literal["flyable", "valid"] = "
     """
     if use not in ("flyable", "valid"):
         raise InputError(f"use: {shown(use)}; allowed are 'flyable' and 'valid'")
-    planes_only(request, "regions")
     color = "red" if request.color == "auto" else request.color
     answers = []
     for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):

@@ -7,10 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gaitgraph.errors import Infeasible
-from gaitgraph.graph.loads import loads_of, mean_load
 from gaitgraph.timing.timed_gait import TimedGait, parametrize
 
 if TYPE_CHECKING:
@@ -42,7 +39,7 @@ class Loop:
         For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
         that was asked of it [rad]; None on the grid.
     method
-        How it was found: "exact" or "grid". Over fibres the method exact may have to search a grid.
+        How it was found: "exact" or "grid".
     """
 
     path: Gait
@@ -74,18 +71,6 @@ class Loop:
         """Length in the (α1, α2) plane [rad]."""
         return self.path.length
 
-    @property
-    def thrust(self) -> float:
-        """The integral along the loop of the largest hover thrust share, in units of m·g, by its nodes [rad]."""
-        loads = loads_of(self.path.alpha, self.path.colors, self.path.vehicle)
-        steps = np.linalg.norm((self.path.ends - self.path.alpha)[:, :2], axis=1)
-        return float(steps @ mean_load(loads, np.roll(loads, -1)))
-
-    @property
-    def travel(self) -> float:
-        """Length in all four angles over √2 [rad]: that in the plane on the sheets, and not hidden on a fibre."""
-        return self.path.travel
-
     def as_mapping(self) -> dict[str, Any]:
         """Return the loop as plain values, ready for JSON."""
         verdict = self.report.as_mapping()
@@ -97,7 +82,6 @@ class Loop:
             "types": list(self.path.types),
             "colors": list(self.path.colors),
             "length": self.length,
-            "travel": self.travel,
             "lower_bound": self.lower_bound,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
@@ -231,7 +215,6 @@ class Plan:
             "types": loop.get("types", []),
             "colors": loop.get("colors", []),
             "length": loop.get("length"),
-            "travel": loop.get("travel"),
             "lower_bound": loop.get("lower_bound"),
             "corners": loop.get("corners", []),
             "vertices": loop.get("vertices", []),

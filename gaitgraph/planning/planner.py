@@ -14,10 +14,9 @@ from gaitgraph.errors import InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import any_angle_candidates, with_nearest
-from gaitgraph.planning.fiberloops import fiber_candidates
 from gaitgraph.planning.grid import grid_candidates, notes_beside_the_grid
 from gaitgraph.planning.plan import Candidates, Loop, Plan
-from gaitgraph.planning.request import PlanRequest, request_of
+from gaitgraph.planning.request import PlanRequest, request_from_mapping
 from gaitgraph.validation.report import RATE_CHECKS
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def plan_loop(
     progress
         Called with a line of text before each step of long work.
     **request
-        The other fields of :class:`PlanRequest`: color, sign, objective, method, divisions, accuracy, sheets, vehicle,
+        The other fields of :class:`PlanRequest`: color, sign, objective, method, divisions, accuracy, vehicle,
         coefficients, keep_out, keep_in, any_order, reverse, period, law, floor.
 
     Returns
@@ -72,14 +71,11 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     if graph is not None:
-        if graph.graph.get("sheets", "planes") != "planes":
-            raise InputError("graph: one of all sheets; allowed is one of the planes: ask with sheets instead")
         vehicle, coefficients = vehicle_and_coefficients(graph)
         fixed = {
             "sign": graph.graph["sign"],
             "divisions": graph.graph["divisions"],
             "method": "grid",
-            "sheets": "planes",
             "vehicle": vehicle,
             "coefficients": coefficients.kind,
             "floor": graph.graph["floor"],
@@ -88,7 +84,7 @@ def plan_loop(
             if name in request:
                 raise InputError(f"{name}: {request[name]!r}; allowed is no {name} beside a graph, which fixes it")
         request |= fixed
-    return plan(request_of({"waypoints": waypoints, **request}), graph=graph, progress=progress)
+    return plan(request_from_mapping({"waypoints": waypoints, **request})[0], graph=graph, progress=progress)
 
 
 def plan(
@@ -101,10 +97,7 @@ def plan(
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     found = Candidates()
     for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):
-        # Fibres never shorten a loop through points of the planes, nor join what is apart (docs/fibers.md).
-        if any(len(point) == 4 for point in request.waypoints):
-            more = fiber_candidates(request, coefficients, sign, progress=progress)
-        elif request.method == "exact":
+        if request.method == "exact":
             more = any_angle_candidates(request, coefficients, sign, progress=progress)
         else:
             more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
@@ -165,8 +158,7 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         not timeless,
         not report.valid,
         -round(robustness, 3) if objective == "robust" else 0.0,
-        round(loop.thrust, 9) if objective == "thrust" else 0.0,
-        round(loop.travel, 9),
+        round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",
     )

@@ -1,4 +1,4 @@
-"""What a plan is asked for: a request, checked on construction, and requests as TOML or JSON files.
+"""What a plan is asked for: the request, and requests in TOML, JSON and gait files.
 
 A minimal file::
 
@@ -10,58 +10,114 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.graph.build import DEFAULT_DIVISIONS
-from gaitgraph.graph.compact_bits import checked_compact_divisions
+from gaitgraph.gait.table import ANGLES, CLOSED_GAP, merged, setting_of
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
-from gaitgraph.surface.fibers import stops_on_families
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.io.reading import provenance_in, read_pieces
+from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones
 from gaitgraph.timing.timed_gait import LAWS, checked_clock
 from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from gaitgraph.surface.loop_colorings import Colorings
 
-__all__ = [
-    "CHOICES",
-    "PlanRequest",
-    "Point",
-    "holds_request",
-    "planes_only",
-    "read_request",
-    "request_fields",
-    "request_from_mapping",
-    "request_of",
-    "stated_fields",
-]
-
-Point = tuple[float, ...]
+Point = tuple[float, float]
+Angle = float | str
+Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
+"""Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
     "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust", "thrust"),
+    "objective": ("shortest", "robust"),
     "method": ("grid", "exact"),
-    "sheets": ("planes", "all"),
 }
 """What fields that are names may be."""
 MOST_WAYPOINTS = 1000
-MOST_DIVISIONS_OF_ALL_SHEETS = 128  # a fibre has as many nodes as a sheet, and each is an object
+
+_SAMPLING = ("samples", "rate")
+_GONE = {
+    "sheets": "no field any more, since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for; checked on construction.
+    """What a plan is asked for, complete and checked: made by :func:`request_of`, which explains the fields.
+
+    Parameters
+    ----------
+    zones
+        The polygons of `keep_out` and `keep_in`, or None if there are none.
+    notes
+        What was changed in what was asked.
+    """
+
+    waypoints: tuple[Point, ...]
+    color: str
+    sign: str
+    objective: str
+    divisions: int
+    vehicle: Vehicle
+    coefficients: Kind
+    zones: Zones | None
+    any_order: bool
+    reverse: bool
+    method: str
+    accuracy: float
+    period: float
+    law: str
+    floor: float
+    notes: tuple[str, ...] = ()
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the request as plain values, under the names that a request file uses."""
+        plain: dict[str, Any] = {
+            "waypoints": [list(point) for point in self.waypoints],
+            "vehicle": self.vehicle.as_mapping(),
+        }
+        for name in ("keep_out", "keep_in"):
+            polygons = getattr(self.zones, name) if self.zones else ()
+            plain[name] = [[list(corner) for corner in polygon] for polygon in polygons]
+        return {name: plain[name] if name in plain else getattr(self, name) for name in REQUEST_FIELDS}
+
+
+def request_of(
+    waypoints: Points,
+    *,
+    color: Literal["auto", "red", "blue"] = "auto",
+    sign: Literal["auto", "positive", "negative"] = "auto",
+    objective: Literal["shortest", "robust"] = "shortest",
+    divisions: int | None = None,
+    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
+    coefficients: Kind | None = None,
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
+    any_order: bool = False,
+    reverse: bool = False,
+    method: Literal["exact", "grid"] | None = None,
+    accuracy: float = 1e-6,
+    period: float = 1.0,
+    law: str = LAWS[0],
+    floor: float = DEFAULT_FLOOR,
+) -> PlanRequest:
+    """Return a request, checked and complete.
 
     Parameters
     ----------
@@ -73,12 +129,11 @@ class PlanRequest:
     sign
         Sign of R: "positive", "negative" or "auto".
     objective
-        "shortest"; "robust": the best worst-case least singular value, then the shortest; or "thrust", on the grid:
-        the least integral of the largest hover thrust share along the loop (:mod:`gaitgraph.graph.loads`).
+        "shortest", or "robust": the best worst-case least singular value, then the shortest.
     divisions
-        Pieces into which [−π/2, π/2] is cut by the grid, at most 4096; 16 if it is not given.
+        Pieces into which [−π/2, π/2] is cut by the grid, at most 256; 16 if it is not given.
     vehicle
-        A vehicle, a preset's name, or a TOML file.
+        A vehicle, a preset's name, a TOML file, or a mapping of constants.
     coefficients
         "published", "exact", or None: published for the paper's own vehicle, exact for any other.
     keep_out, keep_in
@@ -90,10 +145,7 @@ class PlanRequest:
         Run the loop the other way.
     method
         "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
-        `divisions` or the objective "thrust" are given, else exact.
-    sheets
-        "planes": the red and the blue sheet; "all": the two fibres too, where a waypoint may be a point
-        (α1, α2, α3, α4) on one of them. See :mod:`gaitgraph.planning.fiberloops`.
+        `divisions` are given, else exact.
     accuracy
         With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
     period, law
@@ -105,98 +157,71 @@ class PlanRequest:
     ------
     InputError
         If anything is malformed; the message names the field, the value and what is allowed.
+
+    Examples
+    --------
+    >>> request = request_of([("pi/8", "-pi/8"), ("pi/8", "-pi/8")], vehicle="paper")
+    >>> len(request.waypoints), request.method, request.coefficients
+    (1, 'exact', 'published')
     """
+    if method is None:
+        method = "exact" if divisions is None else "grid"
+    named = {"color": color, "sign": sign, "objective": objective, "method": method}
+    for name, value in named.items():
+        if not isinstance(value, str) or value not in CHOICES[name]:
+            hint = did_you_mean(value, list(CHOICES[name])) if isinstance(value, str) else ""
+            if (name, value) == ("objective", "thrust"):
+                hint = "; for low thrusts use gaitgraph optimize --goal hover_reserve"
+            raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(CHOICES[name])}{hint}")
+    for name, flag in (("any_order", any_order), ("reverse", reverse)):
+        if not isinstance(flag, bool):
+            raise InputError(f"{name}: {shown(flag)}; allowed are true and false")
+    divisions = checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions)
+    checked_clock(period, law)
+    if not 0 <= number_of(floor) < math.inf:
+        raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0 (a singular value)")
+    if not 1e-9 <= number_of(accuracy) <= 0.1:
+        raise InputError(f"accuracy: {shown(accuracy)}; allowed is 1e-9 to 0.1 (rad)")
+    if isinstance(vehicle, Mapping):
+        vehicle = vehicle_from_mapping(dict(vehicle))
+    elif isinstance(vehicle, (str, Path)):
+        vehicle = vehicle_named(vehicle)
+    elif not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a preset's name, a .toml file or a table of constants")
 
-    waypoints: Any
-    color: str = "auto"
-    sign: str = "auto"
-    objective: str = "shortest"
-    divisions: int = None  # type: ignore[assignment]  # always known after construction
-    vehicle: Any = PAPER
-    coefficients: Kind | None = None
-    keep_out: Any = ()
-    keep_in: Any = ()
-    any_order: bool = False
-    reverse: bool = False
-    method: str = None  # type: ignore[assignment]  # always known after construction
-    sheets: str = "planes"
-    accuracy: float = 1e-6
-    period: float = 1.0
-    law: str = LAWS[0]
-    floor: float = DEFAULT_FLOOR
-    zones: Zones | None = field(default=None, init=False, repr=False)
-    notes: tuple[str, ...] = field(default=(), init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        def put(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
-
-        method: str | None = self.method
-        divisions: int | None = self.divisions
-        if method is None:
-            put("method", "exact" if divisions is None and self.objective != "thrust" else "grid")
-        if divisions is None:
-            put("divisions", DEFAULT_DIVISIONS)
-        for name, allowed in CHOICES.items():
-            value = getattr(self, name)
-            if not isinstance(value, str) or value not in allowed:
-                hint = did_you_mean(value, list(allowed)) if isinstance(value, str) else ""
-                raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(allowed)}{hint}")
-        if self.sheets == "all" and self.divisions > MOST_DIVISIONS_OF_ALL_SHEETS:
-            most = MOST_DIVISIONS_OF_ALL_SHEETS
-            raise InputError(f"divisions: {self.divisions}; allowed with all sheets are {most} at most")
-        if self.objective == "thrust" and self.method == "exact":
-            raise InputError("objective: 'thrust'; allowed with the method exact are shortest, robust")
-        for name in ("any_order", "reverse"):
-            if not isinstance(getattr(self, name), bool):
-                raise InputError(f"{name}: {shown(getattr(self, name))}; allowed are true and false")
-        put("divisions", checked_compact_divisions(self.divisions))
-        checked_clock(self.period, self.law)
-        if not 0 <= number_of(self.floor) < math.inf:
-            raise InputError(f"floor: {shown(self.floor)}; allowed is a finite number ≥ 0 (a singular value)")
-        if not 1e-9 <= number_of(self.accuracy) <= 0.1:
-            raise InputError(f"accuracy: {shown(self.accuracy)}; allowed is 1e-9 to 0.1 (rad)")
-        put("accuracy", float(self.accuracy))
-        put("period", float(self.period))
-        put("floor", float(self.floor))
-        put("vehicle", _vehicle(self.vehicle))
-        put("coefficients", coefficients_of(self.vehicle, self.coefficients).kind)
-        points = _waypoints(self.waypoints, self.sheets)
-        if self.sheets == "all":
-            points, moved = stops_on_families(points, coefficients_of(self.vehicle, self.coefficients))
-            put("notes", moved)
-            if self.color == "blue" and any(len(point) == 4 for point in points):
-                raise InputError("color: 'blue'; allowed with waypoints of four angles are auto, red")
-        put("waypoints", _merged(points))
-        if len(self.waypoints) < len(points):
-            merged = len(points) - len(self.waypoints)
-            note = f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before"
-            put("notes", (*self.notes, note))
-        if any(not isinstance(part, (list, tuple)) or part for part in (self.keep_out, self.keep_in)):
-            put("zones", Zones(keep_out=self.keep_out, keep_in=self.keep_in))
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the request as plain values, under the names that a request file uses."""
-        out = {name: getattr(self, name) for name in request_fields()}
-        out["vehicle"] = self.vehicle.as_mapping()
-        out["waypoints"] = [list(point) for point in self.waypoints]
-        for name in ("keep_out", "keep_in"):
-            polygons = getattr(self.zones, name) if self.zones else ()
-            out[name] = [[list(corner) for corner in polygon] for polygon in polygons]
-        return out
+    points = _checked_waypoints(waypoints)
+    # A waypoint that equals the one before it is dropped, around the seam too.
+    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+    if len(kept) > 1 and kept[-1] == kept[0]:
+        kept.pop()
+    dropped = len(points) - len(kept)
+    note = f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before"
+    given = any(not isinstance(part, (list, tuple)) or part for part in (keep_out, keep_in))
+    return PlanRequest(
+        waypoints=tuple(kept),
+        color=color,
+        sign=sign,
+        objective=objective,
+        divisions=divisions,
+        vehicle=vehicle,
+        coefficients=coefficients_of(vehicle, coefficients).kind,
+        zones=Zones(keep_out=keep_out, keep_in=keep_in) if given else None,
+        any_order=any_order,
+        reverse=reverse,
+        method=method,
+        accuracy=float(accuracy),
+        period=float(period),
+        law=law,
+        floor=float(floor),
+        notes=(note,) if dropped else (),
+    )
 
 
-def _vehicle(value: object) -> Vehicle:
-    if isinstance(value, Vehicle):
-        return value
-    if isinstance(value, dict):
-        return vehicle_from_mapping(value)
-    if isinstance(value, (str, Path)):
-        return vehicle_named(value)
-    raise InputError(f"vehicle: {shown(value)}; allowed is a preset's name, a .toml file or a table of constants")
+REQUEST_FIELDS = ("waypoints", *request_of.__kwdefaults__)
+"""The names of the fields of a request, as files and Python use them."""
 
 
-def _waypoints(value: Any, sheets: str) -> tuple[Point, ...]:
+def _checked_waypoints(value: object) -> list[Point]:
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
@@ -206,61 +231,19 @@ def _waypoints(value: Any, sheets: str) -> tuple[Point, ...]:
         raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
     points = []
     for number, angles in enumerate(value, start=1):
-        sizes = (2, 4) if sheets == "all" else (2,)
-        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) not in sizes:
-            more = " or [alpha1, alpha2, alpha3, alpha4]" if sheets == "all" else ""
-            if isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4:
-                more = "; four angles with sheets = 'all'"
-            raise InputError(f"waypoint {number}: {shown(angles)}; allowed is [alpha1, alpha2]{more}")
-        point = tuple(angle_from_text(angle, f"waypoint {number} alpha{k}") for k, angle in enumerate(angles, start=1))
-        for k, angle in enumerate(point, start=1):
+        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
+            raise InputError(f"waypoint {number}: {shown(angles)}; allowed is [alpha1, alpha2]")
+        first, second = (angle_from_text(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
+        for k, angle in enumerate((first, second)):
             if abs(angle) > HALF_PI:
                 raise InputError(
-                    f"waypoint {number} alpha{k}: {shown(angles[k - 1])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                    f"waypoint {number} alpha{k + 1}: {shown(angles[k])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
                 )
-        points.append(point)
-    return tuple(points)
+        points.append((first, second))
+    return points
 
 
-def _merged(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Drop points that equal the one before, around the seam too."""
-    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    if len(kept) > 1 and kept[-1] == kept[0]:
-        kept.pop()
-    return tuple(kept)
-
-
-def planes_only(request: PlanRequest, what: str) -> None:
-    """Raise InputError if a request asks for the fibres, which `what` does not know."""
-    if request.sheets != "planes":
-        raise InputError(f"sheets: {shown(request.sheets)}; allowed for {what} is planes")
-
-
-_SAMPLING = ("samples", "rate")
-
-
-def request_fields() -> list[str]:
-    """Return the names of the fields of a request, as files and Python use them.
-
-    >>> request_fields()[:3]
-    ['waypoints', 'color', 'sign']
-    """
-    return [one.name for one in fields(PlanRequest) if one.init]
-
-
-def request_of(content: dict[str, Any]) -> PlanRequest:
-    """Return the request that names and values describe; InputError if a name is unknown or waypoints are missing."""
-    known = request_fields()
-    for name in content:
-        if name not in known:
-            hint = did_you_mean(name, [*known, *_SAMPLING])
-            raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(known)}")
-    if "waypoints" not in content:
-        raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
-    return PlanRequest(**content)
-
-
-def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request that a mapping describes, and its sampling (samples, rate).
 
     Raises
@@ -274,15 +257,30 @@ def request_from_mapping(content: dict[str, Any]) -> tuple[PlanRequest, dict[str
     >>> request.divisions, sampling
     (16, {'samples': 50})
     """
-    content = dict(content)
+    known = (*REQUEST_FIELDS, *_SAMPLING)
+    # Requests of earlier versions state the sheets; "planes" is what there is.
+    content = {name: value for name, value in content.items() if (name, value) != ("sheets", "planes")}
+    for name, value in content.items():
+        if name in _GONE:
+            raise InputError(f"{name}: {shown(value)}; {_GONE[name]}")
+        if name not in known:
+            hint = did_you_mean(name, list(known))
+            raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(REQUEST_FIELDS)}")
+    if "waypoints" not in content:
+        raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
-    return request_of(content), sampling
+    return request_of(**content), sampling
 
 
-def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
-    """Read a request file; overrides replace what it says.
+def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+    """Return the request in a request file, or the one that made a plan or a gait file, and its sampling.
 
-    A plan or a gait table saved as JSON is read too: the request that made it is planned again.
+    Parameters
+    ----------
+    path
+        A TOML or JSON request, a saved plan, or a gait file of any format.
+    overrides
+        What replaces fields of the request, by their names.
 
     Raises
     ------
@@ -293,13 +291,13 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in (".toml", ".json"):
-        hint = did_you_mean(suffix, [".toml", ".json"])
-        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes .toml, .json{hint}")
-    text = text_of(path, "request file", "TOML or JSON")
+    if suffix not in (".toml", *FORMATS):
+        hint = did_you_mean(suffix, [".toml", *FORMATS])
+        allowed = ", ".join([".toml", *FORMATS])
+        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}{hint}")
+    source = _text_or_provenance(path)
     try:
-        content = _parsed(text, suffix)
-        content = _request_in(content)
+        content = _stated_request(source, suffix)
         vehicle = content.get("vehicle")
         if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
             content["vehicle"] = str(path.parent / vehicle)
@@ -307,25 +305,27 @@ def read_request(path: str | Path, overrides: dict[str, Any]) -> tuple[PlanReque
             content = {name: value for name, value in content.items() if name not in _SAMPLING}
         return request_from_mapping({**content, **overrides})
     except InputError as error:
-        raise type(error)(f"request file {str(path)!r}: {error}") from error
+        what = "request file" if isinstance(source, str) else "gait file"
+        raise type(error)(f"{what} {str(path)!r}: {error}") from error
 
 
-def _request_in(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the request that a plan or a gait table tells, or the content itself if it is neither."""
-    if "status" in content and isinstance(content.get("request"), dict):
-        found: dict[str, Any] = content["request"]
-        return found
-    if isinstance(content.get("columns"), dict):
-        return request_in_about(content.get("about"))
-    return content
+def _text_or_provenance(path: Path) -> str | dict[str, Any]:
+    """Return the text of a TOML or JSON file, or what made a gait file of another format."""
+    if path.suffix.lower() in (".toml", ".json"):
+        return text_of(path, "request file", "TOML or JSON")
+    return provenance_in(path)
 
 
-def request_in_about(about: object) -> dict[str, Any]:
-    """Return the request in what a gait table tells of its making; InputError if it tells none.
-
-    >>> request_in_about({"request": {"waypoints": [[0.4, -0.4]]}})
-    {'waypoints': [[0.4, -0.4]]}
-    """
+def _stated_request(source: str | dict[str, Any], suffix: str) -> dict[str, Any]:
+    """Return the fields of the request in the text of a file, or in what a gait file says of its making."""
+    about: object = source
+    if isinstance(source, str):
+        content = _parsed(source, suffix)
+        if "status" in content and isinstance(content.get("request"), dict):
+            return dict(content["request"])  # a saved plan
+        if not isinstance(content.get("columns"), dict):
+            return content
+        about = content.get("about")
     found = about.get("request") if isinstance(about, dict) else None
     if not isinstance(found, dict):
         maker = about.get("made_by") if isinstance(about, dict) else None
@@ -335,6 +335,20 @@ def request_in_about(about: object) -> dict[str, Any]:
             "gait file of a planned gait"
         )
     return dict(found)
+
+
+def _parsed(text: str, suffix: str) -> dict[str, Any]:
+    if suffix == ".toml":
+        return table_from_toml(text)
+    try:
+        content = json.loads(text)
+    except RecursionError as error:
+        raise InputError("it is nested too deeply; allowed is a table of fields") from error
+    except ValueError as error:
+        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
+    if not isinstance(content, dict):
+        raise InputError(f"it holds a {type(content).__name__}; allowed is an object of fields")
+    return content
 
 
 def holds_request(path: str | Path) -> bool:
@@ -363,26 +377,60 @@ def stated_fields(path: str | Path) -> set[str]:
     """Return the names that a request file states; empty if it cannot be read as one, which reading it explains."""
     path = Path(path)
     try:
-        content = _parsed(text_of(path, "request file", "TOML or JSON"), path.suffix.lower())
+        return set(_stated_request(_text_or_provenance(path), path.suffix.lower()))
     except GaitgraphError:
         return set()
-    try:
-        return set(_request_in(content))
-    except InputError:
-        return set()
 
 
-def _parsed(text: str, suffix: str) -> dict[str, Any]:
-    if suffix == ".toml":
-        return table_from_toml(text)
-    import json
+def colorings_of_file(
+    path: str | Path,
+    *,
+    sign: str | None = None,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    crossing_tolerance: float | None = None,
+) -> Colorings:
+    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, or a request's waypoints.
 
-    try:
-        content = json.loads(text)
-    except RecursionError as error:
-        raise InputError("it is nested too deeply; allowed is a table of fields") from error
-    except ValueError as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
-    if not isinstance(content, dict):
-        raise InputError(f"it holds a {type(content).__name__}; allowed is an object of fields")
-    return content
+    A last row that equals the first is the closing row.
+
+    Parameters
+    ----------
+    path
+        A gait table of any format, a saved plan, or a .toml or .json request.
+    sign
+        "negative", "positive" or "auto"; by default what a request says, else "auto".
+    vehicle, coefficients, crossing_tolerance
+        By default what the file says, for a request half a step of its grid; else the paper's vehicle, its published
+        coefficients, and π/32.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If the file holds neither, or a value is not allowed.
+    """
+    if holds_request(path):
+        given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
+        request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
+        points: Any = request.waypoints
+        vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
+        stated_tolerance = math.pi / (2 * request.divisions)
+        sign = request.sign
+    else:
+        table = merged(read_pieces(path, plane_only=True))
+        try:
+            vehicle, numbers, stated_tolerance = setting_of(table, vehicle, coefficients)
+        except GaitgraphError as error:
+            raise type(error)(f"gait file {str(path)!r}: {error}") from error
+        rows = np.column_stack([table[name] for name in ANGLES if name in table])
+        same_color = "color" not in table or table["color"][-1] == table["color"][0]
+        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP and same_color:
+            rows = rows[:-1]
+        points = rows[:, :2]
+    return colorings(
+        points,
+        sign=sign or "auto",
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=stated_tolerance if crossing_tolerance is None else crossing_tolerance,
+    )

@@ -18,12 +18,12 @@ from gaitgraph import plots
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import write_whole
 from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.paper_gaits import paper_gait, printed_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.exchange import gait_of
-from gaitgraph.planning.paper_gaits import paper_gait, printed_gait
 from gaitgraph.plots.axes import (
     FORMATS,
     Format,

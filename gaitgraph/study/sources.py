@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, did_you_mean, shown
+from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.exchange import gait_of
 from gaitgraph.io.reading import read_table
-from gaitgraph.planning.paper_gaits import PAPER_GAITS, paper_gait
 from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import holds_request, read_request, request_fields, request_of
+from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
 from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class GaitSource:
         if self.kind == "paper":
             return paper_gait(self.content["number"], vehicle, coefficients_of(vehicle))
         if self.kind == "request":
-            answer = plan(request_of({**self.content, "law": self.law, "vehicle": vehicle}))
+            answer = plan(request_from_mapping({**self.content, "law": self.law, "vehicle": vehicle})[0])
             if answer.loop is None:
                 raise Infeasible(answer.reason)
             return answer.gait
@@ -128,7 +128,7 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
             raise InputError(f"{told} {beside}: {shown(entry[beside])}; allowed is a file's name, and beside it a name")
         found = _named(file, told, folder)
         return GaitSource(name=name, kind=found.kind, content=found.content, law=found.law)
-    known = [one for one in request_fields() if one not in _OF_THE_STUDY]
+    known = [one for one in REQUEST_FIELDS if one not in _OF_THE_STUDY]
     for one, value in fields.items():
         if one in _OF_THE_STUDY:
             raise InputError(f"{told} {one}: {shown(value)}; allowed is in the study's {one}s")
@@ -142,7 +142,7 @@ def _requested(fields: dict[str, Any], name: str, told: str) -> GaitSource:
     """Return the source of a request, checked for the paper's vehicle."""
     law = fields.pop("law", LAWS[0])
     try:
-        request = request_of({**fields, "law": law})
+        request = request_from_mapping({**fields, "law": law})[0]
     except InputError as error:
         raise type(error)(f"{told}: {error}") from error
     plain = request.as_mapping()

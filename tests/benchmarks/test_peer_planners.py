@@ -30,7 +30,7 @@ SPACES = ["ProjectedStateSpace", "AtlasStateSpace"]
 def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
-    request = request_of({"waypoints": GAIT_3, "color": "red", "sign": "negative"})
+    request = request_of(GAIT_3, color="red", sign="negative")
 
     def planned() -> gg.Gait:
         assert straight_loop_holds(request, COEFFICIENTS, "red", "negative", "flyable")
@@ -144,7 +144,7 @@ def keep_outs() -> list[list[tuple[float, float]]]:
 @pytest.fixture(scope="module")
 def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what each corner sees."""
-    request = request_of({"waypoints": ACROSS, "color": "red", "keep_out": keep_outs()})
+    request = request_of(ACROSS, color="red", keep_out=keep_outs())
     prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
     prepared.paths.prepare()
     return prepared

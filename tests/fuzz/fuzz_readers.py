@@ -23,9 +23,9 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
     from gaitgraph.io import mat as matlab, npz as arrays, parquet
-    from gaitgraph.io.exchange import colorings_of_file, export, gait_of
+    from gaitgraph.io.exchange import export, gait_of
     from gaitgraph.io.reading import read_table
-    from gaitgraph.planning.request import read_request
+    from gaitgraph.planning.request import colorings_of_file, read_request
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 

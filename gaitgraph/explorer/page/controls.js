@@ -14,7 +14,6 @@ const LABELS = {
   grid: "grid",
   shortest: "shortest",
   robust: "most robust",
-  thrust: "least thrust",
 };
 
 /** Make radio buttons in a fieldset; return a function that shows a value. */

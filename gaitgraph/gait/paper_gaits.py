@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.invertibility.matrices import Coefficients
 from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import Coefficients
 
 _AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))
 # By number: the color, and the corners (α1, α2) in multiples of π/16.
