@@ -9,7 +9,7 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.flight.courses import from_hover
+from gaitgraph.flight.course import from_hover
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 

@@ -24,10 +24,11 @@ from gaitgraph.vehicle import PAPER
 
 pytest.importorskip("mujoco")
 
-from gaitgraph.flight.basins import CASES, Basin, basin_of, basins_of, table_of_basins, write_basins
-from gaitgraph.flight.records import OUTCOMES
+from gaitgraph.flight.basins import CASES, Basin, basin_of, basins_of, table_of_basins
+from gaitgraph.flight.record import OUTCOMES
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.plots.basins import _LOOKS, basin_map, basins_figure
+from gaitgraph.plots.flight_outputs import write_basins
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -120,13 +121,13 @@ def test_flights_that_end_once_settled_end_as_whole_ones_do() -> None:
     """A period has all moments of the gait, so that what has settled by then stays so."""
     timed = timed_gait(4)
     basin = basin_of(timed, eta=0.8, resolution=3, extent="60deg", settings=FlightSettings(thrust_limit=4 * SHARE))
-    from gaitgraph.flight.clocks import biased as biased_gait
-    from gaitgraph.flight.courses import repeated
-    from gaitgraph.flight.simulation import Cockpit
+    from gaitgraph.flight.course import repeated
+    from gaitgraph.flight.gait_file import biased_timed_gait as biased_gait
+    from gaitgraph.flight.simulation import Simulation
 
-    cockpit = Cockpit(repeated(biased_gait(timed, 0.8)), basin.settings)
+    simulation = Simulation(repeated(biased_gait(timed, 0.8)), basin.settings)
     for i, j in np.ndindex(3, 3):
-        flight = cockpit.flown((float(basin.angles[i]), float(basin.angles[j])))
+        flight = simulation.run((float(basin.angles[i]), float(basin.angles[j])))
         assert flight.outcome == OUTCOMES[basin.outcome[0, i, j]]
         if flight.settled:
             assert flight.settling_time == basin.seconds[0, i, j]

@@ -18,7 +18,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 pytest.importorskip("mujoco")
 
-from gaitgraph.flight.courses import Course, from_hover, refusal_and_warnings, repeated
+from gaitgraph.flight.course import Course, from_hover, refusal_and_warnings, repeated
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 
@@ -100,7 +100,7 @@ def test_no_course_leads_from_hover_to_another_sign_of_r_or_to_blue(number: int,
     """Level flight has a determinant in proportion to R, +4 in hover: at R < 0, and at R = 0, there is no way."""
     found = from_hover(gait_of_paper(number, kind).parametrize(1.0))
     assert isinstance(found, str)
-    assert found.startswith("no flyable way from hover: ")
+    assert found.startswith("no flyable path from hover: ")
     assert ("R = +4 at the start and -5.559 at the end" in found) == (number == 3)
 
 
@@ -108,7 +108,7 @@ def test_off_the_surfaces_the_reason_is_that_of_the_straight_way() -> None:
     found = from_hover(gait_of_paper(3).biased(0.8).parametrize(1.0))
     assert isinstance(found, str)
     assert found.startswith(
-        "no flyable way from hover: off the surfaces it is straight, and R changes its sign at (0.7"
+        "no flyable path from hover: off the surfaces it is straight, and R changes its sign at (0.7"
     )
     assert isinstance(from_hover(gait_of_paper(4).biased(0.8).parametrize(1.0)), Course)
 

@@ -14,16 +14,13 @@ from hypothesis import given, settings as effort, strategies as st
 from scipy.integrate import solve_ivp
 
 from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
-from gaitgraph.flight.allocation import Allocation, allocation_of
-from gaitgraph.flight.controllers import wanted_attitude
-from gaitgraph.flight.courses import Course, from_hover, repeated
-from gaitgraph.flight.disturbances import gusts_of, gyroscopic_torque_of, noise_of
-from gaitgraph.flight.engine import Engine, engine_of
-from gaitgraph.flight.records import COLUMNS
-from gaitgraph.flight.references import Reference
-from gaitgraph.flight.servos import served
+from gaitgraph.flight.controller import Allocation, Reference, allocation_of, wanted_attitude
+from gaitgraph.flight.course import Course, from_hover, repeated
+from gaitgraph.flight.engine import Engine
+from gaitgraph.flight.record import COLUMNS
+from gaitgraph.flight.servos import servo_response
 from gaitgraph.flight.settings import ARMS, REFERENCES, FlightSettings, settings_from_mapping
-from gaitgraph.flight.simulation import Cockpit, fly
+from gaitgraph.flight.simulation import Simulation, fly, gusts_of, gyroscopic_of, sensor_noise
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     arm_angles,
@@ -91,21 +88,23 @@ class TestServos:
         return np.array(out)
 
     def test_a_lag_is_exact(self) -> None:
-        np.testing.assert_allclose(served(self.ASKED, 0.0025, lag=0.05), self.integrated(0.05, math.inf, 2), atol=1e-9)
+        np.testing.assert_allclose(
+            servo_response(self.ASKED, 0.0025, lag=0.05), self.integrated(0.05, math.inf, 2), atol=1e-9
+        )
 
     def test_a_lag_with_a_limit_is_right_to_first_order(self) -> None:
         exact = self.integrated(0.05, 3.0)
         coarse, fine = (
-            np.abs(served(self.ASKED[::k], 0.0025 * k, lag=0.05, rate=3.0) - exact[::k]).max() for k in (4, 1)
+            np.abs(servo_response(self.ASKED[::k], 0.0025 * k, lag=0.05, rate=3.0) - exact[::k]).max() for k in (4, 1)
         )
         assert coarse < 0.01
         assert fine < 0.5 * coarse
-        assert np.abs(np.diff(served(self.ASKED, 0.0025, lag=0.05, rate=3.0), axis=0)).max() <= 3.0 * 0.0025 * (
+        assert np.abs(np.diff(servo_response(self.ASKED, 0.0025, lag=0.05, rate=3.0), axis=0)).max() <= 3.0 * 0.0025 * (
             1 + 1e-12
         )
 
     def test_a_limit_alone_follows_as_fast_as_it_may(self) -> None:
-        out = served(self.ASKED, 0.0025, rate=2.0)
+        out = servo_response(self.ASKED, 0.0025, rate=2.0)
         moved = np.diff(out, axis=0)
         there = np.abs(out[1:] - self.ASKED[1:]) < 1e-12
         assert there.any()
@@ -114,14 +113,14 @@ class TestServos:
         assert (np.sign(moved[~there]) == np.sign((self.ASKED[1:] - out[:-1])[~there])).all()
 
     def test_what_is_not_limited_passes_unchanged(self) -> None:
-        np.testing.assert_array_equal(served(self.ASKED, 0.0025), self.ASKED)
-        np.testing.assert_array_equal(served(self.ASKED, 0.0025, rate=100.0), self.ASKED)
+        np.testing.assert_array_equal(servo_response(self.ASKED, 0.0025), self.ASKED)
+        np.testing.assert_array_equal(servo_response(self.ASKED, 0.0025, rate=100.0), self.ASKED)
         np.testing.assert_array_equal(
-            served(self.ASKED, 0.0025, lag=0.05, rate=100.0), served(self.ASKED, 0.0025, lag=0.05)
+            servo_response(self.ASKED, 0.0025, lag=0.05, rate=100.0), servo_response(self.ASKED, 0.0025, lag=0.05)
         )
 
     def test_a_tiny_lag_is_none(self) -> None:
-        np.testing.assert_allclose(served(self.ASKED, 0.0025, lag=1e-9), self.ASKED, atol=1e-7)
+        np.testing.assert_allclose(servo_response(self.ASKED, 0.0025, lag=1e-9), self.ASKED, atol=1e-7)
 
 
 def nearness(allocation: Allocation, vertical: FloatArray) -> FloatArray:
@@ -226,7 +225,7 @@ class TestLinearisation:
         settings = FlightSettings(
             duration=0.5, saturation=False, altitude_stiffness=60.0, altitude_damping=9.0, **changes
         )
-        return Cockpit(repeated(timed), settings).flown((self.START["roll"], self.START["pitch"]))
+        return Simulation(repeated(timed), settings).run((self.START["roll"], self.START["pitch"]))
 
     @pytest.mark.parametrize(
         "timed", [RED, ASCENDING, flown_by(ASCENDING, VEHICLES["beetle"])], ids=["3", "4", "beetle"]
@@ -281,7 +280,7 @@ class TestDecoupler:
     @pytest.mark.parametrize("eta", [1.0, 0.9])
     def test_red_and_biased_gaits_are_held_in_place(self, eta: float) -> None:
         timed = replace(ASCENDING, gait=ASCENDING.gait.biased(eta), period=4.0)
-        flight = Cockpit(repeated(timed), FlightSettings(reference="line", lap=2.0, size=0.5, duration=2.5)).flown()
+        flight = Simulation(repeated(timed), FlightSettings(reference="line", lap=2.0, size=0.5, duration=2.5)).run()
         assert flight.tracking_error is not None
         assert flight.tracking_error < 0.03
         assert flight.column("x_wanted").max() == pytest.approx(0.5)
@@ -335,10 +334,10 @@ class TestRepeatability:
         assert not np.array_equal(first.rows, other.rows)
 
     def test_a_cockpit_forgets_what_it_flew(self) -> None:
-        cockpit = Cockpit(repeated(RED), short(**ROUGH))
-        first = cockpit.flown((0.3, -0.2))
-        cockpit.flown((-0.4, 0.1))
-        np.testing.assert_array_equal(cockpit.flown((0.3, -0.2)).rows, first.rows)
+        simulation = Simulation(repeated(RED), short(**ROUGH))
+        first = simulation.run((0.3, -0.2))
+        simulation.run((-0.4, 0.1))
+        np.testing.assert_array_equal(simulation.run((0.3, -0.2)).rows, first.rows)
 
     @pytest.mark.parametrize("reference", ["attitude", "circle"])
     def test_a_longer_flight_begins_with_the_shorter_one(self, reference: str) -> None:
@@ -347,7 +346,7 @@ class TestRepeatability:
         np.testing.assert_allclose(long.rows[: len(brief.rows)], brief.rows, rtol=0, atol=1e-12)
 
     def test_noise_and_gusts_have_the_size_that_is_asked_for(self) -> None:
-        noise = np.array(noise_of(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
+        noise = np.array(sensor_noise(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
         np.testing.assert_allclose(noise.std(axis=0), [0] * 3 + [0.1] * 3 + [2.0] * 3 + [0] * 3, rtol=0.05)
         gusts = gusts_of(short(wind=(5, 0, -1), gust=0.7, duration=400), 400_000)
         assert gusts is not None
@@ -356,7 +355,7 @@ class TestRepeatability:
         off = gusts[:, 0] - gusts[:, 0].mean()
         assert np.mean(off[1000:] * off[:-1000]) / off.var() == pytest.approx(math.exp(-1), abs=0.12)
         assert gusts_of(short(), 10) is None
-        assert noise_of(short(), 10) is None
+        assert sensor_noise(short(), 10) is None
 
     def test_wind_carries_it_away(self) -> None:
         still, blown = (fly(HOVER, attitude=(0, 0), settings=short(wind=wind)) for wind in ((0, 0), (0, 8.0)))
@@ -365,8 +364,8 @@ class TestRepeatability:
 
 
 def test_a_controller_that_goes_by_the_plan_is_off_by_what_the_lag_makes() -> None:
-    lagging = {arms: Cockpit(repeated(RED), short(servo_lag=0.0125, duration=1.5, arms=arms)) for arms in ARMS}
-    flights = {arms: cockpit.flown((0.0, 0.0)) for arms, cockpit in lagging.items()}
+    lagging = {arms: Simulation(repeated(RED), short(servo_lag=0.0125, duration=1.5, arms=arms)) for arms in ARMS}
+    flights = {arms: simulation.run((0.0, 0.0)) for arms, simulation in lagging.items()}
     assert flights["served"].settled
     np.testing.assert_array_equal(lagging["served"].actual, lagging["planned"].actual)
     # Held still, the yaw that the spring kp allows is the torque by which the plan's thrusts miss, over kp·Iz.
@@ -429,8 +428,8 @@ def test_spinning_rotors_push_back_when_they_are_turned(spin: Any) -> None:
     """−ω × h of each arm, with h of the rotor along its tilted axis; servos pass on what is about a hinge."""
     inertia, coefficient = 3e-5, PAPER.thrust_coefficient or 0.0
     vehicle = PAPER.replace(rotor_inertia=inertia, first_rotor_spin=spin, first_arm_angle=0.3)
-    engine, rng = engine_of(vehicle), np.random.default_rng(9)
-    put = gyroscopic_torque_of(vehicle)
+    engine, rng = Engine(vehicle), np.random.default_rng(9)
+    put = gyroscopic_of(vehicle)
     assert put is not None
     for _ in range(5):
         alpha, rates, omega, thrusts = (rng.normal(size=size) for size in (4, 4, 3, 4))
@@ -445,7 +444,7 @@ def test_spinning_rotors_push_back_when_they_are_turned(spin: Any) -> None:
             speed = senses[k] * np.sign(thrusts[k]) * math.sqrt(abs(thrusts[k]) / coefficient)
             total -= np.cross(omega + rates[k] * out, inertia * speed * axis)
         np.testing.assert_allclose(engine.data.qfrc_applied, [0, 0, 0, *total, 0, 0, 0, 0], rtol=1e-12, atol=1e-12)
-    assert gyroscopic_torque_of(PAPER) is None
+    assert gyroscopic_of(PAPER) is None
     turned = fly(flown_by(RED, vehicle), settings=short(), anyway=True)
     plain = fly(flown_by(RED, vehicle.replace(rotor_inertia=None)), settings=short(), anyway=True)
     assert 1e-6 < np.abs(turned.column("roll") - plain.column("roll")).max() < 0.05
@@ -663,7 +662,7 @@ class TestGains:
         ],
     )
     def test_those_just_stable_fly(self, changes: dict[str, Any]) -> None:
-        flight = Cockpit(repeated(HOVER), short(saturation=False, **changes)).flown((0.01, -0.01))
+        flight = Simulation(repeated(HOVER), short(saturation=False, **changes)).run((0.01, -0.01))
         assert flight.outcome in ("settled", "not settled")
         assert np.abs(flight.column("roll")).max() < 0.05
 
@@ -698,10 +697,10 @@ class TestWholes:
         rough: dict[str, Any] = {"step": 0.005, "control_rate": 200.0}
         assert fly(self.SLOW, settings=FlightSettings(**rough)).flown == pytest.approx(4.0)
         assert fly(RED, settings=FlightSettings(**rough)).flown == pytest.approx(3.0)
-        held = Cockpit(repeated(RED.gait.parametrize(9.0)), FlightSettings(reference="hover", **rough))
+        held = Simulation(repeated(RED.gait.parametrize(9.0)), FlightSettings(reference="hover", **rough))
         assert held.controls == 1800
         # Every moment of a point is like the others.
-        assert Cockpit(repeated(HOVER.gait.parametrize(1e6)), FlightSettings(**rough)).controls == 600
+        assert Simulation(repeated(HOVER.gait.parametrize(1e6)), FlightSettings(**rough)).controls == 600
 
     def test_a_part_is_told(self) -> None:
         flight = fly(self.SLOW, settings=FlightSettings(duration=1.2))
@@ -872,14 +871,14 @@ class TestSettings:
     @pytest.mark.parametrize("step", [0, -1, math.nan, math.inf, "a", None, True])
     def test_an_engine_says_what_is_wrong(self, step: Any) -> None:
         with pytest.raises(InputError, match="^step: .*; allowed is a number of seconds from 1e-06 to 1") as caught:
-            engine_of(PAPER, step=step)
+            Engine(PAPER, step=step)
         assert "\n" not in str(caught.value)
 
     def test_what_is_of_another_kind_is_named(self) -> None:
         with pytest.raises(InputError, match="^vehicle: None; allowed is a Vehicle"):
-            engine_of(None)  # type: ignore[arg-type]
+            Engine(None)  # type: ignore[arg-type]
         with pytest.raises(InputError, match="^air: 'yes'; allowed are True and False"):
-            engine_of(PAPER, air="yes")  # type: ignore[arg-type]
+            Engine(PAPER, air="yes")  # type: ignore[arg-type]
         with pytest.raises(InputError, match="^gait: None; allowed is a timed gait"):
             from_hover(None)  # type: ignore[arg-type]
         for call in (fly, from_hover):
@@ -889,14 +888,14 @@ class TestSettings:
     @pytest.mark.parametrize("inertia", [(2e-3, 2e-3, 4e-3), (4e-3, 2e-3, 2e-3), (1e-3, 7e-3, 8e-3)])
     def test_a_flat_body_flies(self, inertia: tuple[float, float, float]) -> None:
         flat = PAPER.replace(inertia=inertia)
-        engine = engine_of(flat)
+        engine = Engine(flat)
         moments = engine.model.body_inertia[1] + 4 * engine.model.body_inertia[2]
         np.testing.assert_allclose(np.sort(moments), np.sort(inertia), rtol=5e-6)
         assert fly(flown_by(HOVER, flat), settings=short(duration=0.8)).settled
         with pytest.raises(InputError, match="is not that of a rigid body; allowed are"):
-            engine_of(PAPER.replace(inertia=(2e-3, 2e-3, 4.001e-3)))
+            Engine(PAPER.replace(inertia=(2e-3, 2e-3, 4.001e-3)))
         with pytest.raises(InputError, match="is not that of a rigid body; four arms take"):
-            engine_of(PAPER.replace(inertia=(2e-3, 2e-3, 4e-3), arm_inertia=1e-5))
+            Engine(PAPER.replace(inertia=(2e-3, 2e-3, 4e-3), arm_inertia=1e-5))
 
     @pytest.mark.parametrize(
         ("constant", "purpose"), [("mass", "flight"), ("inertia", "flight"), ("arm_length", "flight")]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra
-from gaitgraph.flight.engine import Engine, engine_of, mjcf_of, quaternion_of, without_log
+from gaitgraph.flight.engine import Engine, engine_warnings, mjcf_of, quaternion_of
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     control_force_matrix,
@@ -116,7 +116,7 @@ class TestWrench:
     def test_force_and_torque_are_those_of_the_control_matrices(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(1)
         (length,) = vehicle.require("arm_length", purpose="test")
-        engine = held(engine_of(vehicle))
+        engine = held(Engine(vehicle))
         for _ in range(40):
             alpha = rng.uniform(-math.pi, math.pi, 4)
             inputs = rng.normal(size=4) * 1e6
@@ -135,7 +135,7 @@ class TestWrench:
     def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(2)
         mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
-        engine = held(engine_of(vehicle))
+        engine = held(Engine(vehicle))
         arms = vehicle.first_arm_angle + np.arange(4) * math.pi / 2
         spins = np.array([1, -1, 1, -1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
         for _ in range(20):
@@ -162,7 +162,7 @@ class TestWrench:
         vehicle, rng = VEHICLES[name], np.random.default_rng(3)
         mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
         coefficient, kappa = coefficient_of(vehicle), vehicle.signed_drag_ratio
-        engine = held(engine_of(vehicle))
+        engine = held(Engine(vehicle))
         for _ in range(10):
             alpha = rng.uniform(-math.pi / 2, math.pi / 2, 4)
             roll, pitch = rng.uniform(-1.2, 1.2, 2)
@@ -197,7 +197,7 @@ class TestWrench:
     def test_mass_inertia_and_centre_of_mass_are_the_vehicles(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(4)
         mass, inertia = vehicle.require("mass", "inertia", purpose="test")
-        engine = engine_of(vehicle)
+        engine = Engine(vehicle)
         assert engine.model.body_mass.sum() == pytest.approx(mass, rel=1e-12)
         for _ in range(3):
             engine.place(rng.uniform(-1.5, 1.5, 4))
@@ -209,7 +209,7 @@ class TestWrench:
 
 class TestMechanics:
     def test_it_falls_freely(self) -> None:
-        engine = engine_of(PAPER)
+        engine = Engine(PAPER)
         engine.place([0.3, -0.2, 0.1, 0.4], roll=0.5, pitch=0.3)
         step(engine, 1000)
         # The engine takes the new speed for the way of a step: half a step's way more.
@@ -222,7 +222,7 @@ class TestMechanics:
         """Servos act between body and arms only; what is left is the engine's own error, of first order in its step."""
         lost = []
         for every in (1e-3, 5e-4):
-            engine = engine_of(PAPER.replace(arm_inertia=arm_inertia), step=every)
+            engine = Engine(PAPER.replace(arm_inertia=arm_inertia), step=every)
             engine.place([0.1, 0.2, -0.3, 0.4])
             engine.data.qvel[3:6] = 2.0, -1.0, 1.5
             accelerations(engine)
@@ -237,7 +237,7 @@ class TestMechanics:
     def test_energy_drifts_little_and_less_with_smaller_steps(self) -> None:
         drift = []
         for every in (1e-3, 2.5e-4):
-            engine = engine_of(PAPER, step=every)
+            engine = Engine(PAPER, step=every)
             engine.place([0.0, 0.0, 0.0, 0.0])
             engine.data.qvel[:6] = 1.0, 0.0, 5.0, 4.0, 0.3, -3.0
             accelerations(engine)
@@ -251,7 +251,7 @@ class TestMechanics:
     def test_a_swinging_arm_pushes_back_on_the_body(self) -> None:
         """Arms 1 and 3 swing alike in their own outward senses, arms 2 and 4 are held: I·ω̇ = −J·α̈·(axis), summed."""
         arm, (ix, iy, _) = 1e-4, PAPER.inertia or (0.0, 0.0, 0.0)
-        engine = engine_of(PAPER.replace(arm_inertia=arm))
+        engine = Engine(PAPER.replace(arm_inertia=arm))
         for k, axis in enumerate(([1, 0], [0, 1], [-1, 0], [0, -1])):
             engine.place(np.zeros(4))
             engine.data.ctrl[4 + k] = 1e-3
@@ -264,7 +264,7 @@ class TestMechanics:
             np.testing.assert_allclose(qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12)
 
     def test_light_arms_do_not(self) -> None:
-        engine = engine_of(PAPER)
+        engine = Engine(PAPER)
         engine.place(np.zeros(4))
         engine.data.ctrl[4] = 1e-3
         qacc = accelerations(engine)
@@ -272,13 +272,13 @@ class TestMechanics:
 
     def test_without_wind_there_is_no_air(self) -> None:
         for air, drags in ((False, False), (True, True)):
-            engine = engine_of(PAPER, air=air)
+            engine = Engine(PAPER, air=air)
             engine.place(np.zeros(4))
             engine.data.qvel[0] = 20.0
             assert bool(accelerations(engine)[0] < -1e-3) is drags
 
     def test_wind_pushes_along_itself(self) -> None:
-        engine = engine_of(PAPER, air=True)
+        engine = Engine(PAPER, air=True)
         engine.model.opt.wind[:] = 3.0, -4.0, 0.0
         engine.place(np.zeros(4))
         pushed = accelerations(engine)
@@ -309,18 +309,18 @@ class TestServos:
     @pytest.mark.parametrize("arm_inertia", [None, 1e-5, 1e-4])
     def test_hinges_are_where_they_are_planned(self, arm_inertia: float | None, every: float) -> None:
         """Exactly, but for what the body's own angular acceleration ω̇ does to an arm: up to |ω̇|·step²/0.09."""
-        engine = engine_of(PAPER.replace(arm_inertia=arm_inertia), step=every)
+        engine = Engine(PAPER.replace(arm_inertia=arm_inertia), step=every)
         off, fastest = self.flown(engine, every, np.array([1.0, -1.0, -1.0, 1.0]))
         assert fastest > 100.0
         assert off < 1.15 * fastest * every**2 / 0.09
 
     def test_a_body_at_rest_leaves_them_there(self) -> None:
-        off, fastest = self.flown(engine_of(PAPER), 1e-3, np.zeros(4))
+        off, fastest = self.flown(Engine(PAPER), 1e-3, np.zeros(4))
         assert off < 1e-8
         assert fastest < 1e-3
 
     def test_two_angles_are_enough(self) -> None:
-        engine = engine_of(PAPER)
+        engine = Engine(PAPER)
         np.testing.assert_allclose(engine.servo_commands(np.zeros((2, 4))), np.zeros((1, 4)))
 
 
@@ -334,7 +334,7 @@ class TestModels:
     def test_what_is_missing_is_named(self, constant: str) -> None:
         vehicle = PAPER.replace(**{constant: None, "drag_ratio": 0.17})
         with pytest.raises(MissingConstant, match=f"states no {constant}.*flight needs"):
-            engine_of(vehicle)
+            Engine(vehicle)
 
     @pytest.mark.parametrize(
         ("changes", "said"),
@@ -347,7 +347,7 @@ class TestModels:
     )
     def test_what_cannot_be_built_is_refused_in_one_line(self, changes: dict[str, Any], said: str) -> None:
         with pytest.raises(InputError, match=said) as caught:
-            engine_of(PAPER.replace(**changes))
+            Engine(PAPER.replace(**changes))
         assert "\n" not in str(caught.value)
 
     def test_without_mujoco_the_extra_is_named(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -355,7 +355,7 @@ class TestModels:
 
         monkeypatch.setitem(sys.modules, "mujoco", None)
         with pytest.raises(MissingExtra, match=r"gaitgraph\[sim\]"):
-            engine_of(PAPER)
+            Engine(PAPER)
 
 
 class TestWarnings:
@@ -372,9 +372,9 @@ class TestWarnings:
         self, thrust: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)
-        engine, calm = engine_of(PAPER), engine_of(PAPER)
+        engine, calm = Engine(PAPER), Engine(PAPER)
         before = engine.mujoco.get_mju_user_warning()
-        with without_log() as heard:
+        with engine_warnings() as heard:
             self.diverge(engine, thrust)
             step(calm)
         assert engine.gave_up
@@ -389,24 +389,24 @@ class TestWarnings:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)
-        engine = engine_of(PAPER)
+        engine = Engine(PAPER)
         before = engine.mujoco.get_mju_user_warning()
         inside, done = threading.Event(), threading.Event()
 
         def other() -> None:
-            with without_log():
+            with engine_warnings():
                 inside.set()
                 done.wait()
 
         thread = threading.Thread(target=other)
-        with without_log() as heard:
+        with engine_warnings() as heard:
             thread.start()
             inside.wait()
         done.set()
         thread.join()
         assert engine.mujoco.get_mju_user_warning() is before
-        with without_log() as outer:
-            with without_log():
+        with engine_warnings() as outer:
+            with engine_warnings():
                 pass
             self.diverge(engine)
         assert len(outer) == 1

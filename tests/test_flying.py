@@ -20,16 +20,15 @@ import pytest
 from PIL import Image
 
 import gaitgraph as gg
-from gaitgraph.flight.clocks import ROW_BY_ROW, RowTimedGait, biased, timed_of_file
-from gaitgraph.flight.engine import quaternion_of
-from gaitgraph.flight.outputs import write_flight
-from gaitgraph.flight.records import COLUMNS, Flight
-from gaitgraph.flight.rendering import rendered_frames
+from gaitgraph.flight.engine import quaternion_of, rendered_frames
+from gaitgraph.flight.gait_file import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
+from gaitgraph.flight.record import COLUMNS, Flight
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.plots.flight_films import _clock_of, _Drawing, write_film
+from gaitgraph.plots.flight_outputs import write_flight
 from gaitgraph.plots.flights import flights_side_by_side, name_of_flight, plot_flight
 from gaitgraph.plots.gif_films import provenance_of_gif
 from gaitgraph.vehicle import PAPER
@@ -210,7 +209,7 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
         np.savetxt(tmp_path / "bare.csv", bare, delimiter=",", header=header, comments="")
         t = np.linspace(0.0, 3.0, 31)
         for name in ("told.csv", "bare.csv"):
-            read = timed_of_file(tmp_path / name)
+            read = timed_gait_from_file(tmp_path / name)
             assert not isinstance(read, RowTimedGait)
             assert read.period == pytest.approx(1.5)
             np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
@@ -221,18 +220,18 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     rows = np.array([*gait(4).alpha, gait(4).alpha[0]])
     header = "t,alpha1,alpha2,alpha3,alpha4"
     np.savetxt(tmp_path / "rows.csv", np.column_stack([times, rows]), delimiter=",", header=header, comments="")
-    timed = timed_of_file(tmp_path / "rows.csv")
+    timed = timed_gait_from_file(tmp_path / "rows.csv")
     assert timed.law == ROW_BY_ROW
     np.testing.assert_allclose(timed.at(times[:4])[0], rows[:4], atol=1e-12)
     np.testing.assert_allclose(timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12)
     assert timed.check().flyable
-    half = biased(timed, 0.5)
+    half = biased_timed_gait(timed, 0.5)
     assert half.at([0.15])[0][0, 2] == pytest.approx(timed.at([0.15])[0][0, 2] / 2)
     done = run("fly", "rows.csv", "--duration", 0.8)
     assert done.code == 0
     assert "warning: times of the table are those of no law: 4 rows are flown straight" in done.out
     # A new clock makes it a law again.
-    assert timed_of_file(tmp_path / "rows.csv", law="smooth").period == 1.0
+    assert timed_gait_from_file(tmp_path / "rows.csv", law="smooth").period == 1.0
 
 
 def test_a_table_that_is_not_closed_is_told(run: Any, tmp_path: Path) -> None:
@@ -245,11 +244,11 @@ def test_a_table_that_is_not_closed_is_told(run: Any, tmp_path: Path) -> None:
         np.savetxt(tmp_path / f"{name}.csv", part, delimiter=",", header=header, comments="")
     jump = np.linalg.norm(rows[15, 1:] - rows[0, 1:])
     said = f"the table is not closed: the {jump:.3g} rad from its last row back to the first are flown within 0.025 s"
-    half = fly(biased(timed_of_file(tmp_path / "open.csv"), 0.9), settings=SHORT)
+    half = fly(biased_timed_gait(timed_gait_from_file(tmp_path / "open.csv"), 0.9), settings=SHORT)
     assert [one for one in half.warnings if one.startswith("the table is not closed: the 1.")]
     assert f"warning: {said}" in run("fly", "open.csv").out
     for name in ("closed", "law"):
-        assert fly(timed_of_file(tmp_path / f"{name}.csv"), settings=FlightSettings(duration=1.0)).warnings == ()
+        assert fly(timed_gait_from_file(tmp_path / f"{name}.csv"), settings=FlightSettings(duration=1.0)).warnings == ()
 
 
 def test_a_gait_without_a_clock_gets_one_or_is_refused(run: Any, tmp_path: Path) -> None:
@@ -270,8 +269,8 @@ def test_a_gait_without_a_clock_gets_one_or_is_refused(run: Any, tmp_path: Path)
     assert run("fly", "point.csv", "--duration", 0.5).code == 0
     (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
     (tmp_path / "plan.json").write_text(run("plan", "loop.toml", "--json").out)
-    assert timed_of_file(tmp_path / "plan.json").period == 2.0
-    assert timed_of_file(tmp_path / "loop.toml", period=3.0).period == 3.0
+    assert timed_gait_from_file(tmp_path / "plan.json").period == 2.0
+    assert timed_gait_from_file(tmp_path / "loop.toml", period=3.0).period == 3.0
 
 
 def test_a_request_without_a_gait_is_answered_no(run: Any, tmp_path: Path) -> None:
@@ -403,7 +402,7 @@ def test_an_interrupted_flight_is_130(run: Any, monkeypatch: pytest.MonkeyPatch)
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitgraph.flight.simulation.Cockpit.flown", stopped)
+    monkeypatch.setattr("gaitgraph.flight.simulation.Simulation.run", stopped)
     done = run("fly", "gait3", "--output", "a.csv")
     assert (done.code, done.out) == (130, "")
 
@@ -674,7 +673,7 @@ def test_the_engine_renders_what_is_drawn(
 
 
 def test_the_viewer_shows_the_flight_again(monkeypatch: pytest.MonkeyPatch, levelling: Flight) -> None:
-    from gaitgraph.flight.viewing import check_screen, show_flight
+    from gaitgraph.flight.engine import check_screen, show_flight
 
     seen: list[np.ndarray[Any, Any]] = []
     clock = iter(np.arange(0.0, 10.0, 0.1))
@@ -689,7 +688,7 @@ def test_the_viewer_shows_the_flight_again(monkeypatch: pytest.MonkeyPatch, leve
     fake.launch_passive = launched  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "mujoco.viewer", fake)
     monkeypatch.setattr("mujoco.viewer", fake, raising=False)
-    monkeypatch.setattr("gaitgraph.flight.viewing.time", SimpleNamespace(monotonic=lambda: next(clock), sleep=id))
+    monkeypatch.setattr("gaitgraph.flight.engine.time", SimpleNamespace(monotonic=lambda: next(clock), sleep=id))
     show_flight(levelling)
     np.testing.assert_allclose(seen[0][:3], levelling.rows[100, 1:4])
     np.testing.assert_allclose(seen[-1][7:], levelling.rows[-1, [COLUMNS.index(f"alpha{k}") for k in (1, 2, 3, 4)]])

@@ -64,8 +64,9 @@ def basin_command(
     paper. Beside what settled stands what the determinant says: the acceptable attitudes, at which the gait is never
     singular. The exit code is 1 if physics forbids one of the gaits. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    from gaitgraph.flight.basins import basins_of, check_basin_outputs, write_basins
+    from gaitgraph.flight.basins import basins_of
     from gaitgraph.flight.engine import mujoco_library
+    from gaitgraph.plots.flight_outputs import check_basin_outputs, write_basins
 
     check_basin_outputs(outputs, force=force)
     mujoco_library()  # MissingExtra, before anything is read

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli.options import a_file, name_option, setting_options, vehicle_or_none
+from gaitgraph.cli.options import a_file, field_of, name_option, setting_options, vehicle_or_none
 from gaitgraph.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
 
 
 def clock_options(command: Callable[..., int]) -> Callable[..., int]:
-    """Add the clock, the vehicle and the coefficients: what :func:`gaitgraph.flight.clocks.timed_of_file` takes."""
+    """Add the options of :func:`gaitgraph.flight.gait_file.timed_gait_from_file`."""
     options = (
         click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: what the file says]"),
         name_option("--law", "smooth, constant-speed or equal-time.  [default: what the file says]"),
@@ -88,7 +88,7 @@ def flight_options(command: Callable[..., int]) -> Callable[..., int]:
     return _with(command, options)
 
 
-def settings_from_options(options: dict[str, Any], **defaults: Any) -> FlightSettings:
+def settings_from_options(options: dict[str, Any]) -> FlightSettings:
     """Take the settings of a flight out of a command's options, and return them.
 
     Parameters
@@ -97,33 +97,28 @@ def settings_from_options(options: dict[str, Any], **defaults: Any) -> FlightSet
         The command's options by name; those of :func:`flight_options`, and any other that is named as a field of
         :class:`~gaitgraph.flight.settings.FlightSettings`, are taken out. None, a flag that is not set, and no value of
         a repeatable option leave the field as it is.
-    defaults
-        What the command has in place of the fields' own defaults.
 
     Raises
     ------
     InputError, FileProblem
         If a value is not allowed, naming the option or the file that gave it.
     """
-    from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 
-    settings = FlightSettings(**defaults)
     file = options.pop("settings_file", None)
-    told = {} if file is None else _settings_in(Path(file))
+    in_file = {} if file is None else _settings_in(Path(file))
     stated = {field.name: options.pop(field.name, None) for field in fields(FlightSettings)}
     stated = {name: value for name, value in stated.items() if value is not None and value != ()}
     if options.pop("no_saturation", False):
         stated["saturation"] = False
     try:
-        return settings.replace(**told | stated)  # judged together: an option may make room for what the file says
+        return settings_from_mapping(in_file | stated)  # judged together: an option may replace what is wrong in a file
     except InputError as error:
-        field, colon, rest = str(error).partition(": ")
-        if not colon or not (told or stated):
-            raise
-        if not stated or (field in told and field not in stated):
+        field = field_of(error)
+        if not stated or (field in in_file and field not in stated):
             raise InputError(f"settings file {str(file)!r}: {error}") from error
         flag = "--no-saturation" if field == "saturation" else f"--{field.replace('_', '-')}"
-        raise InputError(f"{flag}: {rest}") from error
+        raise InputError(flag + str(error)[len(field) :]) from error
 
 
 def refuse_two_limits(options: dict[str, Any]) -> None:
@@ -138,8 +133,8 @@ def told_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None) 
 
     A gait that was biased by η is off the surfaces, as was asked for; a line is enough for what follows from that.
     """
-    from gaitgraph.flight.clocks import ROW_BY_ROW
-    from gaitgraph.flight.courses import refusal_and_warnings
+    from gaitgraph.flight.course import refusal_and_warnings
+    from gaitgraph.flight.gait_file import ROW_BY_ROW
 
     told = list(warnings)
     if eta is not None and eta != 1.0 and told:
@@ -164,9 +159,9 @@ def timed_of_argument(
     Raises
     ------
     InputError, FileProblem, Infeasible
-        As :func:`gaitgraph.flight.clocks.timed_of_file` does; a paper's gait has T = 1 s and the law smooth.
+        As :func:`gaitgraph.flight.gait_file.timed_gait_from_file` does; a paper's gait has T = 1 s and the law smooth.
     """
-    from gaitgraph.flight.clocks import timed_of_file
+    from gaitgraph.flight.gait_file import timed_gait_from_file
     from gaitgraph.gait.paper_gaits import paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.timing.timed_gait import LAWS, parametrize
@@ -174,7 +169,7 @@ def timed_of_argument(
 
     if Path(gait_file).suffix or Path(gait_file).exists():
         model = vehicle_or_none(vehicle)
-        return timed_of_file(gait_file, vehicle=model, coefficients=coefficients, period=period, law=law)
+        return timed_gait_from_file(gait_file, vehicle=model, coefficients=coefficients, period=period, law=law)
     if gait_file not in PAPER_NAMES:
         hint = did_you_mean(gait_file, list(PAPER_NAMES))
         raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -24,7 +25,7 @@ from gaitgraph.errors import InputError, shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.flight.courses import Course
+    from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
 
 __all__ = ["fly_command"]
@@ -115,12 +116,12 @@ def fly_command(
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.errors import Infeasible
-    from gaitgraph.flight.clocks import biased
-    from gaitgraph.flight.courses import from_hover
+    from gaitgraph.flight.course import from_hover
     from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.flight.outputs import FILM, check_flight_outputs, write_flight
-    from gaitgraph.flight.records import refused_flight
+    from gaitgraph.flight.gait_file import biased_timed_gait
+    from gaitgraph.flight.record import refused_flight
     from gaitgraph.flight.simulation import checked_attitude, fly
+    from gaitgraph.plots.flight_outputs import FILM, check_flight_outputs, write_flight
 
     check_flight_outputs(outputs, force=force)
     if periods is not None and not hovers:
@@ -140,14 +141,14 @@ def fly_command(
         start = None if attitude is None else checked_attitude(angles_from_text(attitude, "--attitude", "ROLL,PITCH"))
     mujoco_library()
     if render:
-        from gaitgraph.flight.rendering import check_rendering
+        from gaitgraph.flight.engine import check_rendering
         from gaitgraph.vehicle import PAPER
 
         if not any(name.lower().endswith(FILM) for name in outputs):
             raise InputError(f"--render: no film to render; allowed is with --output FILE{FILM}")
         check_rendering(PAPER)
     if view:
-        from gaitgraph.flight.viewing import check_screen
+        from gaitgraph.flight.engine import check_screen
 
         check_screen()
     flags = {
@@ -163,7 +164,7 @@ def fly_command(
             nothing = _hovering(vehicle)
             flight = refused_flight(nothing, settings, start or (0.0, 0.0), f"there is no gait to fly: {error}")
         else:
-            flown: Course | TimedGait = timed if bias is None else biased(timed, bias)
+            flown: Course | TimedGait = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
             refusal = ""
             if hovers:
@@ -173,7 +174,7 @@ def fly_command(
                     refusal = way
                 else:
                     flown = way
-                    settings = settings if settings.duration is not None else settings.replace(duration=way.duration)
+                    settings = settings if settings.duration is not None else replace(settings, duration=way.duration)
             progress("flying")
             if refusal:
                 flight = refused_flight(
@@ -196,7 +197,7 @@ def fly_command(
         lines = [str(flight), *(f"warning: {one}" for one in warnings)]
         print_text("\n".join([*lines, *(f"wrote {name}" for name in written)]))
     if view and len(flight.rows):
-        from gaitgraph.flight.viewing import show_flight
+        from gaitgraph.flight.engine import show_flight
 
         show_flight(flight)
     return 0 if flight else 1
@@ -217,7 +218,7 @@ def _hovering(vehicle: str | None) -> Course:
 
 
 def _course(flown: Course | TimedGait) -> Course:
-    from gaitgraph.flight.courses import Course, repeated
+    from gaitgraph.flight.course import Course, repeated
 
     return flown if isinstance(flown, Course) else repeated(flown)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ __all__ = [
     "as_options",
     "columns_option",
     "crossing_option",
+    "field_of",
     "force_option",
     "json_option",
     "keep_options",
@@ -207,11 +209,17 @@ def as_options(**flags: Any) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        field, colon, rest = str(error).partition(": ")
+        field = field_of(error)
         flag, value = flags.get(field, ("", None))
-        if not colon or value is None:
+        if value is None:
             raise
-        raise type(error)(f"{flag}: {rest}") from error
+        raise type(error)(flag + str(error)[len(field) :]) from error
+
+
+def field_of(error: InputError) -> str:
+    """Return the field at the start of a message such as "period must be …" or "period: …", "" if there is none."""
+    match = re.match(r"(\w+)(?=:| must | is )", str(error))
+    return "" if match is None else match[0]
 
 
 def servo_map_or_none(name: str | None) -> ServoMap | None:

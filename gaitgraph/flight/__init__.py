@@ -1,4 +1,4 @@
-"""Flight in the physics engine MuJoCo: vehicle, controller, references, servos, records, basins."""
+"""Flight in the physics engine MuJoCo: vehicle, controller, servos, references, records, basins."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin as Basin, basin_of as basin_of, basins_of as basins_of
-    from gaitgraph.flight.courses import Course as Course, from_hover as from_hover
-    from gaitgraph.flight.engine import Engine as Engine, engine_of as engine_of
-    from gaitgraph.flight.records import Flight as Flight
+    from gaitgraph.flight.course import Course as Course, from_hover as from_hover
+    from gaitgraph.flight.engine import Engine as Engine
+    from gaitgraph.flight.gait_file import timed_gait_from_file as timed_gait_from_file
+    from gaitgraph.flight.record import OUTCOMES as OUTCOMES, Flight as Flight
     from gaitgraph.flight.settings import (
         REFERENCES as REFERENCES,
         FlightSettings as FlightSettings,
         settings_from_mapping as settings_from_mapping,
     )
-    from gaitgraph.flight.simulation import Cockpit as Cockpit, fly as fly
+    from gaitgraph.flight.simulation import Simulation as Simulation, fly as fly
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -1,39 +1,34 @@
-"""The basin of a gait: from which roll and pitch it settles, found by flying from each, beside what a determinant says.
+"""The basin of a gait: the roll and pitch from which it settles, found by flying from each of a grid.
 
-The acceptable attitudes of a gait (:mod:`gaitgraph.robustness.attitudes`) are those at which it is never singular, at no moment of
-its period. The basin is another set, and neither holds the other:
+The acceptable attitudes of a gait (:mod:`gaitgraph.robustness.attitudes`) are those at which it is never singular, at
+no moment of its period. The basin is another set, and neither contains the other:
 
-* a flight leaves its first attitude at once, so it need not wait for the moment at which that one is singular; and on
-  its way it may come to attitudes that are not acceptable, since rotors which cannot pull let it swing over;
-* but an attitude on the other side of the singular ones *of the moment of take-off* is lost for certain. The
-  determinant has another sign there than in level flight, and on the way from one to the other it is zero.
+* a flight leaves its first attitude at once, so the gait may be singular there at a later moment; and on its path it
+  may reach attitudes that are not acceptable, since rotors which cannot pull let it swing over;
+* but an attitude on the other side of the singular ones *of the moment of take-off* is lost for certain: the
+  determinant has another sign there than in level flight, and is zero somewhere between them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.files import write_whole
-from gaitgraph.flight.clocks import biased
-from gaitgraph.flight.courses import before_take_off, repeated
-from gaitgraph.flight.outputs import PLOTS, TABLES, check_flight_outputs
-from gaitgraph.flight.records import OUTCOMES
+from gaitgraph.errors import InputError, shown
+from gaitgraph.flight.course import before_take_off, repeated
+from gaitgraph.flight.gait_file import biased_timed_gait
+from gaitgraph.flight.record import OUTCOMES
 from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.flight.simulation import Cockpit
+from gaitgraph.flight.simulation import Simulation
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
-from gaitgraph.io.formats import FORMATS
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait
 
@@ -41,18 +36,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
-
-__all__ = [
-    "CASES",
-    "DEFAULT_EXTENT",
-    "DEFAULT_RESOLUTION",
-    "Basin",
-    "basin_of",
-    "basins_of",
-    "check_basin_outputs",
-    "table_of_basins",
-    "write_basins",
-]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -79,7 +62,7 @@ class Basin:
     timed
         The gait that was flown.
     eta
-        By which its α3 and α4 are scaled, 1 for the gait itself.
+        The factor of its α3 and α4, 1 for the gait itself.
     settings
         How it was flown.
     angles
@@ -87,7 +70,7 @@ class Basin:
     begins
         The moments of the gait at which flights take off, shape (b,) [s].
     outcome
-        Index into :data:`gaitgraph.flight.records.OUTCOMES` of each flight, shape (b, m, m): begin, roll, pitch.
+        Index into :data:`gaitgraph.flight.record.OUTCOMES` of each flight, shape (b, m, m): begin, roll, pitch.
     seconds
         Since when a flight had settled, or when it ended, shape (b, m, m) [s].
     peak_share
@@ -95,14 +78,13 @@ class Basin:
     same_side
         Whether the determinant at take-off has the sign that it has in level flight then, shape (b, m, m).
     acceptable
-        The attitudes at which the gait is never singular, as :func:`gaitgraph.robustness.biased.robustness_of` finds them.
+        The attitudes at which the gait is never singular, of :func:`gaitgraph.robustness.biased.robustness_of`.
     inside
         Which of the grid are among them, shape (m, m).
     refusal
         Why the gait was refused before take-off, or "".
     warnings
-        What deserves attention: what the paper's rules have against it, servos that do not follow, a table that is not
-        closed, and, flown in any case, what physics has against it.
+        As of a flight (:class:`gaitgraph.flight.record.Flight`).
     """
 
     timed: TimedGait
@@ -119,20 +101,14 @@ class Basin:
     refusal: str = ""
     warnings: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        for name in ("angles", "begins", "outcome", "seconds", "peak_share", "same_side", "inside"):
-            array = np.array(getattr(self, name))
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
-
     @property
     def settled(self) -> BoolArray:
-        """Whether an attitude settled from every moment that was tried, shape (m, m): roll, pitch."""
+        """Whether an attitude settled from every moment of take-off, shape (m, m): roll, pitch."""
         return np.asarray((self.outcome == 0).all(axis=0))
 
     @property
     def worst(self) -> npt.NDArray[np.int8]:
-        """How the first flight from an attitude ended that did not settle, else 0, shape (m, m): see `outcome`."""
+        """The outcome of the first flight from an attitude that did not settle, else 0, shape (m, m): see `outcome`."""
         first = (self.outcome != 0).argmax(axis=0)
         return np.asarray(np.take_along_axis(self.outcome, first[None], axis=0)[0])
 
@@ -148,19 +124,19 @@ class Basin:
 
     @property
     def cases(self) -> dict[str, int]:
-        """How many attitudes are acceptable and settled, acceptable and lost, and so on: see :data:`CASES`."""
+        """Number of attitudes of each of :data:`CASES`."""
         counts = [(self.inside == here) & (self.settled == well) for here in (True, False) for well in (True, False)]
         return dict(zip(CASES, (int(count.sum()) for count in counts), strict=True))
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many flights ended in which way; those that none did are left out."""
+        """Number of flights with each outcome that occurred."""
         found = np.bincount(self.outcome.ravel(), minlength=len(OUTCOMES)).tolist()
         return {name: count for name, count in zip(OUTCOMES, found, strict=True) if count}
 
     @property
     def name(self) -> str:
-        """What was flown."""
+        """The gait that was flown."""
         return "the gait itself" if self.eta == 1.0 else f"biased by {self.eta:g}"
 
     def columns(self) -> dict[str, Any]:
@@ -168,8 +144,7 @@ class Basin:
 
         `acceptable` and `same_side` are 1 or 0.
         """
-        b, m = len(self.begins), len(self.angles)
-        shape = (b, m, m)
+        shape = self.outcome.shape
         wide = {
             "eta": np.full(shape, self.eta),
             "begin": np.broadcast_to(self.begins[:, None, None], shape),
@@ -213,15 +188,14 @@ class Basin:
         head = f"Basin of {self.name}: {m} by {m} attitudes, roll and pitch up to {span:g}°"
         if self.refusal:
             return f"{head}: refused before take-off: {self.refusal}"
-        cases = self.cases
-        told = [f"{count} {name}" for name, count in self.outcomes.items()]
-        times = self.seconds[self.outcome == 0]
+        cases, counts = self.cases, [f"{count} {name}" for name, count in self.outcomes.items()]
         lines = [
             f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable",
             f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
             f"  singular once {cases['outside_settled']} settled, {cases['outside_lost']} lost",
-            f"  flights       {', '.join(told)}",
+            f"  flights       {', '.join(counts)}",
         ]
+        times = self.seconds[self.outcome == 0]
         if times.size:
             peak = float(self.peak_share[self.outcome == 0].max())
             lines.append(
@@ -236,7 +210,7 @@ def basin_of(
     eta: float = 1.0,
     settings: FlightSettings | None = None,
     resolution: int = DEFAULT_RESOLUTION,
-    extent: Any = DEFAULT_EXTENT,
+    extent: float | str = DEFAULT_EXTENT,
     begins: int = 1,
     anyway: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -246,19 +220,19 @@ def basin_of(
     Parameters
     ----------
     timed
-        A gait with a clock.
+        The gait.
     eta
-        Fly the gait biased by it instead: α3 and α4 scaled, in (0, 1].
+        Fly the biased gait instead: α3 and α4 scaled by it, in (0, 1].
     settings
-        How. Where they state no duration, a flight may take two seconds more than the gait's period, and 3 s at least.
-        It ends once it has settled, but not before one period: what a thrust limit or a slow servo allows at one moment
-        of the gait it may forbid at another.
+        How to fly. Where they state no duration, a flight may take two seconds more than the gait's period, and 3 s at
+        least. It ends once it has settled, but not before one period: what a thrust limit or a slow servo allows at one
+        moment of the gait it may forbid at another.
     resolution
         Attitudes along each side of the square grid, odd or even, 1 for level alone.
     extent
         Largest roll and pitch, above 0 and below π/2 [rad, or a text such as "60deg"].
     begins
-        At how many moments, evenly over the period, flights take off.
+        Number of moments, evenly over the period, at which flights take off.
     anyway
         Whether to fly what physics forbids; see :func:`gaitgraph.flight.simulation.fly`.
     progress
@@ -284,7 +258,7 @@ def basin_of(
     >>> basin.fraction, basin.cases["inside_settled"]
     (1.0, 9)
     """
-    (found,) = basins_of(
+    return basins_of(
         timed,
         biases=[eta],
         settings=settings,
@@ -293,124 +267,69 @@ def basin_of(
         begins=begins,
         anyway=anyway,
         progress=progress,
-    )
-    return found
+    )[0]
 
 
 def basins_of(
     timed: TimedGait,
     *,
-    biases: Iterable[float] | float = (1.0, 0.9, 0.8),
+    biases: Iterable[float] = (1.0, 0.9, 0.8),
     settings: FlightSettings | None = None,
     resolution: int = DEFAULT_RESOLUTION,
-    extent: Any = DEFAULT_EXTENT,
+    extent: float | str = DEFAULT_EXTENT,
     begins: int = 1,
     anyway: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Basin, ...]:
-    """Return the basin of a gait for each η of `biases`, 1 being the gait itself; the rest as for :func:`basin_of`.
-
-    `biases` may be a single number, and has each number once.
-    """
+    """Return the basin of a gait for each η of `biases`, 1 being the gait itself; the rest as for :func:`basin_of`."""
     if not isinstance(timed, TimedGait):
-        raise InputError(f"gait: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
-    if not isinstance(anyway, bool):
-        raise InputError(f"anyway: {shown(anyway)}; allowed are True and False")
-    etas = _checked_etas(biases)
-    gaits = [timed if eta == 1.0 else biased(timed, eta) for eta in etas]
-    count = _checked_count("resolution", resolution, 1)
-    moments = _checked_count("begins", begins, 1)
-    flights = len(etas) * moments * count**2
+        raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
+    etas = list(biases) if isinstance(biases, Iterable) and not isinstance(biases, str) else []
+    if not etas:
+        raise InputError(f"biases must be one or more numbers, got {shown(biases)}")
+    for k, eta in enumerate(etas):
+        if not 0 < number_of(eta) <= 1:
+            raise InputError(f"bias must be a number above 0, up to 1, got {shown(eta)}")
+        if eta in etas[:k]:
+            raise InputError(f"bias must be given once, got {eta:g} twice")
+    gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
+    for name, count in (("resolution", resolution), ("begins", begins)):
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= _MOST_FLIGHTS:
+            raise InputError(f"{name} must be a whole number from 1 to {_MOST_FLIGHTS}, got {shown(count)}")
+    flights = len(etas) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
         raise InputError(
-            f"resolution: {count} by {count} attitudes, {moments} begins and {len(etas)} gaits are {flights} flights; "
-            f"allowed are {_MOST_FLIGHTS}"
+            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}: {resolution} by {resolution} "
+            f"attitudes, {begins} begins and {len(etas)} gaits"
         )
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
-        raise InputError(f"extent: {shown(extent)}; allowed is an angle above 0 and below pi/2")
-    settings = _settings_for(timed, FlightSettings() if settings is None else settings)
+        raise InputError(f"extent must be an angle above 0 and below pi/2, got {shown(extent)}")
+    settings = FlightSettings() if settings is None else settings
+    if settings.duration is None:
+        settings = replace(settings, duration=max(settings.seconds, timed.period + _AFTER))
+    elif settings.duration < timed.period:
+        raise InputError(
+            f"duration must be at least the gait's period, {timed.period:g} s, got {settings.duration!r} s: what holds "
+            "at one moment of it need not hold at another"
+        )
     if settings.reference != "attitude":
-        raise InputError(f"reference: {settings.reference!r}; allowed for a basin is attitude")
+        raise InputError(f"reference must be attitude for a basin, got {settings.reference!r}")
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     # The middle of an odd count is zero exactly.
-    angles = span * (2.0 * np.arange(count) - (count - 1)) / max(count - 1, 1)
-    starts = timed.period * np.arange(moments) / moments
-    share = 1.0 / len(etas)
+    angles = span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
+    starts = timed.period * np.arange(begins) / begins
 
-    def after(k: int) -> Callable[[float], None]:
-        return lambda part: None if progress is None else progress((k + part) * share)
+    def part_of(k: int) -> Callable[[float], None]:
+        return lambda part: None if progress is None else progress((k + part) / len(etas))
 
     return tuple(
-        _flown(gait, eta, settings, angles, starts, anyway, after(k))
+        _basin(gait, eta, settings, angles, starts, anyway, part_of(k))
         for k, (gait, eta) in enumerate(zip(gaits, etas, strict=True))
     )
 
 
-def table_of_basins(every: Sequence[Basin]) -> Table:
-    """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
-    parts = [basin.columns() for basin in every]
-    columns: dict[str, Any] = {}
-    for name in parts[0]:
-        values = [part[name] for part in parts]
-        columns[name] = sum(values, ()) if name == "outcome" else np.concatenate(values)
-    timed, settings = every[0].timed, every[0].settings
-    about = {
-        "made_by": "basin",
-        "vehicle": timed.gait.vehicle.as_mapping(),
-        "coefficients": timed.gait.coefficients.kind,
-        "period": timed.period,
-        "law": timed.law,
-        "flight": settings.as_mapping(),
-    }
-    return Table(columns=columns, about=about)
-
-
-def check_basin_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any flight if an output cannot be; errors as :func:`gaitgraph.io.writing.check_outputs` has them."""
-    known = [*TABLES, *PLOTS]
-    for path in map(Path, paths):
-        suffix = path.suffix.lower()
-        if suffix not in known:
-            hint = did_you_mean(suffix, known) if suffix else ""
-            raise InputError(f"output: {str(path)!r}; allowed for a basin are {', '.join(known)}{hint}")
-    check_flight_outputs(paths, force=force)
-
-
-def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins to files, each whole or not at all: one row a flight, or the picture of all side by side.
-
-    Parameters
-    ----------
-    basins
-        Of one gait and its biased gaits, as :func:`basins_of` returns them.
-    paths
-        The suffix says what: a table (.csv, .json, .npz, .mat, .parquet) or a picture (.png, .svg, .pdf).
-    force
-        Overwrite files that exist.
-
-    Raises
-    ------
-    InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`check_basin_outputs` does, or if the disk is full.
-    """
-    check_basin_outputs(paths, force=force)
-    table = table_of_basins(basins)
-    contents: list[tuple[Path, Any]] = []
-    for path in map(Path, paths):
-        suffix = path.suffix.lower()
-        if suffix in PLOTS:
-            from gaitgraph.plots.axes import picture_bytes
-            from gaitgraph.plots.basins import basins_figure
-
-            kind: Any = suffix.removeprefix(".")
-            contents.append((path, picture_bytes(basins_figure(basins), kind)))
-        else:
-            contents.append((path, partial(FORMATS[suffix].writer(), [table])))
-    write_whole(contents, force=force)
-
-
-def _flown(
+def _basin(
     timed: TimedGait,
     eta: float,
     settings: FlightSettings,
@@ -421,82 +340,55 @@ def _flown(
 ) -> Basin:
     import shapely
 
-    gait = timed.gait
-    numbers = coefficients_of(gait.vehicle, "exact")
     acceptable = robustness_of(timed, curves=0).gait.acceptable
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
     refusal, warnings = before_take_off(repeated(timed), settings, anyway=anyway)
     shape = (len(begins), *roll.shape)
     outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
     seconds, peak = np.zeros(shape), np.zeros(shape)
-    if not refusal:
-        total = outcome.size
-        for index in np.ndindex(shape):
-            if index[1:] == (0, 0):
-                cockpit = Cockpit(repeated(timed, begin=float(begins[index[0]])), settings)
-                warnings += tuple(one for one in cockpit.warnings if one not in warnings)
-            attitude = float(roll[index[1:]]), float(pitch[index[1:]])
-            flight = cockpit.flown(attitude, until_settled=timed.period)
-            outcome[index] = OUTCOMES.index(flight.outcome)
-            seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
-            peak[index] = flight.peak_thrust_share or 0.0
-            progress((int(np.ravel_multi_index(index, shape)) + 1) / total)
+    for number, index in enumerate(np.ndindex(shape) if not refusal else ()):
+        if index[1:] == (0, 0):
+            simulation = Simulation(repeated(timed, begin=float(begins[index[0]])), settings)
+            warnings += tuple(one for one in simulation.warnings if one not in warnings)
+        flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=timed.period)
+        outcome[index] = OUTCOMES.index(flight.outcome)
+        seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
+        peak[index] = flight.peak_thrust_share or 0.0
+        progress((number + 1) / outcome.size)
+    # The determinant at an attitude over that in level flight: the vertical in body axes times three sensitivities.
+    sensitivities = attitude_sensitivities(timed.at(begins)[0], coefficients_of(timed.gait.vehicle, "exact"))
+    x, y, z = (part[:, None, None] for part in sensitivities.T)
+    tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
+    arrays: dict[str, Any] = {
+        "angles": angles.copy(),
+        "begins": begins,
+        "outcome": outcome,
+        "seconds": seconds,
+        "peak_share": peak,
+        "same_side": np.asarray(tilted * z > 0),
+        "inside": np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
+    }
+    for array in arrays.values():
+        array.flags.writeable = False
     return Basin(
-        timed=timed,
-        eta=eta,
-        settings=settings,
-        angles=angles,
-        begins=begins,
-        outcome=outcome,
-        seconds=seconds,
-        peak_share=peak,
-        same_side=np.stack([_same_side(row, roll, pitch, numbers) for row in timed.at(begins)[0]]),
-        acceptable=acceptable,
-        inside=np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
-        refusal=refusal,
-        warnings=warnings,
+        timed=timed, eta=eta, settings=settings, acceptable=acceptable, refusal=refusal, warnings=warnings, **arrays
     )
 
 
-def _same_side(alpha: FloatArray, roll: FloatArray, pitch: FloatArray, numbers: Any) -> BoolArray:
-    """Return whether the determinant at attitudes has the sign that it has in level flight."""
-    x, y, z = attitude_sensitivities(alpha, numbers)
-    tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
-    return np.asarray(tilted * z > 0)
-
-
-def _settings_for(timed: TimedGait, settings: FlightSettings) -> FlightSettings:
-    """Return settings under which a flight lasts a period at least."""
-    if settings.duration is None:
-        return settings.replace(duration=max(settings.seconds, timed.period + _AFTER))
-    if settings.duration < timed.period:
-        raise InputError(
-            f"duration: {settings.duration!r} s; allowed is the gait's period, {timed.period:g} s, or more: what holds "
-            "at one moment of it need not hold at another"
-        )
-    return settings
-
-
-def _checked_etas(biases: Any) -> list[float]:
-    alone = math.isfinite(number_of(biases))
-    if not alone and (isinstance(biases, str) or not isinstance(biases, Iterable)):
-        raise InputError(f"biases: {shown(biases)}; allowed are numbers above 0, up to 1")
-    etas = [_checked_eta(eta) for eta in ([biases] if alone else biases)]
-    if not etas:
-        raise InputError("biases: none; allowed is one or more")
-    twice = [eta for k, eta in enumerate(etas) if eta in etas[:k]]
-    if twice:
-        raise InputError(f"bias: {twice[0]:g} is there twice; allowed is each once")
-    return etas
-
-
-def _checked_eta(eta: Any) -> float:
-    if not 0 < number_of(eta) <= 1:
-        raise InputError(f"bias: {shown(eta)}; allowed is a number above 0, up to 1")
-    return float(eta)
-
-
-def _checked_count(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= _MOST_FLIGHTS:
-        raise InputError(f"{name}: {shown(value)}; allowed is a whole number from {least} to {_MOST_FLIGHTS}")
-    return int(value)
+def table_of_basins(every: Sequence[Basin]) -> Table:
+    """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
+    parts = [basin.columns() for basin in every]
+    columns: dict[str, Any] = {}
+    for name in parts[0]:
+        values = [part[name] for part in parts]
+        columns[name] = sum(values, ()) if name == "outcome" else np.concatenate(values)
+    timed = every[0].timed
+    about = {
+        "made_by": "basin",
+        "vehicle": timed.gait.vehicle.as_mapping(),
+        "coefficients": timed.gait.coefficients.kind,
+        "period": timed.period,
+        "law": timed.law,
+        "flight": every[0].settings.as_mapping(),
+    }
+    return Table(columns=columns, about=about)

@@ -1,14 +1,19 @@
-"""A tilt-rotor in the physics engine MuJoCo: a free body, four arms on tilting hinges, four rotors at their ends.
+"""A tilt-rotor in the physics engine MuJoCo: its model, its state, its off-screen pictures, and the engine's viewer.
 
-Body axes and signs are those of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's
-drag torques the body about the same axis against its spin; neither has a moment about the hinge, so that arms which
-are held take nothing of them. Servos hold the hinges by stiff position actuators.
+The model is a free body with four arms on tilting hinges and a rotor at the end of each. Body axes and signs are those
+of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's drag torques the body about the
+same axis against its spin; neither has a moment about the hinge, so that arms which are held feel nothing of them.
+Stiff position actuators hold the hinges where the servos are.
 """
 
 from __future__ import annotations
 
+import io
 import math
 import os
+import subprocess
+import sys
+import time
 from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -23,7 +28,7 @@ from gaitgraph.vehicle import Vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = ["Engine", "engine_of", "mjcf_of", "mujoco_library", "without_log"]
+    from gaitgraph.flight.record import Flight
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,12 +36,14 @@ _LIGHT = 1e-6  # of the vehicle's least moment of inertia, for arms that state n
 _STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of the engine
 _BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
 _MOST_ARM_MASS = 0.02  # of the vehicle's mass
-_AIR = ' density="1.225" viscosity="1.8e-5"'
 _LEAST_INERTIA = 1e-9  # kg m²; the engine takes no body of less than 1e-15, and arms have a millionth
-
 _STEPS = (1e-6, 1.0)  # s
 
-_NEEDED = ("mass", "inertia", "arm_length")
+_WIDTH, _HEIGHT = 480, 360  # px of a rendered picture
+_CAMERA = 6.0  # arm lengths from the camera to the vehicle
+_VIEWER_CAMERA = 8.0
+_LONGEST_RENDERING = 300.0  # s
+_FRAME = 1.0 / 60.0  # s between two pictures of the viewer
 
 
 def mujoco_library() -> Any:
@@ -45,53 +52,61 @@ def mujoco_library() -> Any:
         import mujoco
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
-    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL as MUJOCO_GL says
-        way = os.environ.get("MUJOCO_GL", "")
+    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL by the variable MUJOCO_GL
+        stated = os.environ.get("MUJOCO_GL", "")
         try:
-            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL; what renders says itself that it cannot
+            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL; rendering reports by itself that it cannot
             import mujoco
         except (AttributeError, OSError, RuntimeError):
-            told = f"mujoco: it does not load with MUJOCO_GL={shown(way)}; allowed is what works, or none"
-            raise InputError(told) from error
+            raise InputError(f"mujoco does not load with MUJOCO_GL={shown(stated)}; unset or change it") from error
         finally:
-            os.environ["MUJOCO_GL"] = way
+            os.environ["MUJOCO_GL"] = stated
     return mujoco
 
 
-_SILENCE = Lock()
-_before: list[Any] = []  # what took the engine's warnings before, once for every flight that is under way
-_listeners: dict[int, list[str]] = {}
+_lock = Lock()
+_lists: list[list[str]] = []  # one for each flight that is under way
+_replaced: list[Any] = []  # the handler of warnings before the first of them
 
 
 @contextmanager
-def without_log() -> Iterator[list[str]]:
-    """Take the warnings of all engines into a list; otherwise they write a file in the working folder.
+def engine_warnings() -> Iterator[list[str]]:
+    """Collect the warnings of all engines in a list; otherwise the engine writes a file in the working folder.
 
-    What took warnings before takes them again once the last flight of the process is over.
+    The handler of warnings that was there before is restored once the last flight of the process is over.
     """
     mujoco = mujoco_library()
-    heard: list[str] = []
-    with _SILENCE:
-        _before.append(_before[0] if _before else mujoco.get_mju_user_warning())
-        _listeners[id(heard)] = heard
-        mujoco.set_mju_user_warning(_hear)
+    collected: list[str] = []
+    with _lock:
+        if not _lists:
+            _replaced[:] = [mujoco.get_mju_user_warning()]
+            mujoco.set_mju_user_warning(_collect)
+        _lists.append(collected)
     try:
-        yield heard
+        yield collected
     finally:
-        with _SILENCE:
-            del _listeners[id(heard)]
-            before = _before.pop()
-            if not _before:
-                mujoco.set_mju_user_warning(before)
+        with _lock:
+            _lists[:] = [one for one in _lists if one is not collected]
+            if not _lists:
+                mujoco.set_mju_user_warning(_replaced.pop())
 
 
-def _hear(text: str) -> None:
-    for heard in tuple(_listeners.values()):
-        heard.append(text)
+def _collect(text: str) -> None:
+    for one in tuple(_lists):
+        one.append(text)
 
 
 class Engine:
-    """A vehicle in the engine: its model, its state, and where in them things are.
+    """A vehicle in the physics engine.
+
+    Parameters
+    ----------
+    vehicle
+        With mass, inertia and arm length.
+    step
+        Of the engine's integrator (implicit in velocities), 1e-6 to 1 [s].
+    air
+        Whether there is air, for wind.
 
     Attributes
     ----------
@@ -99,8 +114,22 @@ class Engine:
         `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z) and the four tilt
         angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates; ``ctrl`` four
         thrusts [N] along the tilted axes, then four servo commands [rad].
-    vehicle
-        What it was built from.
+
+    Raises
+    ------
+    MissingConstant
+        If the vehicle lacks a constant that motion depends on.
+    InputError
+        If its moments of inertia cannot be those of a rigid body, or a value is not allowed.
+    MissingExtra
+        If mujoco is not installed.
+
+    Notes
+    -----
+    Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
+    are subtracted from the body's, which is then the same in all about upright arms. An arm's inertia counts alike
+    about all its axes. A flat body, whose largest moment is the sum of the others, loses four millionths of the least
+    moment about that axis, for what is left without the arms must be a rigid body too.
     """
 
     __slots__ = ("_warnings", "data", "model", "mujoco", "vehicle")
@@ -112,10 +141,10 @@ class Engine:
         try:
             self.model = self.mujoco.MjModel.from_xml_string(text)
         except ValueError as error:  # constants of extreme sizes
-            said = " ".join(str(error).split())
+            reason = " ".join(str(error).split())
             raise InputError(
-                f"vehicle {vehicle.name!r}: the physics engine does not take its constants ({said}); allowed are mass, "
-                "inertia and arm length that fit each other"
+                f"the physics engine does not take the constants of vehicle {vehicle.name!r} ({reason}); mass, inertia "
+                "and arm length must fit each other"
             ) from None
         self.data = self.mujoco.MjData(self.model)
         kinds = self.mujoco.mjtWarning
@@ -124,7 +153,7 @@ class Engine:
 
     @property
     def gave_up(self) -> bool:
-        """Whether a thrust or a motion was beyond 1e10 (SI) since :meth:`place`: what came next means nothing."""
+        """Whether a thrust or a motion was beyond 1e10 (SI) since :meth:`place`: later states mean nothing."""
         return any(warning.number for warning in self._warnings)
 
     def place(
@@ -141,7 +170,7 @@ class Engine:
         self.mujoco.mj_forward(self.model, data)
 
     def servo_commands(self, alpha: FloatArray) -> FloatArray:
-        """Return what the servos are told at every step, so that the hinges are at given angles after each.
+        """Return the commands to the hinges' actuators, at every step, that put the hinges at given angles after each.
 
         Parameters
         ----------
@@ -151,71 +180,19 @@ class Engine:
         Returns
         -------
         array of shape (n, 4)
-            [rad]. The engine's integrator, implicit in the servos' damping, makes of them just these angles, but for
-            what the body's angular acceleration ω̇ does to an arm: it lags by up to about |ω̇|·step²/0.09 [rad], which
-            is 0.3 mrad at 30 rad/s² and 1 ms.
+            [rad]. The engine's integrator, implicit in the actuators' damping, makes of them just these angles, but
+            for what the body's angular acceleration ω̇ does to an arm: it lags by up to about |ω̇|·step²/0.09 [rad],
+            which is 0.3 mrad at 30 rad/s² and 1 ms.
         """
         moved = np.diff(alpha, axis=0)
         before = np.concatenate([moved[:1], moved[:-1]])
         return np.asarray(alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2)
 
-    def wrench(self) -> FloatArray:
-        """Return the force (body axes) [N] and the torque [N m] that the rotors put on the vehicle, shape (6,)."""
-        turned = np.empty(9)
-        self.mujoco.mju_quat2Mat(turned, self.data.qpos[3:7])
-        applied = self.data.qfrc_actuator
-        return np.concatenate([turned.reshape(3, 3).T @ applied[:3], applied[3:6]])
-
-
-def engine_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> Engine:
-    """Return a vehicle in the physics engine.
-
-    Parameters
-    ----------
-    vehicle
-        With mass, inertia and arm length.
-    step
-        Of the engine's integrator (implicit in velocities), 1e-6 to 1 [s].
-    air
-        Whether there is air, for wind.
-
-    Raises
-    ------
-    MissingConstant
-        If the vehicle lacks a constant that motion depends on.
-    InputError
-        If its moments of inertia cannot be those of a rigid body, or a value is not allowed.
-    MissingExtra
-        If mujoco is not installed.
-
-    Notes
-    -----
-    Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
-    are taken out of the body's, which is then the same in all about upright arms. An arm's inertia counts alike about
-    all its axes. A flat body, whose largest moment is the sum of the others, loses four millionths of the least moment
-    about that axis, for what is left without the arms is to be a rigid body too.
-    """
-    return Engine(vehicle, step=step, air=air)
-
-
-def _check_arguments(vehicle: Any, step: Any, air: Any) -> None:
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a Vehicle")
-    if not _STEPS[0] <= number_of(step) <= _STEPS[1]:
-        raise InputError(f"step: {shown(step)}; allowed is a number of seconds from {_STEPS[0]:g} to {_STEPS[1]:g}")
-    if not isinstance(air, bool):
-        raise InputError(f"air: {shown(air)}; allowed are True and False")
-
-
-def _is_rigid(moments: Sequence[float]) -> bool:
-    return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)
-
 
 def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Return the unit quaternion (w, x, y, z) of z–y–x Euler angles [rad]."""
-    (cr, cp, cy), (sr, sp, sy) = (
-        [function(angle / 2) for angle in (roll, pitch, yaw)] for function in (math.cos, math.sin)
-    )
+    cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
+    sr, sp, sy = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
     return np.array(
         [
             cr * cp * cy + sr * sp * sy,
@@ -227,15 +204,18 @@ def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 
 def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
-    """Return a vehicle as the engine's own model format (MJCF); parameters and errors as for :func:`engine_of`.
+    """Return a vehicle in the engine's own model format (MJCF); parameters and errors as for :class:`Engine`.
 
     >>> from gaitgraph.vehicle import PAPER
     >>> mjcf_of(PAPER).count('<joint name="tilt')
     4
     """
-    _check_arguments(vehicle, step, air)
+    if not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
+    if not _STEPS[0] <= number_of(step) <= _STEPS[1]:
+        raise InputError(f"step must be between {_STEPS[0]:g} and {_STEPS[1]:g} s, got {shown(step)}")
     step = float(step)
-    mass, inertia, length = vehicle.require(*_NEEDED, purpose="flight")
+    mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
     arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)
     body = [moment - 4.0 * arm for moment in inertia]
@@ -243,15 +223,15 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
         largest = max(range(3), key=body.__getitem__)
         body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
     if not _is_rigid(body):
-        said = f"; four arms take {4 * arm:.4g} of each" if vehicle.arm_inertia is not None else ""
+        of_arms = f" without {4 * arm:.4g} of each for four arms" if vehicle.arm_inertia is not None else ""
         raise InputError(
-            f"inertia: {list(inertia)} of vehicle {vehicle.name!r} is not that of a rigid body{said}; allowed are "
-            "three positive moments (kg m²), none of them more than the sum of the others"
+            f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), none of them more than the "
+            f"sum of the others; {list(inertia)}{of_arms} is not that of a rigid body"
         )
     if min(inertia) < _LEAST_INERTIA:
         raise InputError(
-            f"inertia: {list(inertia)} of vehicle {vehicle.name!r} is too small for the physics engine; allowed is "
-            f"{_LEAST_INERTIA:g} (kg m²) and more"
+            f"inertia of vehicle {vehicle.name!r} must be at least {_LEAST_INERTIA:g} kg m² in the physics engine, "
+            f"got {list(inertia)}"
         )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
@@ -259,61 +239,185 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     spin = -1.0 if vehicle.first_rotor_spin == "clockwise" else 1.0
     arms, thrusts, servos = [], [], []
     for k in range(4):
-        azimuth = vehicle.first_arm_angle + k * math.pi / 2
-        half = azimuth / 2
+        half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
         turning = spin if k % 2 == 0 else -spin
-        tone = "0.85 0.3 0.25 1" if k == 0 else "0.25 0.35 0.45 1"
-        arms.append(
-            f'   <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">\n'
-            f'    <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>\n'
-            f'    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>\n'
-            f'    <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>\n'
-            f'    <geom class="seen" type="capsule" fromto="{0.15 * length!r} 0 0 {length!r} 0 0" '
-            f'size="{0.035 * length!r}" rgba="{tone}"/>\n'
-            f'    <geom class="seen" type="cylinder" pos="{length!r} 0 {0.12 * length!r}" '
-            f'size="{0.55 * length!r} {0.012 * length!r}" rgba="{tone.removesuffix("1")}0.45"/>\n'
-            f'    <geom class="seen" type="cylinder" pos="{length!r} 0 {0.06 * length!r}" '
-            f'size="{0.07 * length!r} {0.08 * length!r}" rgba="{tone}"/>\n'
-            "   </body>"
-        )
-        thrusts.append(f'  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-turning * drag!r}"/>')
-        servos.append(f'  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
-    base = [
-        f'<geom class="seen" type="cylinder" size="{0.2 * length!r} {0.07 * length!r}" rgba="0.9 0.9 0.92 1"/>',
-        f'<geom class="seen" type="capsule" fromto="{0.15 * length!r} 0 0 {0.32 * length!r} 0 0" '
-        f'size="{0.03 * length!r}" rgba="0.95 0.75 0.2 1"/>',
-    ]
-    physics = f'timestep="{step!r}" gravity="0 0 {-vehicle.gravity!r}" integrator="implicitfast"{_AIR if air else ""}'
-    moments = " ".join(repr(moment) for moment in body)
-    lines = [
-        '<mujoco model="tilt-rotor">',
-        ' <compiler angle="radian" autolimits="true"/>',
-        f" <option {physics}>",
-        '  <flag contact="disable" constraint="disable"/>',
-        " </option>",
-        ' <visual><headlight ambient="0.45 0.45 0.45"/><global offwidth="1280" offheight="960"/></visual>',
-        ' <default><default class="seen"><geom contype="0" conaffinity="0" mass="0" group="1"/></default></default>',
-        " <asset>",
-        '  <texture name="sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.98" rgb2="0.72 0.8 0.9" '
-        'width="64" height="64"/>',
-        '  <texture name="grid" type="2d" builtin="checker" rgb1="0.84 0.86 0.88" rgb2="0.78 0.8 0.83" '
-        'width="256" height="256"/>',
-        '  <material name="grid" texture="grid" texrepeat="1 1" texuniform="true"/>',
-        " </asset>",
-        " <worldbody>",
-        '  <light pos="0 0 6" dir="0.2 0.2 -1" directional="true"/>',
-        f'  <geom class="seen" name="floor" type="plane" pos="0 0 {-8 * length!r}" size="0 0 1" material="grid"/>',
-        '  <body name="vehicle">',
-        '   <freejoint name="base"/>',
-        f'   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{moments}"/>',
-        *(f"   {line}" for line in base),
-        *arms,
-        "  </body>",
-        " </worldbody>",
-        " <actuator>",
-        *thrusts,
-        *servos,
-        " </actuator>",
-        "</mujoco>",
-    ]
-    return "\n".join(lines) + "\n"
+        tone = "0.85 0.3 0.25" if k == 0 else "0.25 0.35 0.45"
+        arms.append(f"""
+   <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
+    <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
+    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>
+    <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
+    <geom class="shape" type="capsule" fromto="{0.15 * length!r} 0 0 {length!r} 0 0" size="{0.035 * length!r}"
+     rgba="{tone} 1"/>
+    <geom class="shape" type="cylinder" pos="{length!r} 0 {0.12 * length!r}"
+     size="{0.55 * length!r} {0.012 * length!r}" rgba="{tone} 0.45"/>
+    <geom class="shape" type="cylinder" pos="{length!r} 0 {0.06 * length!r}"
+     size="{0.07 * length!r} {0.08 * length!r}" rgba="{tone} 1"/>
+   </body>""")
+        thrusts.append(f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-turning * drag!r}"/>')
+        servos.append(f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
+    return f"""<mujoco model="tilt-rotor">
+ <compiler angle="radian" autolimits="true"/>
+ <option timestep="{step!r}" gravity="0 0 {-vehicle.gravity!r}" integrator="implicitfast"{
+        ' density="1.225" viscosity="1.8e-5"' if air else ""
+    }>
+  <flag contact="disable" constraint="disable"/>
+ </option>
+ <visual><headlight ambient="0.45 0.45 0.45"/><global offwidth="1280" offheight="960"/></visual>
+ <default><default class="shape"><geom contype="0" conaffinity="0" mass="0" group="1"/></default></default>
+ <asset>
+  <texture name="sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.98" rgb2="0.72 0.8 0.9" width="64"
+   height="64"/>
+  <texture name="grid" type="2d" builtin="checker" rgb1="0.84 0.86 0.88" rgb2="0.78 0.8 0.83" width="256" height="256"/>
+  <material name="grid" texture="grid" texrepeat="1 1" texuniform="true"/>
+ </asset>
+ <worldbody>
+  <light pos="0 0 6" dir="0.2 0.2 -1" directional="true"/>
+  <geom class="shape" name="floor" type="plane" pos="0 0 {-8 * length!r}" size="0 0 1" material="grid"/>
+  <body name="vehicle">
+   <freejoint name="base"/>
+   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>
+   <geom class="shape" type="cylinder" size="{0.2 * length!r} {0.07 * length!r}" rgba="0.9 0.9 0.92 1"/>
+   <geom class="shape" type="capsule" fromto="{0.15 * length!r} 0 0 {0.32 * length!r} 0 0" size="{0.03 * length!r}"
+    rgba="0.95 0.75 0.2 1"/>{"".join(arms)}
+  </body>
+ </worldbody>
+ <actuator>{"".join(thrusts)}{"".join(servos)}
+ </actuator>
+</mujoco>
+"""
+
+
+def _is_rigid(moments: Sequence[float]) -> bool:
+    return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)
+
+
+def check_rendering(vehicle: Vehicle) -> None:
+    """Raise InputError if the engine cannot render here, and MissingExtra if mujoco is missing."""
+    mujoco_library()
+    upright = np.concatenate([np.zeros(3), quaternion_of(0.0, 0.0, 0.0), np.zeros(4)])
+    _rendered(vehicle, upright[None, :], (0.0, 0.0))
+
+
+def rendered_frames(
+    flight: Flight, times: npt.ArrayLike, *, view: tuple[float, float] = (0.0, 0.0)
+) -> npt.NDArray[np.uint8]:
+    """Return pictures of a flight that the engine renders off-screen, shape (n, 360, 480, 3).
+
+    The variable ``MUJOCO_GL`` selects OpenGL as it does for the engine; otherwise EGL and OSMesa are tried on Linux.
+    The same flight gives the same pictures only on the same machine.
+
+    Parameters
+    ----------
+    flight
+        With at least one row; the camera follows the vehicle.
+    times
+        Of the pictures, shape (n,) [s].
+    view
+        Azimuth and elevation of the camera as seen from the vehicle [rad].
+
+    Raises
+    ------
+    InputError
+        If the engine cannot render here.
+    """
+    rows = np.clip(np.searchsorted(flight.column("t"), np.asarray(times) + 1e-12) - 1, 0, len(flight.rows) - 1)
+    return _rendered(flight.vehicle, _states(flight)[rows], view)
+
+
+def _states(flight: Flight) -> FloatArray:
+    """Return the engine's ``qpos`` at each row of a flight, shape (n, 11)."""
+    columns = [flight.column(name) for name in ("x", "y", "z", "alpha1", "alpha2", "alpha3", "alpha4")]
+    angles = np.stack([flight.column(name) for name in ("roll", "pitch", "yaw")], axis=-1)
+    turned = np.array([quaternion_of(*row) for row in angles.tolist()])
+    return np.column_stack([*columns[:3], turned, *columns[3:]])
+
+
+def _rendered(vehicle: Vehicle, states: FloatArray, view: tuple[float, float]) -> npt.NDArray[np.uint8]:
+    """Render in another process, because a failing OpenGL may end the process that calls it."""
+    (length,) = vehicle.require("arm_length", purpose="a picture of flight")
+    stream = io.BytesIO()
+    np.savez(stream, model=np.array(mjcf_of(vehicle)), states=states, distance=_CAMERA * length, view=view)
+    stated = os.environ.get("MUJOCO_GL")
+    backends = [stated] if stated else ["egl", "osmesa"] if sys.platform.startswith("linux") else [""]
+    size = (len(states), _HEIGHT, _WIDTH, 3)
+    for backend in backends:
+        variables = {"MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend} if backend in ("egl", "osmesa") else {}
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", "from gaitgraph.flight.engine import _render; _render()"],
+                input=stream.getvalue(),
+                capture_output=True,
+                check=False,
+                env=os.environ | variables,
+                timeout=_LONGEST_RENDERING,
+            )
+        except subprocess.TimeoutExpired:
+            continue
+        if not done.returncode and len(done.stdout) == math.prod(size):
+            return np.frombuffer(done.stdout, dtype=np.uint8).reshape(size)
+    tried = ", ".join(backend or "the platform's OpenGL" for backend in backends)
+    raise InputError(f"film: the engine cannot render here ({tried} tried); a drawn film needs no OpenGL")
+
+
+def _render() -> None:
+    """Read a model and states from standard input, and write pictures of them to standard output: the other process."""
+    mujoco: Any = mujoco_library()
+    with np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False) as given:
+        model = mujoco.MjModel.from_xml_string(str(given["model"]))
+        states, distance, view = given["states"], float(given["distance"]), given["view"]
+    data, camera = mujoco.MjData(model), mujoco.MjvCamera()
+    azimuth, elevation = (math.degrees(angle) for angle in view)
+    camera.azimuth, camera.elevation, camera.distance = azimuth + 180.0, -elevation, distance
+    # Both lights together are too bright, and shadows on an endless floor are coarse.
+    model.vis.headlight.ambient, model.vis.headlight.diffuse = [0.45] * 3, [0.4] * 3
+    model.light_diffuse[:], model.light_specular[:] = 0.35, 0.0
+    with mujoco.Renderer(model, _HEIGHT, _WIDTH) as renderer:
+        for state in states:
+            data.qpos[:] = state
+            camera.lookat[:] = state[:3]
+            mujoco.mj_forward(model, data)
+            renderer.update_scene(data, camera)
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+            sys.stdout.buffer.write(renderer.render().tobytes())
+    sys.stdout.buffer.flush()
+
+
+def check_screen() -> None:
+    """Raise InputError if no window can be opened here, and MissingExtra if mujoco is missing."""
+    mujoco_library()
+    advice = "--output flight.gif shows the flight without a screen"
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise InputError(f"--view needs a screen, and neither DISPLAY nor WAYLAND_DISPLAY is set; {advice}")
+    # Tried in another process, because a failing OpenGL may end the process that calls it.
+    code = "import glfw, sys; sys.exit(0 if glfw.init() else 1)"
+    if subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode:  # noqa: S603
+        raise InputError(f"--view: no window can be opened here; {advice}")
+
+
+def show_flight(flight: Flight) -> None:
+    """Show a flight in the engine's viewer at its own pace, followed by the camera, until the window is closed.
+
+    Raises
+    ------
+    InputError
+        If the viewer cannot be opened.
+    """
+    from mujoco import viewer
+
+    engine = Engine(flight.vehicle)
+    states, times = _states(flight), flight.column("t")
+    try:
+        opened = viewer.launch_passive(engine.model, engine.data, show_left_ui=False, show_right_ui=False)
+    except RuntimeError as error:  # on macOS it must be run by mjpython
+        raise InputError(f"--view: the viewer does not open ({error})") from error
+    with opened as window:
+        window.cam.trackbodyid, window.cam.type = 1, engine.mujoco.mjtCamera.mjCAMERA_TRACKING
+        window.cam.distance = _VIEWER_CAMERA * (flight.vehicle.arm_length or 1.0)
+        begin = time.monotonic()
+        while window.is_running():
+            row = min(int(np.searchsorted(times, time.monotonic() - begin)), len(times) - 1)
+            engine.data.qpos[:] = states[row]
+            engine.mujoco.mj_forward(engine.model, engine.data)
+            window.sync()
+            time.sleep(_FRAME)

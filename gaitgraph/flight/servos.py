@@ -1,4 +1,4 @@
-"""What tilt servos make of a command: a first-order lag whose rate is limited."""
+"""Tilt servos in flight: the angles that they reach, with a first-order lag and a limited rate."""
 
 from __future__ import annotations
 
@@ -7,18 +7,16 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["served"]
-
 FloatArray = npt.NDArray[np.float64]
 
 
-def served(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
-    """Return the angles of four servos that follow a command, beginning on it, shape (n, 4) [rad].
+def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
+    """Return the angles of four servos that follow a command and begin on it, shape (n, 4) [rad].
 
     Parameters
     ----------
     command
-        What is asked for at even times, linear between them, shape (n, 4) [rad].
+        Commanded angles at even times, linear between them, shape (n, 4) [rad].
     step
         Between two times [s].
     lag
@@ -34,39 +32,31 @@ def served(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = 
     Examples
     --------
     >>> ramp = np.linspace(0.0, 1.0, 11)[:, None] * np.ones(4)
-    >>> served(ramp, 0.1, rate=0.5)[-1].round(12).tolist()
+    >>> servo_response(ramp, 0.1, rate=0.5)[-1].round(12).tolist()
     [0.5, 0.5, 0.5, 0.5]
     """
-    out = np.array(command, dtype=float)
+    command = np.asarray(command, dtype=float)
+    angles = command.copy()
+    keep, slope = 0.0, 1.0
     if lag > 0.0:
-        out = _lagging(out, step, lag)
+        from scipy.signal import lfilter
+
+        # The error e = command − angle obeys lag·ė = lag·(command's slope) − e, the slope constant within a step.
+        keep = math.exp(-step / lag)
+        slope = lag / step * (1.0 - keep)
+        angles[1:] -= lfilter([1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0)
     most = rate * step
-    if not np.any(np.abs(np.diff(out, axis=0)) > most):
-        return out
-    # Step by step in plain numbers: what is reached depends on what was reached.
-    keep = math.exp(-step / lag) if lag > 0.0 else 0.0
-    slope = lag / step * (1.0 - keep) if lag > 0.0 else 1.0
+    if not np.any(np.abs(np.diff(angles, axis=0)) > most):
+        return angles
+    # With the limit each angle depends on the one before it: step by step, in plain numbers.
     columns = []
-    for asked in np.asarray(command, dtype=float).T.tolist():
-        now, before = asked[0], asked[0]
-        reached = [now]
-        for target in asked[1:]:
-            to = target - slope * (target - before) + keep * (now - before) if lag > 0.0 else target
-            now += min(max(to - now, -most), most)
+    for commanded in command.T.tolist():
+        angle, before = commanded[0], commanded[0]
+        reached = [angle]
+        for target in commanded[1:]:
+            unlimited = target - slope * (target - before) + keep * (angle - before) if lag > 0.0 else target
+            angle += min(max(unlimited - angle, -most), most)
             before = target
-            reached.append(now)
+            reached.append(angle)
         columns.append(reached)
     return np.asarray(columns).T
-
-
-def _lagging(command: FloatArray, step: float, lag: float) -> FloatArray:
-    """Return the exact response of first-order lags to a piecewise linear command, beginning on it."""
-    from scipy.signal import lfilter
-
-    # The error e = command − angle obeys lag·ė = lag·(command's slope) − e, the slope constant within a step.
-    keep = math.exp(-step / lag)
-    gained = lag / step * (1.0 - keep) * np.diff(command, axis=0)
-    error = lfilter([1.0], [1.0, -keep], gained, axis=0)
-    out = command.copy()
-    out[1:] -= error
-    return np.asarray(out)

@@ -1,9 +1,9 @@
-"""How a gait is flown: for how long, from which attitude, with which gains, and against which troubles."""
+"""Settings of a flight: duration, start, gains, limits, disturbances."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,11 @@ import numpy as np
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
 
-__all__ = ["ARMS", "REFERENCES", "FlightSettings", "settings_from_mapping"]
-
 REFERENCES = ("attitude", "hover", "step", "line", "circle")
-"""What is followed: the level attitude alone, or places in the plane by way of the attitude."""
+"""What is followed: the level attitude alone, or places in the plane as well."""
 
 ARMS = ("served", "planned")
-"""Where the controller takes the arms to be: where the servos bring them, or where they were told to go."""
+"""Which tilt angles the controller assumes: those that the servos reach, or the planned ones."""
 
 MOST_STEPS = 1_000_000  # which take about 1.5 GB
 
@@ -45,8 +43,9 @@ _RANGES = {
     "gust": (0.0, 100.0, "m/s"),
 }
 _OPTIONAL = frozenset({"duration", "thrust_limit", "servo_lag", "servo_rate"})
-_WIND = 100.0
-_SAMPLING = 1e-6
+_ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
+_MOST_WIND = 100.0  # m/s
+_SAMPLING = 1e-6  # by which control steps may miss a whole number of engine steps, as a fraction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,63 +56,62 @@ class FlightSettings:
     ----------
     duration
         How long is flown [s]; by default 3 s where only the attitude is held, 8 s to hover and for a step, and 4 s
-        more than `lap` for a line and a circle, but one period of the gait at least, and the whole of a course from
-        hover. Where it ends before the period, the lap or the course does, the flight's warnings say so.
+        more than `lap` for a line and a circle, but at least one period of the gait, and the whole of a course from
+        hover. Where it ends before the period, the lap or the course does, the flight has a warning.
     tolerance
-        A flight has settled once its errors stay within: of roll and pitch (where they are not used to reach a place)
-        and yaw [rad], and of the place that is held [m].
+        A flight has settled once its errors stay within it: of roll and pitch (where they are not used to reach a
+        place) and yaw [rad], and of the place that is held [m].
     step
-        Of the physics engine [s].
+        Time step of the physics engine [s].
     control_rate
-        How often thrusts are set [Hz]; a whole number of steps lies between.
+        Rate of the controller [Hz]; a control step is a whole number of engine steps.
     attitude_stiffness, attitude_damping
         Gains of roll, pitch and yaw after linearisation, kp [1/s²] and kd [1/s].
     altitude_stiffness, altitude_damping
-        The same of altitude.
+        Gains of altitude.
     position_stiffness, position_damping
-        The same of x and y, for every reference but "attitude".
+        Gains of x and y, for every reference but "attitude".
     reference
         One of :data:`REFERENCES`: "attitude" holds roll, pitch, yaw and altitude at zero and lets x and y drift;
-        "hover" also holds x and y; "step" asks for x = `size` at once; "line" goes there and "circle" round a circle
-        of radius `size`, both from rest to rest within `lap`.
+        "hover" also holds x and y; "step" jumps to x = `size` at once; "line" moves there and "circle" along a
+        circle of radius `size`, both from rest to rest within `lap`.
     size
-        Of the reference [m].
+        Size of the reference [m].
     lap
         Time from rest to rest of "line" and "circle" [s].
     saturation
-        Whether thrusts are kept between zero and the limit; otherwise rotors push and pull as they are asked to.
+        Whether thrusts are kept between zero and the limit; otherwise rotors push and pull without limit.
     thrust_limit
-        Of one rotor [N]; the vehicle's `max_thrust` by default, and none where that is not stated.
+        Largest thrust of one rotor [N]; the vehicle's `max_thrust` by default, and none where that is not stated.
     servo_lag
         Time constant of the tilt servos [s]; the vehicle's by default, none (0) where it is not stated.
     servo_rate
         Largest tilt rate of the servos [rad/s]; the vehicle's `max_tilt_rate` by default.
     arms
-        One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller take the arms to be elsewhere
-        than they are.
+        One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller assume wrong tilt angles.
     floor
         The flight stops when the least singular value of the scaled decoupling matrix may be below [dimensionless].
     attitude_noise, rate_noise, position_noise, velocity_noise
-        Standard deviations of what the sensors err by [rad], [rad/s], [m], [m/s], drawn anew at every control step.
+        Standard deviations of the sensors' errors [rad], [rad/s], [m], [m/s], drawn anew at every control step.
     wind
         Mean wind (x, y, z) [m/s], acting through the engine's fluid model on the box of equal inertia.
     gust
         Standard deviation of the wind in each direction, correlated over one second [m/s].
     seed
-        Of noise and gusts.
+        Seed of noise and gusts.
 
     Raises
     ------
     InputError
-        If a value is not allowed, or gains and rates make an unstable loop: the message says which.
+        If a value is not allowed, or gains and rates make an unstable loop.
 
     Examples
     --------
     >>> FlightSettings(attitude_damping=3000.0)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.InputError: attitude_damping: 3000.0 is unstable at 1000 Hz; allowed is less than 1949.95 1/s, or
-    a higher control_rate
+    gaitgraph.errors.InputError: attitude_damping must be less than 1949.95 1/s to be stable at 1000 Hz, got 3000.0; or
+    raise control_rate
     """
 
     duration: float | None = None
@@ -146,35 +144,34 @@ class FlightSettings:
     def __post_init__(self) -> None:
         for name, (low, high, unit) in _RANGES.items():
             value = getattr(self, name)
-            if value is None and name in _OPTIONAL:
-                continue
-            number = _number(name, value)
-            if not low <= number <= high:
-                raise InputError(f"{name}: {shown(value)}; allowed is {low:g} to {high:g} ({unit})")
-            object.__setattr__(self, name, number)
+            if not (value is None and name in _OPTIONAL) and not low <= number_of(value) <= high:
+                raise InputError(f"{name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
         for name, known in (("reference", REFERENCES), ("arms", ARMS)):
             value = getattr(self, name)
             if value not in known:
                 hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
-                raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(known)}{hint}")
+                raise InputError(f"{name} must be one of {', '.join(known)}, got {shown(value)}{hint}")
         if not isinstance(self.saturation, bool):
-            raise InputError(f"saturation: {shown(self.saturation)}; allowed are true and false")
+            raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 1 << 64:
-            raise InputError(f"seed: {shown(self.seed)}; allowed is a whole number from 0 to {(1 << 64) - 1}")
-        object.__setattr__(self, "wind", _wind(self.wind))
+            raise InputError(f"seed must be a whole number from 0 to {(1 << 64) - 1}, got {shown(self.seed)}")
+        wind = self.wind if isinstance(self.wind, tuple) and len(self.wind) == 3 else (math.nan,)
+        if not all(abs(number_of(part)) <= _MOST_WIND for part in wind):
+            most = f"each from -{_MOST_WIND:g} to {_MOST_WIND:g} (m/s)"
+            raise InputError(f"wind must be two or three numbers, {most}, got {shown(self.wind)}")
         self._check_sampling()
         self._check_gains()
 
     @property
     def seconds(self) -> float:
-        """How long is flown [s], but for the period of a gait or a course from hover that takes longer."""
+        """How long is flown [s], unless the period of a gait or a course from hover takes longer."""
         if self.duration is not None:
             return self.duration
         return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(self.reference, self.lap + 4.0)
 
     @property
     def steps_per_control(self) -> int:
-        """How many steps of the engine lie between two settings of the thrusts."""
+        """Number of engine steps in a control step."""
         return round(1.0 / (self.control_rate * self.step))
 
     @property
@@ -182,57 +179,51 @@ class FlightSettings:
         """Whether there is neither wind nor gust, and so no air at all."""
         return self.gust == 0.0 and not any(self.wind)
 
-    def replace(self, **changes: Any) -> FlightSettings:
-        """Return settings with some values changed, checked again."""
-        known = [field.name for field in fields(self)]
-        for name in changes:
-            if name not in known:
-                hint = did_you_mean(name, known)
-                raise InputError(f"{name}: no setting of a flight{hint or '; allowed are ' + ', '.join(known)}")
-        return replace(self, **changes)
-
     def as_mapping(self) -> dict[str, Any]:
         """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items() if v is not None}
+        values |= {name: float(values[name]) for name in _RANGES if values[name] is not None}
+        values["wind"] = [float(part) for part in self.wind]
+        return {name: value for name, value in values.items() if value is not None}
 
     def _check_sampling(self) -> None:
         between = 1.0 / (self.control_rate * self.step)
         if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
             raise InputError(
-                f"control_rate: {self.control_rate:g} Hz does not fit steps of {self.step:g} s; allowed is "
-                f"{1 / self.step:g} Hz divided by a whole number"
+                f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
+                f"got {self.control_rate:g} Hz"
             )
         if self.seconds / self.step > MOST_STEPS:
             name, seconds = ("lap", self.lap) if self.duration is None else ("duration", self.seconds)
-            raise InputError(f"{name}: {seconds:g} s; allowed is {MOST_STEPS} steps of {self.step:g} s at most")
+            raise InputError(f"{name} must be at most {MOST_STEPS} steps of {self.step:g} s, got {seconds:g} s")
 
     def _check_gains(self) -> None:
         """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
         interval = 1.0 / self.control_rate
+        rate = f"at {self.control_rate:g} Hz"
         for loop in ("attitude", "altitude"):
             stiffness, damping = getattr(self, f"{loop}_stiffness"), getattr(self, f"{loop}_damping")
-            # Held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so the poles
-            # are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a margin. It is
-            # asked for c = 1/2, which is thrusts held exactly, and c = 1, and so of every c between: what is stable
-            # is no matter of the engine's step.
+            # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
+            # the poles are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a
+            # margin. Both c = 1/2 (thrusts held exactly) and c = 1 must be stable, and so every c between is:
+            # stability does not depend on the engine's step.
             least = 1.025 * stiffness * interval / 2.0
             largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
             stiffest = 1.95 / interval**2  # where the least damping is the largest
             if stiffness >= stiffest:
                 raise InputError(
-                    f"{loop}_stiffness: {stiffness!r} is unstable at {self.control_rate:g} Hz; allowed is less than "
-                    f"{stiffest:g} 1/s², or a higher control_rate"
+                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² to be stable {rate}, got {stiffness!r}; or "
+                    "raise control_rate"
                 )
             if damping >= largest:
                 raise InputError(
-                    f"{loop}_damping: {damping!r} is unstable at {self.control_rate:g} Hz; allowed is less than "
-                    f"{largest:g} 1/s, or a higher control_rate"
+                    f"{loop}_damping must be less than {largest:g} 1/s to be stable {rate}, got {damping!r}; or raise "
+                    "control_rate"
                 )
             if damping <= least:
                 raise InputError(
-                    f"{loop}_damping: {damping!r} is unstable at {self.control_rate:g} Hz with {loop}_stiffness "
-                    f"{stiffness!r}; allowed is more than {least:g} 1/s"
+                    f"{loop}_damping must be more than {least:g} 1/s to be stable {rate} with {loop}_stiffness "
+                    f"{stiffness!r}, got {damping!r}"
                 )
         if self.reference == "attitude":
             return
@@ -240,12 +231,11 @@ class FlightSettings:
         gains = np.array([kp * self.position_stiffness, kp * self.position_damping, kp, kd])
         if not np.all(np.roots([1.0, *gains[::-1]]).real < 0):
             raise InputError(
-                f"position_damping: {self.position_damping!r} with position_stiffness {self.position_stiffness!r} is "
-                f"unstable around attitude gains of {kp!r} and {kd!r}; allowed are gains that make roll and pitch "
-                "faster than x and y"
+                f"position_damping must make x and y slower than roll and pitch: {self.position_damping!r} with "
+                f"position_stiffness {self.position_stiffness!r} is unstable around attitude gains of {kp!r} and {kd!r}"
             )
-        # From lean to place it is four integrators in a row, whose input is held between two settings of the thrusts.
-        # Poles δ of differences over the interval are stable where |1 + h·δ| < 1.
+        # From attitude to place it is four integrators in a row, whose input is held between two control steps. Poles
+        # δ of differences over the interval are stable where |1 + h·δ| < 1.
         taylor = np.cumprod(interval / np.arange(1, 5)) / interval
         differences = sum(np.diag(np.full(4 - k, taylor[k - 1]), k) for k in range(1, 4)) - np.outer(
             taylor[::-1], gains
@@ -253,19 +243,18 @@ class FlightSettings:
         poles = np.linalg.eigvals(differences)
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
-                f"control_rate: {self.control_rate:g} Hz is too slow for position_stiffness "
-                f"{self.position_stiffness!r} and position_damping {self.position_damping!r}, which make an unstable "
-                "loop; allowed is a higher control_rate, or smaller gains"
+                f"control_rate must be higher for position_stiffness {self.position_stiffness!r} and position_damping "
+                f"{self.position_damping!r}, or these smaller: the loop is unstable {rate}"
             )
 
 
 def settings_from_mapping(content: Any) -> FlightSettings:
-    """Return the settings that a table describes, as in a study's ``[flight]``.
+    """Return the settings in a table such as a study's ``[flight]``.
 
     Parameters
     ----------
     content
-        Names of :class:`FlightSettings` to values; angles may be texts such as "2deg".
+        Names of :class:`FlightSettings` to values; angles may be texts such as "2deg", `wind` may have two numbers.
 
     Raises
     ------
@@ -278,19 +267,17 @@ def settings_from_mapping(content: Any) -> FlightSettings:
     0.008726646259971648
     """
     if not isinstance(content, dict) or not all(isinstance(name, str) for name in content):
-        raise InputError(f"flight: {shown(content)}; allowed is a table of settings by name")
-    return FlightSettings().replace(**content)
-
-
-def _number(name: str, value: object) -> float:
-    if isinstance(value, str) and name in ("attitude_noise", "rate_noise", "servo_rate"):
-        return angle_from_text(value, name)
-    return number_of(value)
-
-
-def _wind(wind: Any) -> tuple[float, float, float]:
-    if isinstance(wind, (list, tuple, np.ndarray)) and len(wind) in (2, 3):
-        parts = [number_of(part) for part in wind] + [0.0] * (3 - len(wind))
-        if all(math.isfinite(part) and abs(part) <= _WIND for part in parts):
-            return parts[0], parts[1], parts[2]
-    raise InputError(f"wind: {shown(wind)}; allowed are two or three numbers, each up to {_WIND:g} (m/s)")
+        raise InputError(f"flight must be a table of settings by name, got {shown(content)}")
+    known = [field.name for field in fields(FlightSettings)]
+    values: dict[str, Any] = {}
+    for name, value in content.items():
+        if name not in known:
+            hint = did_you_mean(name, known)
+            raise InputError(f"{name} is no setting of a flight{hint or '; these are: ' + ', '.join(known)}")
+        if name in _ANGLES and isinstance(value, str):
+            values[name] = angle_from_text(value, name)
+        elif name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3):
+            values[name] = (*value, 0.0)[:3]
+        else:
+            values[name] = value
+    return FlightSettings(**values)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.basins import Basin
-    from gaitgraph.flight.records import Outcome
+    from gaitgraph.flight.record import Outcome
 
 __all__ = ["basin_map", "basins_figure"]
 

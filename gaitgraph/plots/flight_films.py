@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.flight.rendering import rendered_frames
+from gaitgraph.flight.engine import rendered_frames
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.plots.film_settings import CHART, GREY, HEIGHT, INK, PALE, PAPER, SCENE, WIDTH, Film
 from gaitgraph.plots.gif_films import (
@@ -33,7 +33,7 @@ from gaitgraph.plots.scenes import DEFAULT_VIEW, Scene, scene_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.flight.records import Flight
+    from gaitgraph.flight.record import Flight
 
 __all__ = ["write_film", "write_rendered_film"]
 
@@ -112,7 +112,7 @@ def write_rendered_film(flight: Flight, path: Path, *, frames: int | None = None
         raise needs_extra(error.name or "Pillow", "animated GIF", "plot") from error
 
     times, delays = _clock_of(flight, frames)
-    pictures = rendered_frames(flight, times)
+    pictures = rendered_frames(flight, times, view=DEFAULT_VIEW)
     # One palette for all, from a few pictures side by side; dots of dither would flicker.
     some = np.concatenate(pictures[:: max(len(pictures) // 6, 1)], axis=0)
     palette = Image.fromarray(some).quantize(255, dither=Image.Dither.NONE)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.flight.records import Flight
+    from gaitgraph.flight.record import Flight
 
 __all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "name_of_flight", "plot_flight"]
 

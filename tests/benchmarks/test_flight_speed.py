@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gaitgraph.flight.engine import engine_of
+from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import lift
@@ -36,7 +36,7 @@ def test_a_second_of_flight_ours(benchmark: Any) -> None:
 
 @pytest.mark.benchmark(group=ENGINE)
 def test_a_thousand_steps_of_the_engine(benchmark: Any) -> None:
-    engine = engine_of(PAPER)
+    engine = Engine(PAPER)
     step, model, data = engine.mujoco.mj_step, engine.model, engine.data
 
     def steps() -> None:

@@ -1,27 +1,25 @@
-"""What happened in a flight: its rows, its verdict, and what is told of it."""
+"""The record of a flight: its rows, its outcome, and what follows from them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.errors import InputError
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from gaitgraph.flight.courses import Course
+    from gaitgraph.flight.course import Course
     from gaitgraph.flight.settings import FlightSettings
-    from gaitgraph.flight.simulation import Cockpit
     from gaitgraph.vehicle import Vehicle
-
-__all__ = ["COLUMNS", "OUTCOMES", "Flight", "Outcome", "is_settled", "refused_flight"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -40,14 +38,17 @@ COLUMNS = (
 )
 """What a row of a flight holds, in order; SI units and radians.
 
-Positions, angles and rates are true ones; `nearness` is judged by the controller with what its sensors say: a number
+Positions, angles and rates are true ones; `nearness` is judged by the controller from its noisy measurements: a number
 between half the least singular value of the scaled decoupling matrix and all of it.
 """
+
+TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
+"""Suffixes of the tables that flights are written to. Formats for robots and microcontrollers are of gaits alone."""
 
 Outcome = Literal["settled", "not settled", "near singular", "sign change", "tumbling", "upended", "refused"]
 
 OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
-"""How a flight may end, the one that is hoped for first.
+"""How a flight may end.
 
 "sign change" is that of the determinant; "tumbling" is any motion too fast or too far to be flight.
 """
@@ -63,70 +64,34 @@ class Flight:
     Parameters
     ----------
     course
-        What the arms were told.
+        The commands to the servos.
     settings
         How it was flown.
     attitude
         Roll and pitch at the start [rad].
     rows
         One row a control step, columns as in :data:`COLUMNS`; none if the flight was refused.
+    outcome
+        One of :data:`OUTCOMES`.
     reason
         Why it did not settle; "" if it did.
-    refused
-        Whether it was refused before take-off.
-    failed
-        Whether it ended early because it could not go on.
     settling_time
         Since when errors stayed within tolerance [s]; None if it did not settle.
     least_singular_value
-        The least that was met at the control steps, dimensionless; None if nothing was flown.
-    outcome
-        One of :data:`OUTCOMES`.
+        The least at the control steps, dimensionless; None if nothing was flown.
     warnings
-        What deserves attention although physics does not forbid it: what is off the surfaces.
+        What deserves attention although physics does not forbid it, such as rows off the surfaces.
     """
 
     course: Course
     settings: FlightSettings
     attitude: tuple[float, float]
     rows: FloatArray = field(repr=False)
+    outcome: Outcome
     reason: str
-    refused: bool
-    failed: bool
     settling_time: float | None
     least_singular_value: float | None
-    outcome: Outcome
     warnings: tuple[str, ...] = ()
-
-    @classmethod
-    def of(
-        cls,
-        rows: FloatArray,
-        *,
-        cockpit: Cockpit,
-        attitude: tuple[float, float],
-        ending: tuple[Outcome, str] | None,
-    ) -> Flight:
-        """Return the record of rows that were flown; `ending` is how and why it failed, if it did."""
-        since, worst = _settled_since(rows, cockpit.settings)
-        outcome: Outcome = "settled"
-        reason = ""
-        if ending is not None:
-            outcome, reason = ending
-        elif since is None:
-            outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
-        return cls(
-            course=cockpit.course,
-            settings=cockpit.settings,
-            attitude=attitude,
-            rows=rows,
-            reason=reason,
-            refused=False,
-            failed=ending is not None,
-            settling_time=None if ending else since,
-            least_singular_value=_least_singular_value(rows, cockpit) if len(rows) else None,
-            outcome=outcome,
-        )
 
     def __bool__(self) -> bool:
         return self.settled
@@ -134,11 +99,21 @@ class Flight:
     @property
     def settled(self) -> bool:
         """Whether the errors came within tolerance and stayed there to the end."""
-        return self.settling_time is not None
+        return self.outcome == "settled"
+
+    @property
+    def refused(self) -> bool:
+        """Whether it was refused before take-off."""
+        return self.outcome == "refused"
+
+    @property
+    def failed(self) -> bool:
+        """Whether it ended early because it could not go on."""
+        return self.outcome not in ("settled", "not settled", "refused")
 
     @property
     def vehicle(self) -> Vehicle:
-        """What flew."""
+        """The vehicle."""
         return self.course.vehicle
 
     def column(self, name: str) -> FloatArray:
@@ -160,8 +135,8 @@ class Flight:
         """Largest angle between body z and the vertical [rad]."""
         if not len(self.rows):
             return None
-        lean = np.cos(self.column("roll")) * np.cos(self.column("pitch"))
-        return float(np.arccos(np.clip(lean.min(), -1.0, 1.0)))
+        upright = np.cos(self.column("roll")) * np.cos(self.column("pitch"))
+        return float(np.arccos(np.clip(upright.min(), -1.0, 1.0)))
 
     @property
     def peak_thrust(self) -> float | None:
@@ -182,7 +157,7 @@ class Flight:
 
     @property
     def energy(self) -> float | None:
-        """What the rotors put into the air against their drag [J]; None if the vehicle states no thrust coefficient."""
+        """Work of the rotors against their drag [J]; None if the vehicle states no thrust coefficient."""
         coefficient, drag = self.vehicle.thrust_coefficient, self.vehicle.drag_to_thrust
         if coefficient is None or drag is None or len(self.rows) < 2:
             return None
@@ -192,7 +167,7 @@ class Flight:
 
     @property
     def drift(self) -> float | None:
-        """How far from the start in the plane it ended [m]."""
+        """Distance of the end from the start in the plane [m]."""
         return float(np.hypot(*self.rows[-1, 1:3])) if len(self.rows) else None
 
     @property
@@ -204,7 +179,7 @@ class Flight:
         return float(np.linalg.norm(at - to, axis=1).max())
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the verdict and what was met as plain values, ready for JSON; angles in radians."""
+        """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
         last = self.rows[-1] if len(self.rows) else None
         return {
             "settled": self.settled,
@@ -229,26 +204,31 @@ class Flight:
 
     def table(self) -> Table:
         """Return the flight as a table, one row a control step."""
-        columns: dict[str, Any] = {name: self.rows[:, k] for name, k in _AT.items()}
+        timed = self.course.timed
         about = {
             "made_by": "fly",
             "vehicle": self.vehicle.as_mapping(),
-            "coefficients": self.course.timed.gait.coefficients.kind,
-            "period": self.course.timed.period,
-            "law": self.course.timed.law,
+            "coefficients": timed.gait.coefficients.kind,
+            "period": timed.period,
+            "law": timed.law,
             "flight": {**self.settings.as_mapping(), "attitude": list(self.attitude)},
         }
-        timed = self.course.timed
-        if timed.gait.request:  # so that the gait is planned again from the flight's file
-            clock = {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
-            about["request"] = {**timed.gait.request, **clock}
-        return Table(columns=columns, about=about)
+        if timed.gait.request:  # so that the gait can be planned again from the flight's file
+            timing = {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
+            about["request"] = {**timed.gait.request, **timing}
+        return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write tables, plots and films of the flight; see :func:`gaitgraph.flight.outputs.write_flight`."""
-        from gaitgraph.flight.outputs import write_flight
+        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all.
 
-        write_flight(self, paths, force=force)
+        Plots and films are written by :func:`gaitgraph.plots.flight_outputs.write_flight`.
+        """
+        for path in paths:
+            if Path(path).suffix.lower() not in TABLES:
+                raise InputError(f"output must be a table of a flight ({', '.join(TABLES)}), got {str(path)!r}")
+        if not len(self.rows):
+            raise InputError("nothing was flown, so there is no table to write")
+        write_tables(self.table(), paths, force=force)
 
     def __repr__(self) -> str:
         verdict = f"settled after {self.settling_time:.2f} s" if self.settled else self.reason
@@ -274,54 +254,70 @@ class Flight:
             ]
             if self.energy is not None:
                 lines.append(f"  energy                {self.energy:.4g} J into the air")
-            told = f"{self.drift:.3g} m from the start"
+            place = f"{self.drift:.3g} m from the start"
             if self.tracking_error is not None:
-                told += f", at most {self.tracking_error:.3g} m from the reference"
-            lines.append(f"  place                 ends {told}")
+                place += f", at most {self.tracking_error:.3g} m from the reference"
+            lines.append(f"  place                 ends {place}")
         return "\n".join(lines)
 
 
-def refused_flight(course: Course, settings: FlightSettings, attitude: tuple[float, float], reason: str) -> Flight:
+def record_of(
+    rows: FloatArray,
+    course: Course,
+    settings: FlightSettings,
+    attitude: tuple[float, float],
+    failure: tuple[Outcome, str] | None = None,
+) -> Flight:
+    """Return the record of rows that were flown; `failure` is the outcome and the reason if it could not go on."""
+    since, worst = settled_since(rows, settings)
+    outcome: Outcome = "settled"
+    reason = ""
+    if failure is not None:
+        (outcome, reason), since = failure, None
+    elif since is None:
+        outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
+    return Flight(
+        course=course,
+        settings=settings,
+        attitude=attitude,
+        rows=rows,
+        outcome=outcome,
+        reason=reason,
+        settling_time=since,
+        least_singular_value=_least_singular_value(rows, course.vehicle, settings) if len(rows) else None,
+    )
+
+
+def refused_flight(
+    course: Course,
+    settings: FlightSettings,
+    attitude: tuple[float, float],
+    reason: str,
+    warnings: tuple[str, ...] = (),
+) -> Flight:
     """Return the record of a flight that was not begun."""
     return Flight(
         course=course,
         settings=settings,
         attitude=attitude,
         rows=np.empty((0, len(COLUMNS))),
+        outcome="refused",
         reason=reason,
-        refused=True,
-        failed=False,
         settling_time=None,
         least_singular_value=None,
-        outcome="refused",
+        warnings=warnings,
     )
 
 
-def is_settled(rows: FloatArray, settings: FlightSettings) -> bool:
-    """Return whether a flight that ended with these rows would have settled."""
-    return _settled_since(rows, settings)[0] is not None
-
-
-def _errors(rows: FloatArray, settings: FlightSettings) -> dict[str, FloatArray]:
-    """Return the errors that count, by name with unit."""
-    off = {
-        "altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]],
-        "yaw (rad)": rows[:, _AT["yaw"]],
-    }
-    if settings.reference == "attitude":
-        return {"roll (rad)": rows[:, _AT["roll"]], "pitch (rad)": rows[:, _AT["pitch"]], **off}
-    return {
-        "x (m)": rows[:, _AT["x"]] - rows[:, _AT["x_wanted"]],
-        "y (m)": rows[:, _AT["y"]] - rows[:, _AT["y_wanted"]],
-        **off,
-    }
-
-
-def _settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:
-    """Return when all errors came within tolerance to stay, or None and what was off at the end."""
+def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:
+    """Return the time from which all errors stayed within tolerance [s], or None and the worst error at the end."""
     if not len(rows):
         return None, "nothing was flown"
-    errors = _errors(rows, settings)
+    errors = {"altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]], "yaw (rad)": rows[:, _AT["yaw"]]}
+    if settings.reference == "attitude":
+        errors = {f"{name} (rad)": rows[:, _AT[name]] for name in ("roll", "pitch")} | errors
+    else:
+        errors = {f"{name} (m)": rows[:, _AT[name]] - rows[:, _AT[f"{name}_wanted"]] for name in "xy"} | errors
     outside = np.any([np.abs(error) > settings.tolerance for error in errors.values()], axis=0)
     last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
     t = rows[:, 0]
@@ -333,18 +329,17 @@ def _settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | 
     return None, f"{worst} is still off by {np.abs(errors[worst][tail]).max():.3g}"
 
 
-def _least_singular_value(rows: FloatArray, cockpit: Cockpit) -> float:
-    """Return the least singular value that was met at the control steps."""
-    near = rows[:, _AT["nearness"]]
-    angles = [rows[:, _AT[name] : _AT[name] + width] for name, width in (("alpha1", 4), ("roll", 1), ("pitch", 1))]
+def _least_singular_value(rows: FloatArray, vehicle: Vehicle, settings: FlightSettings) -> float:
+    """Return the least singular value at the control steps."""
+    near, roll, pitch = (rows[:, _AT[name]] for name in ("nearness", "roll", "pitch"))
+    alpha = rows[:, _AT["alpha1"] : _AT["alpha4"] + 1]
 
-    def exact(which: Any) -> FloatArray:
-        alpha, roll, pitch = (part[which] for part in angles)
-        return np.asarray(least_singular_value(alpha, cockpit.vehicle, roll[:, 0], pitch[:, 0]))
+    def least(some: Any) -> float:
+        return float(np.min(least_singular_value(alpha[some], vehicle, roll[some], pitch[some])))
 
-    if cockpit.settings.attitude_noise or cockpit.settings.arms == "planned":
-        return float(exact(slice(None)).min())
+    if settings.attitude_noise or settings.arms == "planned":
+        return least(slice(None))
     # The exact value is between `near` and twice that, so few rows can hold the least. The margin is for arms that are
-    # not just where they were planned.
-    known = float(exact([int(np.argmin(near))])[0])
-    return float(exact((near <= 1.05 * known) | (near == near.min())).min())
+    # not exactly where they were planned.
+    known = least([int(np.argmin(near))])
+    return least((near <= 1.05 * known) | (near == near.min()))

@@ -1,4 +1,4 @@
-"""The gait in a file with its clock: a law where its times are those of one, else straight from row to row."""
+"""The timed gait in a file: on a timing law where the file's times match one, otherwise straight from row to row."""
 
 from __future__ import annotations
 
@@ -23,19 +23,16 @@ from gaitgraph.vehicle import vehicle_named
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["ROW_BY_ROW", "RowTimedGait", "biased", "timed_of_file"]
-
 FloatArray = npt.NDArray[np.float64]
 
 ROW_BY_ROW = "row-by-row"
-"""What the law of :class:`RowTimedGait` is called."""
+"""The name of the law of :class:`RowTimedGait`."""
 
-_SAME = 1e-6  # rad by which rows may be off a law
+_SAME = 1e-6  # rad between a row and a law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -47,22 +44,17 @@ class RowTimedGait(TimedGait):
     gait
         The closed polyline through the rows, each of them a corner.
     times
-        When the rows are passed, the first again at the end, shape (n + 1,), from 0 to the period [s].
+        Times of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s].
     closed
-        Whether the table's last row was the first again; otherwise the way back is one more segment.
+        Whether the table's last row was the first again; otherwise one more segment leads back.
     """
 
     times: FloatArray
     closed: bool = True
 
-    def __post_init__(self) -> None:
-        times = np.array(self.times, dtype=float)
-        times.flags.writeable = False
-        object.__setattr__(self, "times", times)
-
     @property
     def gap(self) -> str:
-        """What the table leaves open between its last row and its first, in a line; "" if it is closed."""
+        """A line on the gap between the table's last row and its first; "" if the table is closed."""
         if self.closed:
             return ""
         jump = float(np.linalg.norm(self.gait.alpha[-1] - self.gait.alpha[0]))
@@ -99,7 +91,7 @@ class RowTimedGait(TimedGait):
         )
 
 
-def timed_of_file(
+def timed_gait_from_file(
     path: str | Path,
     *,
     vehicle: Vehicle | str | None = None,
@@ -107,79 +99,80 @@ def timed_of_file(
     period: float | None = None,
     law: str | None = None,
 ) -> TimedGait:
-    """Return the gait in a file with its clock, ready to fly.
+    """Return the timed gait in a file, ready to fly.
 
     Parameters
     ----------
     path
         A gait file of any format that is read, or a request, which is planned.
     vehicle, coefficients
-        What it is for; by default what the file says.
+        By default those that the file states.
     period, law
-        A new clock [s]. By default the file's own: where the times of its rows are those of a law to 1e-6 rad, that
-        law; otherwise its rows are joined straight, each at its own time. A single row needs no clock.
+        A new period [s] and timing law. By default the file's own: where the times of its rows are those of a law to
+        1e-6 rad, that law; otherwise its rows are joined straight, each at its own time. A single row needs no times.
 
     Raises
     ------
     InputError, FileProblem
-        If the file cannot be read, is a flight's, or has no clock and `period` gives none.
+        If the file cannot be read, is a flight's, or has no times and `period` is not given.
     Infeasible
         If it is a request that has no gait.
     """
-    clock = {name: value for name, value in (("period", period), ("law", law)) if value is not None}
+    stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
+    stated = {name: value for name, value in stated.items() if value is not None}
     if holds_request(path):
-        asked = {"vehicle": vehicle, "coefficients": coefficients}
-        request, sampling = read_request(path, {k: v for k, v in asked.items() if v is not None} | clock)
+        request, sampling = read_request(path, stated)
         return plan(request).timed(**sampling)
-    one = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     table = read_table(path)
     about = table.about
     if about.get("made_by") == "fly":
-        advice = f"gaitgraph plan {path} --output gait.csv writes it" if "request" in about else "it flew from one"
-        raise InputError(f"gait file {str(path)!r}: it is the table of a flight; allowed is a gait: {advice}")
-    gait = read_gait(path, vehicle=one, coefficients=coefficients)
-    told = about.get("period")
-    stated = None if about.get("made_by") == "pace" else about.get("law")
+        advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
+        raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
+    named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
+    gait = read_gait(path, vehicle=named, coefficients=coefficients)
+    law_of_file = None if about.get("made_by") == "pace" else about.get("law")
+    if period is None:
+        period = about.get("period")
+    if law is None:
+        law = LAWS[0] if law_of_file is None else law_of_file
     if "t" not in table or len(table) == 1:
-        seconds = _first(period, told, 1.0 if len(gait.alpha) == 1 else None)
-        if seconds is None:
+        if period is None and len(gait.alpha) > 1:
             raise InputError(
-                f"gait file {str(path)!r}: it has no clock, for it has no column t; allowed is with --period SECONDS "
-                "(period=)"
+                f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
             )
-        return parametrize(gait, seconds, law=_first(law, stated, LAWS[0]))
-    rows, _, _ = closed_rows(table, vehicle=one, coefficients=coefficients, source=path)
-    times = _first(rows.t, table["t"])
+        return parametrize(gait, 1.0 if period is None else period, law=law)
+    rows, _, _ = closed_rows(table, vehicle=named, coefficients=coefficients, source=path)
+    times = table["t"] if rows.t is None else rows.t
     times = times - times[0]
-    if clock:
-        return parametrize(gait, _first(period, told, float(times[-1])), law=_first(law, stated, LAWS[0]))
+    if "period" in stated or "law" in stated:
+        seconds = float(times[-1]) if period is None else period
+        return parametrize(gait, seconds, law=law)
     try:
-        return _of_rows(gait, times, rows.alpha, stated, closed=len(rows.alpha) == len(table))
+        # The file's law comes first.
+        for name in sorted(LAWS, key=lambda name: name != law_of_file):
+            timed = parametrize(gait, float(times[-1]), law=name, samples=max(len(times) - 1, 1))
+            if np.abs(timed.at(times)[0] - rows.alpha).max() <= _SAME:
+                return timed
+        colors = gait.colors[:1] * (len(rows.alpha) - 1) if len(set(gait.colors)) == 1 else ()
+        times = times.copy()
+        times.flags.writeable = False
+        return RowTimedGait(
+            gait=replace(gait, alpha=rows.alpha[:-1], colors=colors),
+            period=float(times[-1]),
+            law=ROW_BY_ROW,
+            samples=len(times) - 1,
+            times=times,
+            closed=len(rows.alpha) == len(table),
+        )
     except GaitgraphError as error:
         raise type(error)(f"gait file {str(path)!r}: {error}") from error
 
 
-def _first(*values: Any) -> Any:
-    return next((value for value in values if value is not None), None)
-
-
-def _of_rows(gait: Gait, times: FloatArray, alpha: FloatArray, stated: object, *, closed: bool) -> TimedGait:
-    """Return the law whose times these are, or the rows at their own times."""
-    period = float(times[-1])
-    for law in sorted(LAWS, key=lambda name: name != stated):
-        timed = parametrize(gait, period, law=law, samples=max(len(times) - 1, 1))
-        if np.abs(timed.at(times)[0] - alpha).max() <= _SAME:
-            return timed
-    colors = gait.colors if len(set(gait.colors)) == 1 else ()
-    every = replace(gait, alpha=alpha[:-1], colors=colors[:1] * (len(alpha) - 1))
-    return RowTimedGait(gait=every, period=period, law=ROW_BY_ROW, samples=len(times) - 1, times=times, closed=closed)
-
-
-def biased(timed: TimedGait, eta: float) -> TimedGait:
-    """Return the biased gait, equations (14) and (15), with the same clock; InputError if η is not allowed."""
+def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
+    """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     gait = timed.gait.biased(eta)
     if isinstance(timed, RowTimedGait):
         return replace(timed, gait=gait)
     if timed.law not in LAWS:
-        raise InputError(f"law: {shown(timed.law)} has no biased gait; allowed are {', '.join(LAWS)}")
+        raise InputError(f"law must be one of {', '.join(LAWS)} to bias the gait, got {shown(timed.law)}")
     return parametrize(gait, timed.period, law=timed.law, samples=timed.samples)

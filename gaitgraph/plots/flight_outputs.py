@@ -1,4 +1,4 @@
-"""What a flight is written as, by suffix: tables of one row a control step, plots over time, a film."""
+"""Files of flights and basins, by suffix: tables, plots over time, a film, the picture of basins."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
 from gaitgraph.files import target_of, write_whole
+from gaitgraph.flight.basins import table_of_basins
+from gaitgraph.flight.record import TABLES
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.plots.axes import FORMATS as PICTURES, paper_style, picture_bytes, require_matplotlib
+from gaitgraph.plots.basins import basins_figure
 from gaitgraph.plots.flight_films import write_film, write_rendered_film
 from gaitgraph.plots.flights import figure_of_panels, plot_flight
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.flight.records import Flight
-
-__all__ = ["FILM", "PLOTS", "TABLES", "check_flight_outputs", "write_flight"]
-
-TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
-"""Suffixes of tables that a flight is written to. Those for robots and microcontrollers are of gaits alone."""
+    from gaitgraph.flight.basins import Basin
+    from gaitgraph.flight.record import Flight
 
 PLOTS = tuple(f".{name}" for name in PICTURES)
 FILM = ".gif"
@@ -106,3 +105,44 @@ def _plot(flight: Flight, kind: Any) -> bytes:
         figure, axes = figure_of_panels()
         plot_flight(flight, axes=axes)
         return picture_bytes(figure, kind)
+
+
+def check_basin_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before any flight if an output cannot be; errors as :func:`gaitgraph.io.writing.check_outputs` has them."""
+    known = [*TABLES, *PLOTS]
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix not in known:
+            hint = did_you_mean(suffix, known) if suffix else ""
+            raise InputError(f"output: {str(path)!r}; allowed for a basin are {', '.join(known)}{hint}")
+    check_flight_outputs(paths, force=force)
+
+
+def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write basins to files, each whole or not at all: one row a flight, or the picture of all side by side.
+
+    Parameters
+    ----------
+    basins
+        Of one gait and its biased gaits, as :func:`basins_of` returns them.
+    paths
+        The suffix says what: a table (.csv, .json, .npz, .mat, .parquet) or a picture (.png, .svg, .pdf).
+    force
+        Overwrite files that exist.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`check_basin_outputs` does, or if the disk is full.
+    """
+    check_basin_outputs(paths, force=force)
+    table = table_of_basins(basins)
+    contents: list[tuple[Path, Any]] = []
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix in PLOTS:
+            kind: Any = suffix.removeprefix(".")
+            contents.append((path, picture_bytes(basins_figure(basins), kind)))
+        else:
+            contents.append((path, partial(FORMATS[suffix].writer(), [table])))
+    write_whole(contents, force=force)

@@ -1,0 +1,242 @@
+"""The course of a flight: the commands to the tilt servos over time, and the checks before take-off.
+
+A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
+(:func:`from_hover`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.flight.gait_file import RowTimedGait
+from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.timed_gait import TimedGait, parametrize
+
+if TYPE_CHECKING:
+    from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.validation.report import Report
+    from gaitgraph.vehicle import Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+
+_MOST_PERIODS = 10_000
+_LONGEST_PAUSE = 1e4  # s
+_SAME_PLACE = 1e-9  # rad
+
+# Rules of the paper that physics does not need: on the surfaces no small tilt makes the matrix singular.
+_SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """Commands to the four tilt servos over a flight.
+
+    Parameters
+    ----------
+    pieces
+        Timed gaits in order, each with the time of the flight and the time of its own at which it begins [s].
+    duration
+        Length of the course [s]; infinite for a gait that is repeated.
+    phases
+        The name of each piece: "hover", "entry", "gait", "exit".
+    """
+
+    pieces: tuple[tuple[float, float, TimedGait], ...]
+    duration: float
+    phases: tuple[str, ...]
+
+    @property
+    def timed(self) -> TimedGait:
+        """The gait."""
+        return self.pieces[self.phases.index("gait")][2]
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle."""
+        return self.timed.gait.vehicle
+
+    @property
+    def moving_period(self) -> float:
+        """The period of the gait [s]; 0 if its arms stand still, so that all its moments are alike."""
+        return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
+
+    def seconds(self, settings: FlightSettings) -> float:
+        """Return how long it is flown with given settings [s]."""
+        if settings.duration is not None:
+            return min(settings.duration, self.duration)
+        return self.duration if math.isfinite(self.duration) else max(settings.seconds, self.moving_period)
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Return the commanded tilt angles at times of shape (n,), shape (n, 4) [rad]."""
+        begins = np.array([begin for begin, _, _ in self.pieces])
+        which = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        alpha = np.empty((len(t), 4))
+        for k, (begin, own, timed) in enumerate(self.pieces):
+            mine = which == k
+            if mine.any():
+                alpha[mine] = timed.at(t[mine] - begin + own)[0]
+        return alpha
+
+    def phase_at(self, t: float) -> str:
+        """Return the name of the piece at a time."""
+        begun = [phase for (begin, _, _), phase in zip(self.pieces, self.phases, strict=True) if begin <= t]
+        return begun[-1] if begun else self.phases[0]
+
+
+def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
+    """Return the course of a gait that is flown again and again, from a moment of it [s]; the first by default."""
+    return Course(pieces=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
+
+
+def refusal_and_warnings(report: Report) -> tuple[str, tuple[str, ...]]:
+    """Return why physics forbids to fly a gait, "" if it does not, and the rules of the paper that it breaks.
+
+    Physics needs an invertible matrix in level flight, hover thrusts, and tilt angles and rates within the vehicle's
+    limits, but no place on the surfaces.
+
+    >>> from gaitgraph.gait.gait import lift
+    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+    >>> refusal, warnings = refusal_and_warnings(gait.biased(0.8).parametrize(1.0).check())
+    >>> refusal, len(warnings) > 0
+    ('', True)
+    """
+    forbidden, harmless = _broken_rules(report, _SURFACE_RULES)
+    return forbidden[0] if forbidden else "", tuple(harmless)
+
+
+def _broken_rules(report: Report, harmless: frozenset[str]) -> tuple[list[str], list[str]]:
+    """Return the messages of the rules that are broken or undecided: those that forbid flight, and the harmless."""
+    broken = [check for check in report.checks if not (check.ok and check.decided)]
+    forbidden = [check.message for check in broken if check.name not in harmless]
+    return forbidden, [check.message for check in broken if check.name in harmless]
+
+
+def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
+    """Return why a course's gait must not be flown with given settings, "" if it may, and the warnings.
+
+    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's.
+
+    Parameters
+    ----------
+    course, settings
+        The course, and how it is flown.
+    anyway
+        Whether it is flown in any case: then each reason against it is a warning.
+    """
+    timed, vehicle = course.timed, course.vehicle
+    limits = {
+        "max_thrust": (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None,
+        "max_tilt_rate": settings.servo_rate or vehicle.max_tilt_rate,
+    }
+    judged = replace(timed, gait=replace(timed.gait, vehicle=vehicle.replace(**limits)))
+    # Rotors without limits push down where they must.
+    harmless = _SURFACE_RULES if settings.saturation else _SURFACE_RULES | {"hover_thrust"}
+    forbidden, warnings = _broken_rules(judged.check(), harmless)
+    if isinstance(timed, RowTimedGait) and timed.gap:
+        warnings.append(timed.gap)
+    # Whether only a part of the course, the period or the lap is flown.
+    seconds = course.seconds(settings)
+    if math.isfinite(course.duration):
+        wholes = {"course": (course.duration, "what comes after it is not flown")}
+    else:
+        wholes = {"period": (course.moving_period, "what holds at one moment of it need not hold at another")}
+    if settings.reference in ("line", "circle"):
+        wholes["lap"] = settings.lap, "the reference is not followed to its end"
+    for name, (whole, meaning) in wholes.items():
+        if seconds < whole * (1 - 1e-9):
+            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
+    if anyway:
+        return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
+    return forbidden[0] if forbidden else "", tuple(warnings)
+
+
+def from_hover(
+    timed: TimedGait, *, periods: int = 2, pause: float = 1.0, duration: float | None = None, anyway: bool = False
+) -> Course | str:
+    """Return the course from hover into a gait, around it, and back; or the reason why there is none.
+
+    The path from hover is on the surface where there is one; otherwise, as to a biased gait, it is straight if physics
+    allows that.
+
+    Parameters
+    ----------
+    timed
+        The gait.
+    periods
+        How often the gait is flown.
+    pause
+        In hover, before and after [s].
+    duration
+        Of the path in, and of the path out [s]; by default 1 s, or what the vehicle's limits of tilt rate and
+        acceleration need if that is more.
+    anyway
+        Whether to fly straight to the gait's first corner although physics forbids it.
+
+    Returns
+    -------
+    Course or str
+        The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their
+        rates jump there.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    >>> from_hover(gait.parametrize(1.0)).duration
+    6.0
+    >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
+    'no flyable path from hover: R = +4 at th'
+    """
+    if not isinstance(timed, TimedGait):
+        raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
+    if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
+        raise InputError(f"periods must be a whole number from 1 to {_MOST_PERIODS}, got {shown(periods)}")
+    if not 0 <= number_of(pause) <= _LONGEST_PAUSE:
+        raise InputError(f"pause must be between 0 and {_LONGEST_PAUSE:g} s, got {shown(pause)}")
+    gait, times = timed.gait, timed.corner_times
+    passed = timed.at(times[:-1])[0]
+    if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:
+        # A timing law of its own is joined where it has its knots, which need not be corners of a polyline.
+        gait = replace(gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={})
+    path = transition("hover", gait, duration=duration)
+    if path and path.report is not None and path.report.flyable:
+        entry, seconds, corner = path.timed, path.duration, path.corners[1] or 0
+    else:
+        # Straight to the first corner; a default duration is prolonged to what the largest tilt rate needs.
+        ends = np.stack([np.zeros(4), gait.alpha[0]])
+        straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
+        limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
+        if limit is not None and duration is None:
+            seconds = max(seconds, float(parametrize(straight, 2.0).peak_rates().max()) / limit)
+        entry = parametrize(straight, 2 * seconds)
+        refusal = "" if anyway else refusal_and_warnings(entry.check())[0]
+        if refusal:
+            # Off the surfaces no path on them is searched, so its reason would be beside the point.
+            reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {refusal}"
+            return f"no flyable path from hover: {reason}"
+    hover = parametrize(replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}), 1.0)
+    arrival = pause + seconds
+    departure = arrival + periods * timed.period
+    return Course(
+        pieces=(
+            (0.0, 0.0, hover),
+            (pause, 0.0, entry),
+            (arrival, float(times[corner]), timed),
+            (departure, seconds, entry),
+            (departure + seconds, 0.0, hover),
+        ),
+        duration=departure + seconds + pause,
+        phases=("hover", "entry", "gait", "exit", "hover"),
+    )
