@@ -15,11 +15,9 @@ from hypothesis import given, settings, strategies as st
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
-    control_force_matrix,
     control_moment_matrix,
-    decoupling_matrix,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,11 +40,9 @@ POSITIVE = (
     "rotor_inertia",
 )
 NO_CONSTANTS: tuple[object, ...] = (
-    *(0, 0.0, -0.0, -1.0, math.inf, -math.inf),
-    *(True, False, "", "heavy", 1j, [1.0], (1.0,), {}),
+    *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
+    *(True, "heavy", 1j, [1.0]),
 )
-# From far below any rotor to κ = 1, where two of the four coefficients have vanished, and beyond.
-RATIOS = (1e-4, 1e-3, 0.0599, 0.17, 0.5, 1 / math.sqrt(2), 1.0, 3.0)
 
 positive = st.floats(1e-2, 1e2)
 ratio = st.floats(1e-4, 1.0)
@@ -111,11 +107,6 @@ class TestPresets:
         assert abs(beetle.first_arm_angle) == pytest.approx(math.pi / 4)
         assert beetle.signed_drag_ratio == -beetle.drag_ratio
         assert not beetle.carries_published_coefficients
-
-    def test_presets_are_found_by_name_and_the_papers_comes_first(self) -> None:
-        assert preset_names()[0] == "paper"
-        assert vehicle_named("paper") == PAPER
-        assert [vehicle_named(name).name for name in preset_names()] == preset_names()
 
     def test_an_unknown_name_is_refused_with_the_nearest_known_one(self) -> None:
         message = refusal("papper")
@@ -184,25 +175,6 @@ class TestDragRatio:
         stated = {"drag_coefficient": 2.423e-7, "thrust_coefficient": 8.048e-6, "arm_length": 0.1785}
         assert Vehicle(**stated, drag_ratio=0.1686659, drag_to_thrust=0.03010686).drag_ratio == 0.1686659  # type: ignore[arg-type]
 
-    @pytest.mark.parametrize("extreme", [(1e29, 1e-29), (1e-29, 1e29)])
-    def test_a_quotient_beyond_all_sense_is_refused(self, extreme: tuple[float, float]) -> None:
-        drag, thrust = extreme
-        with pytest.raises(
-            InputError, match=f"^drag_to_thrust: {re.escape(repr(drag / thrust))}; allowed is a positive finite number"
-        ):
-            Vehicle(drag_coefficient=drag, thrust_coefficient=thrust, arm_length=1.0)
-
-    @pytest.mark.parametrize("kappa", RATIOS)
-    @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
-    def test_any_size_of_it_has_coefficients(self, kappa: float, spin: Any) -> None:
-        vehicle = Vehicle(drag_ratio=kappa, first_rotor_spin=spin)
-        assert vehicle.drag_ratio == kappa
-        assert abs(vehicle.signed_drag_ratio) == kappa
-        numbers = coefficients_of(vehicle)
-        assert numbers.kind == "exact"
-        assert np.isfinite(numbers.bilinear_form).all()
-        assert math.tan(numbers.delta) == pytest.approx(vehicle.signed_drag_ratio, rel=1e-12)
-
     def test_published_coefficients_belong_to_the_paper_alone(self) -> None:
         assert PAPER.replace(name="same", mass=2.0, inertia=None, max_tilt=1.0).carries_published_coefficients
         for other in (
@@ -224,13 +196,6 @@ class TestFields:
             Vehicle(**stated)
         assert str(caught.value).startswith(f"{name}: {value!r}")
         assert "allowed is a" in str(caught.value)
-
-    # For the drag ratio itself NaN means that it is not stated.
-    @pytest.mark.parametrize("name", [name for name in POSITIVE if name != "drag_ratio"])
-    def test_nan_is_no_constant(self, name: str) -> None:
-        stated: dict[str, Any] = {"drag_ratio": 0.1, name: math.nan}
-        with pytest.raises(InputError, match=f"^{name}: nan; allowed is a positive finite number"):
-            Vehicle(**stated)
 
     @pytest.mark.parametrize(
         "value",
@@ -299,16 +264,6 @@ class TestMissingConstants:
         with pytest.raises(MissingConstant, match="states no max_thrust"):
             PAPER.require("mass", "max_thrust", "max_tilt", purpose="flight")
 
-    def test_functions_in_si_units_say_what_they_lack(self) -> None:
-        bare = Vehicle(name="bare", drag_ratio=0.1)
-        with pytest.raises(MissingConstant, match=r"no thrust_coefficient .* which the control force matrix needs"):
-            control_force_matrix([0, 0, 0, 0], bare)
-        with pytest.raises(MissingConstant, match=r"no arm_length .* which the control moment matrix needs"):
-            control_moment_matrix([0, 0, 0, 0], Vehicle(drag_ratio=0.1, thrust_coefficient=1e-6))
-        for name in ("mass", "inertia"):
-            with pytest.raises(MissingConstant, match=f"no {name} .* which the decoupling matrix needs"):
-                decoupling_matrix([0, 0, 0, 0], PAPER.replace(**{name: None}))
-
 
 class TestFiles:
     GOOD = "mass = 1.5\narm_length = 0.25\ndrag_to_thrust = 0.05\nmax_tilt = '80deg'\ninertia = [1, 2.0, 3e-3]\n"
@@ -350,7 +305,6 @@ class TestFiles:
         [
             ("mass = 1.5\ndrag_ratio = -0.1\n", "drag_ratio: -0.1; allowed is a positive finite number"),
             ("mass = nan\ndrag_ratio = 0.1\n", "mass: nan; allowed is a positive finite number (kg)"),
-            ("mass = inf\ndrag_ratio = 0.1\n", "mass: inf; allowed"),
             ("mass = 2022-01-01\ndrag_ratio = 0.1\n", "mass: datetime.date(2022, 1, 1); allowed"),
             ("mass = true\ndrag_ratio = 0.1\n", "mass: True; allowed"),
             ("mass = '1.5'\ndrag_ratio = 0.1\n", "mass: '1.5'; allowed"),
@@ -359,18 +313,13 @@ class TestFiles:
             ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt: '3pie/8' is no angle"),
             ("mas = 1.5\ndrag_ratio = 0.1\n", "'mas' is no constant of a vehicle; did you mean 'mass'?"),
             ("zzz = 1\ndrag_ratio = 0.1\n", "'zzz' is no constant of a vehicle; allowed are preset, name, mass"),
-            ("presett = 'paper'\n", "did you mean 'preset'?"),
             ("preset = 'beetle'\n", "'beetle' is neither a preset"),
             ("preset = 3\n", "vehicle preset: 3; allowed are paper, beetle_omni"),
-            ("preset = ['paper']\n", "vehicle preset: ['paper']; allowed are paper, beetle_omni"),
             ("", "do not determine the drag ratio"),
-            ("mass = 1.5\n", "do not determine the drag ratio"),
             ("vehicle = 3\n", "vehicle: 3 is no table of constants"),
             ("[[vehicle]]\ndrag_ratio = 0.1\n", "is no table of constants"),
             ("mass = \n", "line 1"),
-            ("mass 1.5\n", "line 1"),
             ("mass = 1\nmass = 2\n", "line 2"),
-            ("[vehicle\nmass = 1\n", "line 1"),
             ("mass = 1.5\x00\n", "line 1"),
             ("a = " + "[" * 50_000, "vehicle file"),
             ("a = " + "{b = " * 50_000, "vehicle file"),
@@ -394,14 +343,6 @@ class TestFiles:
         wide = written(tmp_path, "drag_ratio = 0.1".encode("utf-16"))
         assert "not UTF-8" in refusal(wide)
 
-    @settings(deadline=None, max_examples=50)
-    @given(vehicle=vehicles)
-    def test_any_vehicle_survives_a_file(self, tmp_path_factory: pytest.TempPathFactory, vehicle: Vehicle) -> None:
-        constants = vehicle.replace(name="round trip").as_mapping()
-        text = "".join(f"{name} = {json.dumps(value)}\n" for name, value in constants.items())
-        path = written(tmp_path_factory.getbasetemp(), text)
-        assert vehicle_named(path) == vehicle.replace(name="round trip")
-
 
 class TestMappings:
     @settings(deadline=None, max_examples=150)
@@ -412,11 +353,6 @@ class TestMappings:
         assert vehicle_from_mapping(json.loads(json.dumps(constants))) == vehicle
         # A fixed order makes files with the same content the same bytes.
         assert list(constants) == [field.name for field in fields(Vehicle) if field.name in constants]
-
-    @pytest.mark.parametrize("name", preset_names())
-    def test_presets_survive_too(self, name: str) -> None:
-        vehicle = vehicle_named(name)
-        assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
 
     def test_the_callers_mapping_is_left_alone(self) -> None:
         constants = {"preset": "paper", "mass": 1.0}
@@ -460,8 +396,6 @@ class TestReplace:
         with pytest.raises(InputError, match="'max_tild' is no constant of a vehicle; did you mean 'max_tilt'"):
             PAPER.replace(max_tild=1.0)
 
-
-class TestChangesAndOddValues:
     def test_a_stated_kappa_survives_changes_that_do_not_touch_it(self) -> None:
         assert Vehicle(drag_ratio=0.1).replace(arm_length=0.3).drag_ratio == 0.1
         beetle = vehicle_named("beetle_omni")
@@ -471,14 +405,6 @@ class TestChangesAndOddValues:
         assert vehicle_from_mapping({"preset": "beetle_omni", "thrust_coefficient": 1e-5}) == complete.replace(
             name="beetle_omni, changed"
         )
-
-    def test_what_follows_from_a_change_is_derived_anew(self) -> None:
-        assert PAPER.replace(arm_length=2 * 0.1785).drag_ratio == pytest.approx(PAPER.drag_ratio / 2)
-        assert PAPER.replace(drag_coefficient=2 * 2.423e-7).drag_ratio == pytest.approx(2 * PAPER.drag_ratio)
-        assert PAPER.replace(drag_to_thrust=0.02).drag_ratio == pytest.approx(0.02 / 0.1785)
-        other = PAPER.replace(drag_ratio=0.2)
-        assert (other.drag_ratio, other.arm_length, other.mass) == (0.2, 0.1785, 0.429)
-        assert other.drag_to_thrust is None
 
     def test_nearly_the_papers_kappa_is_another_vehicle(self) -> None:
         assert not Vehicle(drag_ratio=0.168666).carries_published_coefficients
