@@ -36,9 +36,9 @@ from gaitgraph.surface.admissible import (
     tilt_region,
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
-from gaitgraph.surface.components import Sign, certain_determinant, red_label, sign_components, sign_region
+from gaitgraph.surface.components import certain_determinant, sign_components, sign_region
 from gaitgraph.surface.region import Region, Zones, zones_region
-from gaitgraph.surface.sheets import sheet_angles
+from gaitgraph.surface.sheets import Sign, red_label, sheet_angles
 from gaitgraph.validation.checks import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 

@@ -25,14 +25,7 @@ from gaitgraph.invertibility.matrices import (
     zero_moment_direction,
 )
 from gaitgraph.io.reading import read_table
-from gaitgraph.surface.components import red_label
-from gaitgraph.surface.fibers import (
-    fiber_points,
-    line_intervals,
-    nearest_on_line,
-    point_on_family,
-    travel_of,
-)
+from gaitgraph.surface.fibers import fiber_points, line_intervals, nearest_on_line, point_on_family, travel_of
 from gaitgraph.surface.sheets import (
     FAMILIES,
     FIBERS,
@@ -40,6 +33,7 @@ from gaitgraph.surface.sheets import (
     family_distances,
     family_jumps,
     family_types,
+    red_label,
     sheet_angles,
     types_contradict,
 )

@@ -19,25 +19,21 @@ from gaitgraph.planning.request import colorings_of_file
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
 from gaitgraph.surface.loop_colorings import (
     MOST_LISTED,
-    SIGNS,
-    STEPS,
-    ChainCount,
+    ColorChoices,
     Coloring,
+    ColoringCount,
     ColoringListing,
     ColoringObstacle,
-    Palette,
-    _power,
-    _product,
-    _step,
-    palette_of,
+    color_choices,
 )
+from gaitgraph.surface.sheets import SIGNS
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from gaitgraph.surface.loop_colorings import Sign
+    from gaitgraph.surface.sheets import Sign
 
 G1, G2, G3, G4 = GAITS
 PUBLISHED, EXACT = gg.invertibility.coefficients_of(kind="published"), gg.invertibility.coefficients_of(kind="exact")
@@ -149,13 +145,13 @@ def read_off(coloring: Coloring) -> tuple[str, ...]:
     return coloring.colors
 
 
-def counted(loop: Sequence[Point], cuts: Sequence[int], sign: Sign, coefficients: gg.Coefficients) -> ChainCount:
+def counted(loop: Sequence[Point], cuts: Sequence[int], sign: Sign, coefficients: gg.Coefficients) -> ColoringCount:
     """Return the count of a loop that comes in pieces, cut before the points of these numbers."""
     plane = np.array(loop, dtype=float)
-    palette = palette_of(plane[:, 0], plane[:, 1], coefficients)[sign]
-    chain = ChainCount(sign)
+    palette = color_choices(plane[:, 0], plane[:, 1], coefficients)[sign]
+    chain = ColoringCount(sign)
     for start, end in itertools.pairwise([0, *sorted(cuts), len(palette)]):
-        chain.see(palette[start:end])
+        chain.add(palette[start:end])
     return chain
 
 
@@ -391,9 +387,9 @@ def test_one_point_at_a_time_over_two_thousand_points() -> None:
 
 
 def test_a_chain_without_points_has_no_colouring() -> None:
-    chain = ChainCount("negative")
-    nothing = Palette(available=np.zeros((0, 2), dtype=bool), crossing=np.zeros((0, 2), dtype=bool))
-    chain.see(nothing)
+    chain = ColoringCount("negative")
+    nothing = ColorChoices(available=np.zeros((0, 2), dtype=bool), crossing=np.zeros((0, 2), dtype=bool))
+    chain.add(nothing)
     assert (chain.closed(), chain.points, chain.obstacle) == (0, 0, None)
 
 
@@ -697,9 +693,9 @@ def test_a_table_says_its_vehicle_and_tolerance(tmp_path: Path) -> None:
     found = colorings_of_file(path)
     expected = gg.colorings(gait.alpha, vehicle=MIRRORED, crossing_tolerance=0.01)
     assert same(found, expected)
-    palette, other = found.palettes["negative"], colorings_of_file(path, crossing_tolerance=pi / 32)
+    palette, other = found.choices["negative"], colorings_of_file(path, crossing_tolerance=pi / 32)
     assert not palette.crossing.any()
-    assert other.palettes["negative"].crossing.any()
+    assert other.choices["negative"].crossing.any()
     published = colorings_of_file(path, vehicle=gg.PAPER, coefficients="published")
     assert same(published, gg.colorings(gait.alpha, crossing_tolerance=0.01))
 
@@ -840,29 +836,6 @@ def test_points_that_are_no_numbers_are_named(loop: Any) -> None:
 
 
 # The parts of the count
-
-
-def test_a_step_joins_what_figure_15_joins() -> None:
-    """Every step between two points, from its definition: stay, or change where α3 and α4 are ? at either."""
-    for bits in itertools.product([False, True], repeat=8):
-        available, crossing = np.array(bits[:4]).reshape(2, 2), np.array(bits[4:]).reshape(2, 2)
-        (code,) = Palette(available=available, crossing=crossing).codes.tolist()
-        expected = []
-        for before, after in itertools.product(range(2), repeat=2):
-            signs = [(1, 1), (-1, -1)]
-            types = [np.where(crossing[k], 0, signs[color]) for k, color in enumerate((before, after))]
-            joined = neighbors_allowed((types[0][0], types[0][1]), (types[1][0], types[1][1]))
-            expected.append(int(available[0, before] and available[1, after] and bool(joined)))
-        assert tuple(expected) == STEPS[code] == _step(code)
-
-
-def test_powers_and_products_of_steps_are_those_of_matrices() -> None:
-    for matrix, exponent in itertools.product(set(STEPS), range(12)):
-        expected = np.linalg.matrix_power(np.array(matrix, dtype=object).reshape(2, 2), exponent)
-        assert _power(matrix, exponent) == tuple(expected.ravel().tolist())
-    for first, second in itertools.product([(1, 2, 3, 4), (5, 7, 11, 13), (0, 1, 0, 2)], repeat=2):
-        whole = np.array(first).reshape(2, 2) @ np.array(second).reshape(2, 2)
-        assert _product(first, second) == tuple(whole.ravel().tolist())
 
 
 @pytest.mark.parametrize("pieces", [[], [1], [2], [1, 2, 3]])

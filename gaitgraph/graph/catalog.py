@@ -17,7 +17,7 @@ from gaitgraph.graph.simple_cycles import NoCycle, SimpleCycle, simple_cycle
 from gaitgraph.graph.walks import MOST_ANY_ORDER, best_order
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.request import PlanRequest
-from gaitgraph.surface.loop_colorings import RELATION, SIGNS
+from gaitgraph.surface.sheets import RELATION, SIGNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.graph.cycle_list import Cycles
     from gaitgraph.graph.walks import Use
-    from gaitgraph.surface.loop_colorings import Sign
+    from gaitgraph.surface.sheets import Sign
 
 __all__ = ["Catalog", "catalog"]
 

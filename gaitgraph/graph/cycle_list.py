@@ -21,7 +21,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.graph.enumeration import Enumeration
 from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, quanta_of
-from gaitgraph.surface.components import HOVER_LABEL, red_label
+from gaitgraph.surface.sheets import HOVER_LABEL, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -27,8 +27,8 @@ from gaitgraph.optimization.splines import FEWEST_PIECES, basis_rows, power_piec
 from gaitgraph.optimization.tours import least_loop_length, shortest_loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
-from gaitgraph.surface.components import separating_factor
 from gaitgraph.surface.region import Region, Zones
+from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.checks import checked_limits

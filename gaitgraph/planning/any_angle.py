@@ -16,8 +16,7 @@ from gaitgraph.planning.plan import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.planning.prepared import Asked, PreparedRegion, Use, length_of
 from gaitgraph.planning.refusal import RELATION, Obstacle, rootless, waypoint_obstacle
 from gaitgraph.planning.straight import straight_loop_holds
-from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.sheets import COLORS
+from gaitgraph.surface.sheets import COLORS, separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

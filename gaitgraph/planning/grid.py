@@ -15,8 +15,7 @@ from gaitgraph.graph.walks import Blocked, Use, best_order, closed_walk
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.planning.plan import Candidates, Loop, heuristic_order, loop_of
 from gaitgraph.planning.refusal import RELATION, Obstacle, rootless, waypoint_obstacle
-from gaitgraph.surface.components import separating_factor
-from gaitgraph.surface.sheets import COLORS
+from gaitgraph.surface.sheets import COLORS, separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -13,7 +13,7 @@ from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import Coefficients, least_singular_value_on_red, noise_of
 from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_along
 from gaitgraph.invertibility.thrust_bounds import thrust_shares_along
-from gaitgraph.surface.components import red_label
+from gaitgraph.surface.sheets import red_label
 from gaitgraph.validation.rules import jumps
 
 if TYPE_CHECKING:

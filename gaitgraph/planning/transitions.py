@@ -26,8 +26,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, edge_qua
 from gaitgraph.graph.walks import allowed_edges
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
 from gaitgraph.io.writing import write_pieces
-from gaitgraph.surface.components import red_label, separating_factor
-from gaitgraph.surface.sheets import FIBERS
+from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
 from gaitgraph.validation.report import DEFAULT_FLOOR, Report
 from gaitgraph.vehicle import PAPER, Vehicle

@@ -16,7 +16,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
 )
 from gaitgraph.plots.axes import axes_or_new, draw_label, legend_below, plane_axes
-from gaitgraph.surface.components import red_label
+from gaitgraph.surface.sheets import red_label
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.planning.plan import Loop, Plan
-    from gaitgraph.surface.components import Sign
     from gaitgraph.surface.region import Region, Zones
-    from gaitgraph.surface.sheets import Color
+    from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle

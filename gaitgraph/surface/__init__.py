@@ -22,10 +22,8 @@ if TYPE_CHECKING:
         sheet_grid as sheet_grid,
     )
     from gaitgraph.surface.components import (
-        Sign as Sign,
         SignComponent as SignComponent,
         certain_determinant as certain_determinant,
-        red_label as red_label,
         sign_components as sign_components,
         sign_region as sign_region,
     )
@@ -43,6 +41,11 @@ if TYPE_CHECKING:
         Zones as Zones,
         zones_region as zones_region,
     )
-    from gaitgraph.surface.sheets import family_distances as family_distances, sheet_angles as sheet_angles
+    from gaitgraph.surface.sheets import (
+        Sign as Sign,
+        family_distances as family_distances,
+        red_label as red_label,
+        sheet_angles as sheet_angles,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

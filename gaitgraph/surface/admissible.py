@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -18,12 +18,10 @@ from gaitgraph.invertibility.matrices import (
     noise_of,
 )
 from gaitgraph.surface.components import (
-    Sign,
     certain_determinant,
     checked_sign,
     determinant_condition,
     determinant_falls_below,
-    red_label,
     sign_region,
 )
 from gaitgraph.surface.outlines import mirrored, thrust_above, weak_block
@@ -33,26 +31,31 @@ from gaitgraph.surface.region import (
     TOUCH,
     Condition,
     Region,
+    Zones,
     centered_square,
     checked_accuracy,
     checked_number,
     chord_tolerance,
-    domain_without,
     offset,
-    polygons_of,
     rectangle,
     region_between,
+    square_without,
     union_of,
     zones_region,
 )
-from gaitgraph.surface.sheets import COLORS, Color
+from gaitgraph.surface.sheets import COLORS, Color, Sign, red_label
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.surface.region import Zones
+Use = Literal["valid", "flyable"]
+
+_SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
+# Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
+_DECIDED = 1.5e-6  # singular values; see invertibility.singular_value_bounds
+_DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.thrust_bounds
 
 
 def hover_region(vehicle: Vehicle = PAPER) -> Region:
@@ -63,17 +66,12 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     >>> round(hover_region().outer.area, 3)
     4.991
     """
-    inner, outer = (_hover_rectangles(vehicle, margin) for margin in (OPEN_MARGIN, 0.0))
-    return region_between(_hover_condition(vehicle), inner, outer, OPEN_MARGIN)
-
-
-def _hover_rectangles(vehicle: Vehicle, margin: float) -> BaseGeometry:
     delta = math.atan(vehicle.signed_drag_ratio)
-    first = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
-    return union_of([first, rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin)])
 
+    def rectangles(margin: float) -> BaseGeometry:
+        first = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
+        return union_of([first, rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin)])
 
-def _hover_condition(vehicle: Vehicle) -> Condition:
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
         if shares.min() > 0:
@@ -81,7 +79,8 @@ def _hover_condition(vehicle: Vehicle) -> Condition:
         values = f"{float(shares[0]):.3g} and {float(shares[1]):.3g} of m·g"
         return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
 
-    return Condition(name="hover thrusts > 0", broken_at=broken_at)
+    condition = Condition(name="hover thrusts > 0", broken_at=broken_at)
+    return region_between(rectangles(OPEN_MARGIN), rectangles(0.0), OPEN_MARGIN, condition)
 
 
 def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
@@ -92,7 +91,7 @@ def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = D
     share
         The largest thrust of one rotor in units of m·g; 0.25 at α = 0, below that the region is small or empty.
     vehicle
-        All that counts is κ and the spin sense.
+        The vehicle, of which κ and the spin sense count.
     accuracy
         How far curved borders may be from where they are [rad], 1e-9 to 0.1.
 
@@ -102,25 +101,22 @@ def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = D
     [0.169, 4.107, 4.962]
     """
     share, accuracy = checked_number("share", share, "a positive finite number (of m·g)"), checked_accuracy(accuracy)
-    inner, outer = _thrust_polygons(share, vehicle.signed_drag_ratio, accuracy)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         peak = float(np.max(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
         return None if peak <= share else f"largest hover thrust {peak:.3g} of m·g, wanted is ≤ {share:.3g}"
 
     limit = Condition(name=f"hover thrusts ≤ {share:.3g} of m·g", broken_at=broken_at)
+    inner, outer = _thrust_polygons(share, vehicle.signed_drag_ratio, accuracy)
     hover = hover_region(vehicle)
-    return Region(
-        inner=polygons_of(inner.intersection(hover.inner)),
-        outer=polygons_of(outer.intersection(hover.outer)),
-        accuracy=accuracy,
-        conditions=(*hover.conditions, limit),
+    return region_between(
+        inner.intersection(hover.inner), outer.intersection(hover.outer), accuracy, *hover.conditions, limit
     )
 
 
 @lru_cache(maxsize=32)
 def _thrust_polygons(share: float, kappa: float, accuracy: float) -> tuple[BaseGeometry, BaseGeometry]:
-    return domain_without(thrust_above(share, kappa, chord_tolerance(accuracy)), centered_square(), accuracy / 2)
+    return square_without(thrust_above(share, kappa, chord_tolerance(accuracy)), accuracy / 2)
 
 
 def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
@@ -133,7 +129,7 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
     floor
         The floor, dimensionless; above 2·√((1+κ²)/3) nothing reaches it.
     vehicle
-        All that counts is κ and the spin sense.
+        The vehicle, of which κ and the spin sense count.
     accuracy
         How far curved borders may be from where they are [rad], 1e-9 to 0.1.
 
@@ -143,24 +139,24 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
     [9.138, 3.766, 0.061, 0.0]
     """
     floor, accuracy = checked_number("floor", floor, "a finite number ≥ 0", zero=True), checked_accuracy(accuracy)
-    return two_floor_region(floor, floor, vehicle, accuracy)
+    return _two_floor_region(floor, floor, vehicle, accuracy)
 
 
-def two_floor_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
+def _two_floor_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
     """Return where the least singular value is at least `floor`, with `inner` keeping more.
 
     There the third singular value is at least `block`, which is not below `floor`; both are taken as checked.
     """
     kappa = vehicle.signed_drag_ratio
-    inner = _singular_value_polygon(floor, block, kappa, accuracy, inside=True)
-    outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
         return None if value >= floor else f"least singular value {value:.3g}, wanted is ≥ {floor:.3g}"
 
+    inner = _singular_value_polygon(floor, block, kappa, accuracy, inside=True)
+    outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
     condition = Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at)
-    return region_between(condition, inner, outer, accuracy)
+    return region_between(inner, outer, accuracy, condition)
 
 
 @lru_cache(maxsize=64)
@@ -169,7 +165,11 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
         return rectangle(0, 0, 0, 0)
-    strips = _strips(delta, math.acos(alone) - (TOUCH if floor and inside else 0.0))
+    # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
+    reach = math.acos(alone) - (TOUCH if floor and inside else 0.0)
+    centers = (delta - math.pi, delta, delta + math.pi)
+    strips = union_of(rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers)
+    strips = strips.intersection(mirrored(strips))
     if floor >= accuracy / 2:
         band = weak_block(block, kappa, min(chord_tolerance(accuracy), block / 16))
         return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
@@ -179,13 +179,6 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     return strips.difference(offset(weak_block(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
 
 
-def _strips(delta: float, reach: float) -> BaseGeometry:
-    """Return where |cos β1| and |cos β2| are at least cos(reach)."""
-    centers = (delta - math.pi, delta, delta + math.pi)
-    found = union_of(rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers)
-    return found.intersection(mirrored(found))
-
-
 def tilt_region(limit: float) -> Region:
     """Return where no arm tilts beyond a limit [rad], on the red sheet.
 
@@ -193,21 +186,14 @@ def tilt_region(limit: float) -> Region:
     (-0.5, -0.5, 0.5, 0.5)
     """
     limit = checked_number("limit", limit, "a positive finite number (rad)")
+    within = min(limit, HALF_PI)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         tilt = max(abs(alpha1), abs(alpha2))
-        return None if tilt <= min(limit, HALF_PI) else f"tilt {tilt:.4f} rad, wanted is ≤ {min(limit, HALF_PI):.4f}"
+        return None if tilt <= within else f"tilt {tilt:.4f} rad, wanted is ≤ {within:.4f}"
 
-    square = centered_square(min(limit, HALF_PI))
-    return region_between(Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at), square, square, 0.0)
-
-
-Use = Literal["valid", "flyable"]
-
-_SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
-# What is closer to its limit than this is not decided along segments, and counts as beyond it.
-_DECIDED = 1.5e-6  # singular values; see segments.keeps_singular_value_above
-_DECIDED_THRUST = 1.5e-4  # shares of the weight; see segments.thrust_shares_along
+    square = centered_square(within)
+    return region_between(square, square, 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
 
 
 def admissible_region(
@@ -238,7 +224,7 @@ def admissible_region(
     sign
         "positive", "negative", or None for either; no component holds both.
     coefficients
-        With what R is judged; by default those of :func:`coefficients_of`.
+        The coefficients with which R is judged; by default those of :func:`coefficients_of`.
     floor
         The floor of the least singular value.
     zones
@@ -291,16 +277,18 @@ def _admissible(
     accuracy: float,
 ) -> Region:
     signs: tuple[Sign, ...] = ("positive", "negative") if sign is None else (sign,)
-    asked: dict[str, Any] = {"color": color, "coefficients": coefficients, "least": least, "accuracy": accuracy}
+
+    def signed(one: Sign) -> Region:
+        return sign_region(one, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy)
+
     if use == "valid":
-        return _either([sign_region(one, vehicle, **asked) for one in signs])
+        return _either([signed(one) for one in signs])
     if color == "blue":
-        condition = Condition(
-            name="an invertible decoupling matrix",
-            broken_at=lambda _first, _second: "on blue the decoupling matrix is singular in exact physics: use red",
-        )
-        return region_between(condition, rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0), accuracy)
-    region = two_floor_region(floor, floor + _DECIDED if floor > 0 else 0.0, vehicle, accuracy)
+        nothing = rectangle(0, 0, 0, 0)
+        reason = "on blue the decoupling matrix is singular in exact physics: use red"
+        condition = Condition(name="an invertible decoupling matrix", broken_at=lambda _first, _second: reason)
+        return region_between(nothing, nothing, accuracy, condition)
+    region = _two_floor_region(floor, floor + _DECIDED if floor > 0 else 0.0, vehicle, accuracy)
     if vehicle.max_thrust is None:
         region &= hover_region(vehicle)
     else:
@@ -308,38 +296,30 @@ def _admissible(
         share = vehicle.max_thrust / (mass * gravity)
         within = thrust_region(share, vehicle, accuracy=accuracy)
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
-        region &= Region(inner=kept.inner, outer=within.outer, accuracy=accuracy, conditions=within.conditions)
+        region &= region_between(kept.inner, within.outer, accuracy, *within.conditions)
     if vehicle.max_tilt is not None:
         region &= tilt_region(vehicle.max_tilt)
     if floor < _SEPARATING:
-        return _either([sign_region(one, vehicle, **asked) for one in signs]) & region
-    return _of_sign(region, [checked_sign(one) for one in signs], vehicle, asked)
+        return _either([signed(one) for one in signs]) & region
 
-
-def _of_sign(region: Region, signs: list[int], vehicle: Vehicle, asked: dict[str, Any]) -> Region:
-    """Return the part of a region of hover with a positive floor where R has one of the signs, and its least size.
-
-    The floor keeps each polygon off R = 0, so R has one sign on it.
-    """
-    exact, least = coefficients_of(vehicle, "exact"), asked["least"]
-    conditions = [determinant_condition(sign, least, "red", exact) for sign in signs]
-    kept: list[BaseGeometry] = [rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0)]
-    for sign in signs:
-        sides = [
-            union_of(part for part in side.geoms if _sign_on(part, vehicle) == sign)
+    # The floor keeps each polygon off R = 0, so R has one sign on it: take those with one of the signs, and cut off
+    # where |R| is less than asked for.
+    exact = coefficients_of(vehicle, "exact")
+    inner: BaseGeometry = rectangle(0, 0, 0, 0)
+    outer: BaseGeometry = rectangle(0, 0, 0, 0)
+    conditions = []
+    for one in signs:
+        wanted = checked_sign(one)
+        conditions.append(determinant_condition(wanted, least, "red", exact))
+        inside, around = (
+            union_of(part for part in side.geoms if _sign_on(part, vehicle) == wanted)
             for side in (region.inner, region.outer)
-        ]
-        if least > 0 and determinant_falls_below(least, sign, sides[0], exact):
-            cut = sign_region("positive" if sign > 0 else "negative", vehicle, **asked)
-            sides = [sides[0].intersection(cut.inner), sides[1].intersection(cut.outer)]
-        kept = [one.union(other) for one, other in zip(kept, sides, strict=True)]
-    inner, outer = kept
-    return Region(
-        inner=polygons_of(inner),
-        outer=polygons_of(outer),
-        accuracy=region.accuracy,
-        conditions=(_any_of(conditions), *region.conditions),
-    )
+        )
+        if least > 0 and determinant_falls_below(least, wanted, inside, exact):
+            cut = signed(one)
+            inside, around = inside.intersection(cut.inner), around.intersection(cut.outer)
+        inner, outer = inner.union(inside), outer.union(around)
+    return region_between(inner, outer, region.accuracy, _any_of(conditions), *region.conditions)
 
 
 def _sign_on(part: Polygon, vehicle: Vehicle) -> int:
@@ -348,23 +328,23 @@ def _sign_on(part: Polygon, vehicle: Vehicle) -> int:
     return int(red_label(point.x, point.y, vehicle).prod())
 
 
+def _either(regions: list[Region]) -> Region:
+    """Return the union of regions of one condition each."""
+    inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
+    return region_between(inner, outer, regions[0].accuracy, _any_of([part.conditions[0] for part in regions]))
+
+
 def _any_of(conditions: list[Condition]) -> Condition:
     """Return the condition that one of two holds, or the only one there is."""
     if len(conditions) == 1:
         return conditions[0]
+    name = " or ".join(condition.name for condition in conditions)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
-        told = [condition.broken_at(alpha1, alpha2) for condition in conditions]
-        return None if None in told else f"{(told[0] or '').split(',')[0]}, wanted is {name}"
+        reasons = [condition.broken_at(alpha1, alpha2) for condition in conditions]
+        return None if None in reasons else f"{(reasons[0] or '').split(',')[0]}, wanted is {name}"
 
-    name = " or ".join(condition.name for condition in conditions)
     return Condition(name=name, broken_at=broken_at)
-
-
-def _either(regions: list[Region]) -> Region:
-    inner, outer = (union_of(getattr(part, side) for part in regions) for side in ("inner", "outer"))
-    condition = _any_of([part.conditions[0] for part in regions])
-    return region_between(condition, inner, outer, regions[0].accuracy)
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
@@ -376,5 +356,5 @@ def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
     if floor > cap:
         return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"
-    told = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
-    return f"no tilt angles meet all of: {told}: lower the floor, widen the limits or the polygons"
+    names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
+    return f"no tilt angles meet all of: {names}: lower the floor, widen the limits or the polygons"

@@ -16,17 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from itertools import groupby, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
-
-__all__ = ["Border", "Waves", "bands_between", "cosine", "zeros_of_degree_two"]
 
 FloatArray = npt.NDArray[np.float64]
 Function = Callable[[FloatArray], FloatArray]
@@ -54,11 +53,6 @@ class Waves:
     """
 
     terms: FloatArray
-
-    def __post_init__(self) -> None:
-        terms = np.array(self.terms, dtype=float)
-        terms.setflags(write=False)
-        object.__setattr__(self, "terms", terms)
 
     def __add__(self, other: Waves | float) -> Waves:
         rest = other.terms if isinstance(other, Waves) else np.array([[other, 0.0, 0.0, 0.0]])
@@ -121,19 +115,10 @@ class Border:
         return np.asarray(self.squared.at(points) ** 2 + self.rest.at(points))
 
     def deviation(self, starts: FloatArray, ends: FloatArray, reach: float) -> FloatArray:
-        """Return how far the border may be from chords between points on it, shape (m,).
+        """Return a bound of how far the border may be from chords between points on it, shape (m,).
 
-        Parameters
-        ----------
-        starts, ends
-            Ends of the chords, shape (m, 2).
-        reach
-            Half the width of the rectangles that are looked at.
-
-        Returns
-        -------
-        array of shape (m,)
-            A bound; infinite where none up to `reach` is certain.
+        `starts` and `ends` have the shape (m, 2); `reach` is half the width of the rectangles that are looked at. The
+        bound is infinite where none up to `reach` is certain.
         """
         chord = ends - starts
         length = np.hypot(chord[:, 0], chord[:, 1])
@@ -177,12 +162,13 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
 def _abscissae(low: float, high: float, function: Function, border: Border | None, tolerance: float) -> FloatArray:
     """Return abscissae on an interval such that the chords between a function's values there follow the border.
 
-    Samples are dense at both ends, where an explicit border may rise like a square root. A straight side needs none.
+    A straight side needs both ends only.
     """
     if border is None:
         return np.array([low, high])
 
     def at(theta: FloatArray) -> FloatArray:
+        # Dense at both ends, where an explicit border may rise like a square root.
         x = (low + high) / 2 - (high - low) / 2 * np.cos(theta)
         return np.where(theta <= 0, low, np.where(theta >= math.pi, high, x))
 
@@ -242,14 +228,11 @@ def bands_between(
     ordinate
         The second coordinate for given w.
     """
-    import shapely
-
-    polygons: list[Any] = []
     first, last = ends
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
-    breaks = breaks[kept]
-    for low, high in pairwise(breaks.tolist()):
+    polygons: list[Polygon | None] = []
+    for low, high in pairwise(breaks[kept].tolist()):
         middle = np.array([(low + high) / 2])
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
@@ -257,16 +240,12 @@ def bands_between(
         edges += [(w, root) for w, root in here if first < w < last]
         edges.append((last, None))
         inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
-        k = 0
-        while k < len(inside):
-            if not inside[k]:
-                k += 1
-                continue
-            end = k + 1
-            while end < len(inside) and inside[end]:
-                end += 1
-            polygons.append(_band(float(low), float(high), edges[k], edges[end], border, tolerance, ends, ordinate))
-            k = end
+        # Each run of intervals in which the condition holds is one polygon.
+        for held, run in groupby(range(len(inside)), key=inside.__getitem__):
+            if held:
+                numbers = list(run)
+                bottom, top = edges[numbers[0]], edges[numbers[-1] + 1]
+                polygons.append(_band(low, high, bottom, top, border, tolerance, ends, ordinate))
     return shapely.union_all([polygon for polygon in polygons if polygon is not None])
 
 
@@ -286,23 +265,21 @@ def _band(
         value, root = edge
         if root is None:
             return (lambda x: ordinate(np.full(x.shape, value))), None
-
         # At the ends of the interval rounding alone can take a root out of the range.
         return (lambda x: ordinate(np.clip(root(x), *ends))), border
 
-    sides = side(bottom), side(top)
-    abscissae = [_abscissae(low, high, *one, tolerance) for one in sides]
-    polygon = _polygon_between(sides[0][0], sides[1][0], *abscissae)
+    (lower, lower_border), (upper, upper_border) = side(bottom), side(top)
+
+    def between(below: FloatArray, above: FloatArray) -> Polygon | None:
+        ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
+        ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
+        return shapely.Polygon(ring) if len(ring) > 2 else None
+
+    below = _abscissae(low, high, lower, lower_border, tolerance)
+    above = _abscissae(low, high, upper, upper_border, tolerance)
+    polygon = between(below, above)
     if polygon is not None and not polygon.is_valid:
         # The chords of a thin band may cross, unless both sides have the same abscissae.
-        common = np.unique(np.concatenate(abscissae))
-        polygon = _polygon_between(sides[0][0], sides[1][0], common, common)
+        common = np.union1d(below, above)
+        polygon = between(common, common)
     return polygon
-
-
-def _polygon_between(bottom: Function, top: Function, below: FloatArray, above: FloatArray) -> Polygon | None:
-    import shapely
-
-    ring = np.vstack([np.column_stack([below, bottom(below)]), np.column_stack([above, top(above)])[::-1]])
-    ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
-    return shapely.Polygon(ring) if len(ring) > 2 else None

@@ -1,22 +1,19 @@
 """Every root of Rφ = Rθ = 0 over one point, many points or a grid of the (α1, α2) plane, in closed form.
 
-The formulas are those of :mod:`gaitgraph.surface.sheets`: a red and a blue root lie over every (α1, α2). On a sheet α3
-depends on α1 alone and α4 on α2 alone, so on a grid everything is an outer product. α3 and α4 are represented in
-[−π/2, π/2]; a solution at one end of that range is one at the other end too, with the opposite sign of R, and both are
-counted as roots.
+The formulas are those of :mod:`gaitgraph.surface.sheets`: a red and a blue root lie over every (α1, α2). α3 and α4 are
+represented in [−π/2, π/2]. A solution at one end of that range is one at the other end too, with the opposite sign of
+R, and both are counted as roots.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import overload
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
+from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of
 from gaitgraph.errors import InputError
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -41,7 +38,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int8]
 
 _FIBER_TOLERANCE = 1e-9
-MOST_ROOTS = 5
+_MOST_ROOTS = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +72,11 @@ class Fiber:
     Parameters
     ----------
     name
-        "first" (β1 ≡ 0, α4 free) or "second" (β2 ≡ 0, α3 free).
-    fixed
-        The angle that is fixed: "alpha3" or "alpha4".
+        "first" (β1 ≡ 0 mod π/2, α4 free) or "second" (β2 ≡ 0 mod π/2, α3 free).
+    fixed, free
+        The names of the fixed and of the free angle: "alpha3" and "alpha4", or "alpha4" and "alpha3".
     values
-        Its values in [−π/2, π/2] [rad].
-    free
-        The angle that is free: "alpha4" or "alpha3".
+        The values of the fixed angle in [−π/2, π/2] [rad].
     singular
         True on the copies at β = π/2 (mod π), where the decoupling matrix is singular at every attitude
         whatever the free angle.
@@ -97,26 +92,14 @@ class Fiber:
     types: str
 
 
-@dataclass(frozen=True, slots=True)
-class RootSet(Sequence[Root]):
-    """All roots of one (α1, α2), red ones first, then by (α3, α4); and the fibres that pass through it."""
+class RootSet(tuple[Root, ...]):
+    """All roots of one (α1, α2), red ones first, then by (α3, α4), with the fibres that pass through it."""
 
-    items: tuple[Root, ...]
-    fibers: tuple[Fiber, ...] = ()
-
-    @overload
-    def __getitem__(self, index: int) -> Root: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Root, ...]: ...
-    def __getitem__(self, index: int | slice) -> Root | tuple[Root, ...]:
-        return self.items[index]
-
-    def __len__(self) -> int:
-        return len(self.items)
+    fibers: tuple[Fiber, ...]
 
     def of(self, color: Color) -> tuple[Root, ...]:
         """Return the roots of one color."""
-        return tuple(root for root in self.items if root.color == color)
+        return tuple(root for root in self if root.color == color)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,8 +118,6 @@ class RootArrays:
         +1, 0 (`?`) or −1 for α3 and for α4, shape (..., 5, 2).
     R
         Equation (6), NaN beyond `count`, shape (..., 5).
-    on_fiber
-        Whether the first and the second fibre pass through (α1, α2), shape (..., 2).
     """
 
     count: npt.NDArray[np.int64]
@@ -144,7 +125,6 @@ class RootArrays:
     sheet: IntArray
     types: IntArray
     R: FloatArray
-    on_fiber: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,14 +164,9 @@ class SheetGrid:
         return np.add.outer(3 * self.types3, self.types4)
 
 
-def _both_ends(angle: float) -> tuple[float, ...]:
-    """Return the representations of an angle in [−π/2, π/2]: two at the ends of the range, else one."""
-    return (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,)
-
-
 def roots(
-    alpha1: float,
-    alpha2: float,
+    alpha1: float | str,
+    alpha2: float | str,
     coefficients: Coefficients | None = None,
     *,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
@@ -200,12 +175,12 @@ def roots(
 
     Two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an end
     of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
-    answer says so, beside the red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
+    answer states it, beside the red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
 
     Parameters
     ----------
     alpha1, alpha2
-        Tilt angles of rotors 1 and 2 [rad], in [−π/2, π/2].
+        Tilt angles of rotors 1 and 2 in [−π/2, π/2], numbers [rad] or texts such as "pi/8".
     coefficients
         The coefficients of formula (1); by default the paper's published ones.
     crossing_tolerance
@@ -225,31 +200,28 @@ def roots(
     """
     coefficients = coefficients or coefficients_of()
     a1, a2 = (
-        # A number is checked against its range below; all else is a text that means an angle, or refused.
+        # The range of a number is checked below; anything else is a text that means an angle, or refused.
         number_of(value) if isinstance(value, float) else angle_from_text(value, name)
         for name, value in (("alpha1", alpha1), ("alpha2", alpha2))
     )
-    checked_plane_angles(a1, a2)
-    found: list[Root] = []
-    for color in COLORS:
-        third, fourth = sheet_angles(color, a1, a2, coefficients)
-        types = text_from_types(*map(int, types_of(color, a1, a2, coefficients, crossing_tolerance)))
-        for a3 in _both_ends(float(third)):
-            for a4 in _both_ends(float(fourth)):
-                alpha = (a1, a2, a3, a4)
-                found.append(
-                    Root(
-                        alpha1=a1,
-                        alpha2=a2,
-                        alpha3=a3,
-                        alpha4=a4,
-                        types=types,
-                        color=color,
-                        R=float(level_determinant(alpha, coefficients)),
-                        R_phi=float(roll_sensitivity(alpha, coefficients)) + 0.0,
-                        R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
-                    )
-                )
+    arrays = root_arrays(a1, a2, coefficients, crossing_tolerance=crossing_tolerance)
+    found = []
+    for k in range(int(arrays.count)):
+        alpha = arrays.alpha[k]
+        found.append(
+            Root(
+                alpha1=a1,
+                alpha2=a2,
+                alpha3=float(alpha[2]),
+                alpha4=float(alpha[3]),
+                types=text_from_types(*arrays.types[k]),
+                color=COLORS[int(arrays.sheet[k] < 0)],
+                R=float(level_determinant(alpha, coefficients)),
+                # A residual of −0.0 is printed as 0.0.
+                R_phi=float(roll_sensitivity(alpha, coefficients)) + 0.0,
+                R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
+            )
+        )
     fibers = []
     for name, angle, beta, types in (
         ("first", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
@@ -257,10 +229,12 @@ def roots(
     ):
         if distance_to_multiple(beta, HALF_PI) <= _FIBER_TOLERANCE:
             fixed, free = ("alpha3", "alpha4") if name == "first" else ("alpha4", "alpha3")
+            values = (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,)
             singular = distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE
-            values = _both_ends(float(wrapped(angle)))
             fibers.append(Fiber(name=name, fixed=fixed, values=values, free=free, singular=singular, types=types))
-    return RootSet(tuple(found), tuple(fibers))
+    answer = RootSet(found)
+    answer.fibers = tuple(fibers)
+    return answer
 
 
 def root_arrays(
@@ -292,6 +266,7 @@ def root_arrays(
     coefficients = coefficients or coefficients_of()
     a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
     shape = a1.shape
+    # The axes before the last one: the sheet, then the lower and the upper end of the range for α3 and for α4.
     alpha = np.full((*shape, 2, 2, 2, 4), np.nan)
     sheet = np.zeros((*shape, 2, 2, 2), dtype=np.int8)
     types = np.zeros((*shape, 2, 2, 2, 2), dtype=np.int8)
@@ -309,22 +284,15 @@ def root_arrays(
                 exists[..., k, i, j] = (end3 | (i == 0)) & (end4 | (j == 0))
         sheet[..., k, :, :] = 1 - 2 * k
     flat = exists.reshape(*shape, 8)
-    order = np.argsort(~flat, axis=-1, kind="stable")[..., :MOST_ROOTS]
+    order = np.argsort(~flat, axis=-1, kind="stable")[..., :_MOST_ROOTS]
     taken = np.take_along_axis(flat, order, axis=-1)
     alpha = np.take_along_axis(alpha.reshape(*shape, 8, 4), order[..., None], axis=-2)
     types = np.take_along_axis(types.reshape(*shape, 8, 2), order[..., None], axis=-2)
     sheet = np.where(taken, np.take_along_axis(sheet.reshape(*shape, 8), order, axis=-1), np.int8(0))
     alpha[~taken] = np.nan
     types[~taken] = 0
-    b1 = distance_to_multiple(a1 - coefficients.delta, HALF_PI)
-    b2 = distance_to_multiple(a2 + coefficients.delta, HALF_PI)
     return RootArrays(
-        count=flat.sum(axis=-1),
-        alpha=alpha,
-        sheet=sheet,
-        types=types,
-        R=level_determinant(alpha, coefficients),
-        on_fiber=np.stack([b1, b2], axis=-1) <= _FIBER_TOLERANCE,
+        count=flat.sum(axis=-1), alpha=alpha, sheet=sheet, types=types, R=level_determinant(alpha, coefficients)
     )
 
 
@@ -357,9 +325,17 @@ def sheet_grid(
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     if a1.ndim != 1 or a2.ndim != 1:
         raise InputError(f"alpha1, alpha2: axes of {a1.ndim} and {a2.ndim} dimensions; allowed is 1 and 1")
+
+    def with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
+        """Return each angle's index and its representations: two where it lies at an end of the range."""
+        at_end = at_end_of_range(angles)
+        index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
+        second = np.diff(index, prepend=-1) == 0
+        return index, np.where(at_end[index], np.where(second, HALF_PI, -HALF_PI), angles[index])
+
     third, fourth = sheet_angles(color, a1, a2, coefficients)
-    row, alpha3 = _with_both_ends(third)
-    column, alpha4 = _with_both_ends(fourth)
+    row, alpha3 = with_both_ends(third)
+    column, alpha4 = with_both_ends(fourth)
     types3, types4 = types_of(color, a1[row], a2[column], coefficients, crossing_tolerance)
     left = pair_features(a1[row], alpha3) @ coefficients.bilinear_form
     return SheetGrid(
@@ -372,13 +348,3 @@ def sheet_grid(
         types4=types4,
         R=left @ pair_features(a2[column], alpha4).T,
     )
-
-
-def _with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
-    """Return each angle's index and its representations: two where it lies at an end of the range."""
-    at_end = at_end_of_range(angles)
-    index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
-    values = angles[index]
-    second = np.zeros(index.size, dtype=bool)
-    second[1:] = index[1:] == index[:-1]
-    return index, np.where(at_end[index], np.where(second, HALF_PI, -HALF_PI), values)

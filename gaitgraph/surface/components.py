@@ -1,13 +1,18 @@
-"""Components of the red sheet where R has one sign, and regions where R has a sign on a sheet."""
+"""Where R has a sign: the seven components of the red sheet, and what rounding leaves on the blue one.
+
+On the red sheet the components are labelled by the signs of the three factors of R
+(:func:`gaitgraph.surface.sheets.red_label`). The sign of R on a grid cannot separate them: it joins them across the
+saddles, where a line and the curve cross and R vanishes to second order.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
@@ -19,71 +24,24 @@ from gaitgraph.surface.region import (
     OPEN_MARGIN,
     Condition,
     Region,
-    centered_square,
     checked_accuracy,
     checked_number,
     chord_tolerance,
-    domain_without,
     offset,
     polygons_of,
     rectangle,
     region_between,
+    square_without,
     union_of,
 )
-from gaitgraph.surface.sheets import COLORS, Color, sheet_angles
+from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-FloatArray = npt.NDArray[np.float64]
-
-HOVER_LABEL = (1, 1, 1)
-"""The label of the component of α = 0, which ordinary hover can reach."""
-
-
-def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
-    """Return the signs of the three factors of R on the red sheet, exact coefficients, shape (..., 3).
-
-    The third is positive on the side of α = 0. Their product is the sign of R; a zero is singular.
-
-    >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
-    ([1, 1, 1], [1, 1, -1])
-    """
-    a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
-    saddle = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
-    factors = np.stack(np.broadcast_arrays(np.cos(a1 - delta), np.cos(a2 + delta), saddle), axis=-1)
-    return np.asarray(np.sign(factors).astype(np.int64))
-
-
-def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER) -> str | None:
-    """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None.
-
-    >>> separating_factor((0.0, 0.0), (1.178, -0.393))
-    'the curve tan α1 − tan α2 = 2κ = 0.3373'
-    """
-    a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
-    edge = math.copysign(math.pi / 2, delta)
-    names = (
-        f"the line α1 = {delta - edge:.4f} (β1 = ∓π/2)",
-        f"the line α2 = {edge - delta:.4f} (β2 = ±π/2)",
-        f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
-    )
-    differing = [name for name, x, y in zip(names, a, b, strict=True) if x != y]
-    return " and ".join(differing) or None
-
-
-Sign = Literal["positive", "negative"]
-
 _EPSILON = float(np.finfo(float).eps)
-_SIGNS: dict[str, int] = {"positive": 1, "negative": -1}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +51,7 @@ class SignComponent:
     Parameters
     ----------
     label
-        The signs of cos β1, cos β2 and the bracket; see :func:`gaitgraph.surface.components.red_label`.
+        The signs of cos β1, cos β2 and the bracket; see :func:`gaitgraph.surface.sheets.red_label`.
     sign
         The sign of R, their product.
     region
@@ -108,13 +66,10 @@ class SignComponent:
 def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> tuple[SignComponent, ...]:
     """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
 
-    They are told apart by the signs of the three factors of R. A grid of signs of R cannot tell them apart: it joins
-    them across the two saddles, where a line and the curve cross and R vanishes to second order.
-
     Parameters
     ----------
     vehicle
-        All that counts is κ and the spin sense.
+        The vehicle, of which κ and the spin sense count.
     accuracy
         How far the curved borders may be from where they are [rad], 1e-9 to 0.1. R = 0 is excluded: `inner` keeps
         1e-9 from straight borders.
@@ -128,28 +83,20 @@ def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCUR
 
 
 def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
-    """Return the components, those of `inner` with a margin to straight borders."""
+    """Return the components; `inner` keeps a margin to straight borders."""
     kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
+    border = math.atan(kappa) - math.copysign(HALF_PI, kappa)
     spin = 1 if kappa > 0 else -1
-    edge = spin * HALF_PI
     exact = coefficients_of(vehicle, "exact")
+    half = accuracy / 2
     negative = bracket_negative(kappa, chord_tolerance(accuracy))
+    wide, narrow = offset(negative, half), offset(negative, -half)
     # The bracket vanishes in two corners of the square too.
-    corners = union_of(
-        rectangle(
-            side * HALF_PI - accuracy / 2,
-            -side * HALF_PI - accuracy / 2,
-            side * HALF_PI + accuracy / 2,
-            -side * HALF_PI + accuracy / 2,
-        )
-        for side in (1, -1)
-    )
-    wide, narrow = offset(negative, accuracy / 2), offset(negative, -accuracy / 2)
+    corners = union_of(rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI))
     found = []
     for first in (1, -1):
         for second in (1, -1):
-            inner_cell, outer_cell = (_cell(delta - edge, first * spin, second * spin, kept) for kept in (margin, 0.0))
+            inner_cell, outer_cell = (_cell(border, first * spin, second * spin, kept) for kept in (margin, 0.0))
             for third in (1, -1):
                 # The third sign is positive on the side of α = 0, whichever way the rotors spin.
                 if third * spin > 0:
@@ -160,7 +107,7 @@ def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignC
                 if inner.is_empty:
                     continue
                 sign = first * second * third
-                region = region_between(determinant_condition(sign, 0.0, "red", exact), inner, outer, accuracy)
+                region = region_between(inner, outer, accuracy, determinant_condition(sign, 0.0, "red", exact))
                 found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
     return tuple(found)
 
@@ -170,26 +117,6 @@ def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
     low, high = (border + margin, HALF_PI) if first > 0 else (-HALF_PI, border - margin)
     left, right = (border + margin, HALF_PI) if second > 0 else (-HALF_PI, border - margin)
     return rectangle(low, -right, high, -left)
-
-
-def certain_determinant(coefficients: Coefficients) -> float:
-    """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
-
-    It covers the difference between the given coefficients and the exact ones, and more than
-    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
-    features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
-
-    >>> round(certain_determinant(coefficients_of()), 4)
-    0.0035
-    """
-    form = coefficients.bilinear_form
-    size = float(np.linalg.norm(form))
-    _, single, double, triple = coefficients.rounding
-    # Each rounded number is off by no more than its rounding, and R with it.
-    parts = 2 * single + double + 2 * triple
-    derived = coefficients.sheet_rounding
-    turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
 def sign_region(
@@ -239,24 +166,21 @@ def sign_region(
         coefficients = coefficients or coefficients_of(vehicle)
         return _blue_sign_region(wanted, coefficients, least or noise_of(coefficients), accuracy)
     exact = coefficients_of(vehicle, "exact")
-    condition = determinant_condition(wanted, least or 0.0, "red", exact)
     margin = accuracy if least else OPEN_MARGIN
     parts = [part.region for part in _components(vehicle, accuracy, margin) if part.sign == wanted]
-    inner, outer = (union_of(getattr(part, side) for part in parts) for side in ("inner", "outer"))
+    inner, outer = union_of(part.inner for part in parts), union_of(part.outer for part in parts)
     if least and determinant_falls_below(least, wanted, inner, exact):
         forbidden = determinant_below(least, wanted, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
-        inner, outer = domain_without(forbidden, centered_square(), accuracy / 2)
-    return region_between(condition, inner, outer, accuracy)
+        inner, outer = square_without(forbidden, accuracy / 2)
+    return region_between(inner, outer, accuracy, determinant_condition(wanted, least or 0.0, "red", exact))
 
 
 def _blue_sign_region(sign: int, coefficients: Coefficients, least: float, accuracy: float) -> Region:
-    condition = determinant_condition(sign, least, "blue", coefficients)
-    edge = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
+    border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
     side = 1 if coefficients.delta > 0 else -1
-    tolerance = chord_tolerance(accuracy)
     kept = {
-        turn: domain_without(
-            blue_determinant_below(least, turn * sign, coefficients, tolerance), centered_square(), accuracy / 2
+        turn: square_without(
+            blue_determinant_below(least, turn * sign, coefficients, chord_tolerance(accuracy)), accuracy / 2
         )
         for turn in (1, -1)
     }
@@ -265,9 +189,10 @@ def _blue_sign_region(sign: int, coefficients: Coefficients, least: float, accur
         for second in (1, -1):
             # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
             for k, margin in enumerate((OPEN_MARGIN, 0.0)):
-                cell = _cell(edge, first * side, second * side, margin)
+                cell = _cell(border, first * side, second * side, margin)
                 parts[k].append(cell.intersection(kept[first * second][k]))
-    return region_between(condition, union_of(parts[0]), union_of(parts[1]), accuracy)
+    condition = determinant_condition(sign, least, "blue", coefficients)
+    return region_between(union_of(parts[0]), union_of(parts[1]), accuracy, condition)
 
 
 def determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
@@ -277,8 +202,6 @@ def determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact:
     ΔD = −2D. Where the gradient of R vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R: |R|
     has no least value inside.
     """
-    import shapely
-
     if shape.is_empty:
         return False
     rings = shapely.get_rings(shapely.get_parts(polygons_of(shape)))
@@ -303,8 +226,28 @@ def determinant_condition(sign: int, least: float, color: Color, coefficients: C
     return Condition(name=wanted, broken_at=broken_at)
 
 
+def certain_determinant(coefficients: Coefficients) -> float:
+    """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
+
+    It covers the difference between the given coefficients and the exact ones, and more than
+    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
+    features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
+
+    >>> round(certain_determinant(coefficients_of()), 4)
+    0.0035
+    """
+    form = coefficients.bilinear_form
+    size = float(np.linalg.norm(form))
+    _, single, double, triple = coefficients.rounding
+    # Each rounded number is off by no more than its rounding, and R with it.
+    parts = 2 * single + double + 2 * triple
+    derived = coefficients.sheet_rounding
+    turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
+    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
+
+
 def checked_sign(sign: object) -> int:
     """Return 1 or −1 for the name of a sign; raise InputError for what is none."""
-    if not isinstance(sign, str) or sign not in _SIGNS:
+    if not isinstance(sign, str) or sign not in SIGNS:
         raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
-    return _SIGNS[sign]
+    return 1 if sign == "positive" else -1

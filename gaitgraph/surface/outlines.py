@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.surface.borders import Border, Function, Waves, bands_between, cosine, zeros_of_degree_two
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.matrices import Coefficients
-
-__all__ = ["blue_determinant_below", "bracket_negative", "determinant_below", "mirrored", "thrust_above", "weak_block"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,8 +38,6 @@ _ROOT_TWO = math.sqrt(2.0)
 
 def mirrored(shape: BaseGeometry) -> BaseGeometry:
     """Return the mirror image in α2 = −α1, which swaps the two pairs of arms."""
-    import shapely
-
     return shapely.transform(shape, lambda at: -at[:, ::-1])
 
 
@@ -57,8 +54,6 @@ def _real_root(square: FloatArray, scale: float) -> FloatArray:
 
 def _turned(shape: BaseGeometry) -> BaseGeometry:
     """Return a shape of 0 ≤ v ≤ π in the (u, v) plane, continued by cos v, in the (α1, α2) plane."""
-    import shapely
-
     end = math.pi + _BEYOND
     beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], 2 * math.pi - at[:, 1]]))
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
@@ -148,7 +143,6 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
     On the border α1 − α2 is the angle from 1 + κ sin 2α2 to 2κ cos² α2, a smooth function of α2. D vanishes in the
     corners (π/2, −π/2) and (−π/2, π/2) too, but changes no sign inside the square there.
     """
-    import shapely
 
     def root(y: FloatArray) -> FloatArray:
         return np.asarray(y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y)))
@@ -201,8 +195,6 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns. Nothing is
     wrapped here: R is that of α3 = 2δ − α1 and α4 = −2δ − α2.
     """
-    import shapely
-
     delta, form = coefficients.delta, coefficients.bilinear_form
     # Pair features (cos·cos, sin·sin, sin of the sum) in terms of (cos 2β, 1), for both pairs of arms.
     turn = 2 * delta

@@ -1,16 +1,18 @@
-"""A region of the (α1, α2) plane between two polygons, and how polygons for one are made.
+"""A region of the (α1, α2) plane between two polygons, how such regions are made, and the user's own polygons.
 
-One of the polygons certainly lies in the region, the other certainly encloses it.
+One of the two polygons certainly lies in the region, the other certainly encloses it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
@@ -20,24 +22,6 @@ if TYPE_CHECKING:
 
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
-
-__all__ = [
-    "DEFAULT_ACCURACY",
-    "OPEN_MARGIN",
-    "TOUCH",
-    "Condition",
-    "Region",
-    "centered_square",
-    "checked_accuracy",
-    "checked_number",
-    "chord_tolerance",
-    "domain_without",
-    "offset",
-    "polygons_of",
-    "rectangle",
-    "region_between",
-    "union_of",
-]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,9 +36,9 @@ TOUCH = 1e-12
 
 _FOLLOWED = 0.45  # how far from a curved border its chords may be, as a share of the accuracy
 _COARSEST = 1e-3  # coarser chords would save nothing
-_BORDER = 1e-9
-_FARTHEST = 1e6  # beyond it the border would be lost in rounding
-_MOST_LISTED = 6
+_MOST_LISTED = 6  # components in the text of a region
+_ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
+_FARTHEST = 1e6  # beyond it that border would be lost in rounding [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,19 +50,19 @@ class Condition:
     name
         What has to hold.
     broken_at
-        What is the case at a point (α1, α2) [rad], in words and numbers, if the condition does not hold; else None.
+        Returns why the condition does not hold at a point (α1, α2) [rad], in words and numbers, or None if it holds.
     """
 
     name: str
     broken_at: Callable[[float, float], str | None] = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Region:
     """A region of the (α1, α2) plane of one sheet, between two polygons.
 
-    `inner` never leaves the region, `outer` never falls short of it. What is asked of a region is answered by `inner`,
-    so that what it contains certainly is in the region. ``&`` intersects two regions.
+    `inner` never leaves the region, `outer` never falls short of it. Every question is answered by `inner`, so that
+    what it contains certainly is in the region. ``&`` intersects two regions.
 
     Parameters
     ----------
@@ -93,35 +77,38 @@ class Region:
     conditions
         What was intersected.
 
-    Attributes
-    ----------
-    components
-        The polygons of `inner`, the largest first, then by centroid. Polygons that only touch at points are
-        separate components, and joined there, since borders are included.
-
     Examples
     --------
-    >>> from gaitgraph.areas import admissible_region
+    >>> from gaitgraph.surface import admissible_region
     >>> region = admissible_region(sign="positive")
     >>> len(region.components), region.joined((0.1, 0.2), (-1.0, 1.0)), region.joined((0.1, 0.2), (1.5, -1.5))
     (2, True, False)
     >>> region.nearest((0.1, 0.2)), region.component_of((0.5, -0.5))
     ((0.1, 0.2), None)
+    >>> print(region)
+    Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
+      1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
+      2  0.0162 rad²   α1 -1.5708 to -1.4386, α2 1.4386 to 1.5708
+    R ≥ 0.0035 · least singular value ≥ 0.05 · hover thrusts > 0
     """
 
     inner: MultiPolygon
     outer: MultiPolygon
     accuracy: float
     conditions: tuple[Condition, ...] = ()
-    components: tuple[Polygon, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        import shapely
-
-        parts = sorted(self.inner.geoms, key=lambda part: (-part.area, part.centroid.x, part.centroid.y))
         shapely.prepare(self.inner)
+
+    @cached_property
+    def components(self) -> tuple[Polygon, ...]:
+        """The polygons of `inner`, the largest first, then by centroid.
+
+        Polygons that only touch at points are separate components, and joined there, since borders are included.
+        """
+        parts = sorted(self.inner.geoms, key=lambda part: (-part.area, part.centroid.x, part.centroid.y))
         shapely.prepare(parts)
-        object.__setattr__(self, "components", tuple(parts))
+        return tuple(parts)
 
     @property
     def area(self) -> float:
@@ -131,10 +118,8 @@ class Region:
     def contains(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each point is in `inner`, for points of shape (m, 2) [rad].
 
-        What rounding puts beside an oblique border, up to 1e-12, counts as on it.
+        Points that rounding puts beside an oblique border, up to 1e-12, count as on it.
         """
-        import shapely
-
         asked: Any = shapely.points(_points(points))
         inside = np.asarray(shapely.covers(self.inner, asked))
         inside[~inside] = shapely.dwithin(self.inner, asked[~inside], TOUCH)
@@ -142,8 +127,6 @@ class Region:
 
     def component_of(self, point: npt.ArrayLike) -> int | None:
         """Return the index in `components` of the one that holds a point (α1, α2) [rad], or None."""
-        import shapely
-
         if not self.components:
             return None
         distances = shapely.distance(np.array(self.components, dtype=object), shapely.Point(_points(point)[0]))
@@ -155,8 +138,6 @@ class Region:
 
         Components that touch at a point are joined there.
         """
-        import shapely
-
         start, end = self.component_of(first), self.component_of(second)
         if start is None or end is None:
             return False
@@ -173,21 +154,18 @@ class Region:
 
         Distances in the four angles are √2 times as long as in the plane of a sheet, so it is the nearest there too.
         """
-        import shapely
-
         if not self.components:
             return None
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return float(asked[0]), float(asked[1])
-        line = shapely.shortest_line(self.inner, shapely.Point(asked))
-        found = shapely.get_coordinates(line)[0]
+        found = shapely.get_coordinates(shapely.shortest_line(self.inner, shapely.Point(asked)))[0]
         return float(found[0]), float(found[1])
 
     def nearest_as_text(self, point: npt.ArrayLike) -> str | None:
         """Return the nearest point of `inner` with as few digits as keep it inside, at least four, or None.
 
-        >>> from gaitgraph.areas import hover_region
+        >>> from gaitgraph.surface import hover_region
         >>> hover_region().nearest_as_text((0.5, 0.5))
         '(0.16709, 0.5000)'
         """
@@ -195,7 +173,11 @@ class Region:
         if found is None:
             return None
         for digits in range(4, 18):
-            texts = [_fewest(angle, digits) for angle in found]
+            # Of an angle with no more than four decimals, those are enough.
+            texts = [
+                f"{angle:.4f}" if abs(round(angle, 4) - angle) < 10.0**-digits / 2 else f"{angle:.{digits}f}"
+                for angle in found
+            ]
             if self.contains([float(text) for text in texts])[0]:
                 return f"({texts[0]}, {texts[1]})"
         return f"({found[0]!r}, {found[1]!r})"
@@ -203,23 +185,26 @@ class Region:
     def why_not(self, point: npt.ArrayLike) -> str | None:
         """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`.
 
-        >>> from gaitgraph.areas import admissible_region
+        >>> from gaitgraph.surface import admissible_region
         >>> admissible_region(sign="positive").why_not((0.5, -0.5))
         'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
         """
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return None
-        told = [condition.broken_at(float(asked[0]), float(asked[1])) for condition in self.conditions]
-        broken = [text for text in told if text is not None]
-        return "; ".join(broken) or f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
+        reasons = [condition.broken_at(float(asked[0]), float(asked[1])) for condition in self.conditions]
+        return (
+            "; ".join(reason for reason in reasons if reason is not None)
+            or f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
+        )
 
     def __and__(self, other: Region) -> Region:
-        return Region(
-            inner=polygons_of(self.inner.intersection(other.inner)),
-            outer=polygons_of(self.outer.intersection(other.outer)),
-            accuracy=max(self.accuracy, other.accuracy),
-            conditions=self.conditions + other.conditions,
+        return region_between(
+            self.inner.intersection(other.inner),
+            self.outer.intersection(other.outer),
+            max(self.accuracy, other.accuracy),
+            *self.conditions,
+            *other.conditions,
         )
 
     def __repr__(self) -> str:
@@ -250,12 +235,6 @@ class Region:
         return html_of_region(self)
 
 
-def _fewest(angle: float, digits: int) -> str:
-    """Return an angle with four decimals if that is all it has of so many, else with so many."""
-    short = f"{angle:.4f}"
-    return short if abs(float(short) - angle) < 10.0**-digits / 2 else f"{angle:.{digits}f}"
-
-
 def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
     try:
@@ -267,25 +246,27 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     return out.reshape(-1, 2)
 
 
-def polygons_of(shape: BaseGeometry) -> MultiPolygon:
-    """Return the polygons of a shape, without the points and lines that overlaying leaves."""
-    import shapely
+# --- making regions --------------------------------------------------------------------------------------------------
 
+
+def region_between(inner: BaseGeometry, outer: BaseGeometry, accuracy: float, *conditions: Condition) -> Region:
+    """Return the region between two shapes, without the points and lines that overlaying leaves."""
+    return Region(inner=polygons_of(inner), outer=polygons_of(outer), accuracy=accuracy, conditions=conditions)
+
+
+def polygons_of(shape: BaseGeometry) -> MultiPolygon:
+    """Return the polygons of a shape."""
     parts = shapely.get_parts(shapely.get_parts(np.array([shape], dtype=object)))
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
 
 def union_of(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
     """Return the union of shapes, empty if there is none."""
-    import shapely
-
     return shapely.union_all(list(shapes))
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
     """Return a rectangle, empty unless it has an inside."""
-    import shapely
-
     return shapely.box(left, bottom, right, top) if left < right and bottom < top else shapely.Polygon()
 
 
@@ -299,14 +280,15 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     return shape.buffer(distance, join_style="mitre")
 
 
-def domain_without(forbidden: BaseGeometry, domain: BaseGeometry, reach: float) -> tuple[BaseGeometry, BaseGeometry]:
-    """Return inner and outer polygons of a domain without a set that is known to within `reach`."""
-    return domain.difference(offset(forbidden, reach)), domain.difference(offset(forbidden, -reach))
+def square_without(forbidden: BaseGeometry, reach: float) -> tuple[BaseGeometry, BaseGeometry]:
+    """Return inner and outer polygons of the square without a set that is known to within `reach`."""
+    square = centered_square()
+    return square.difference(offset(forbidden, reach)), square.difference(offset(forbidden, -reach))
 
 
-def region_between(condition: Condition, inner: BaseGeometry, outer: BaseGeometry, accuracy: float) -> Region:
-    """Return the region of one condition between two polygons."""
-    return Region(inner=polygons_of(inner), outer=polygons_of(outer), accuracy=accuracy, conditions=(condition,))
+def chord_tolerance(accuracy: float) -> float:
+    """Return how far chords may be from a curved border for an accuracy [rad]."""
+    return min(_FOLLOWED * accuracy, _COARSEST)
 
 
 def checked_accuracy(accuracy: float) -> float:
@@ -324,12 +306,12 @@ def checked_number(name: str, value: object, allowed: str, *, zero: bool = False
     return number
 
 
-def chord_tolerance(accuracy: float) -> float:
-    """Return how far chords may be from a curved border for an accuracy [rad]."""
-    return min(_FOLLOWED * accuracy, _COARSEST)
+# --- the user's own polygons -----------------------------------------------------------------------------------------
+
+Corners = tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, init=False)
 class Zones:
     """The user's own polygons in the (α1, α2) plane: stay out of these, stay inside those.
 
@@ -355,44 +337,39 @@ class Zones:
     [False, True]
     """
 
-    keep_out: Any = ()
-    keep_in: Any = ()
-    _forbidden: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
-    _permitted: BaseGeometry | None = field(default=None, init=False, repr=False, compare=False)
+    keep_out: tuple[Corners, ...]
+    keep_in: tuple[Corners, ...]
 
-    def __post_init__(self) -> None:
-        import shapely
+    def __init__(self, keep_out: Any = (), keep_in: Any = ()) -> None:
+        object.__setattr__(self, "keep_out", _polygons_from(keep_out, "keep_out"))
+        object.__setattr__(self, "keep_in", _polygons_from(keep_in, "keep_in"))
 
-        for name in ("keep_out", "keep_in"):
-            polygons = _polygons(getattr(self, name), name)
-            if name == "keep_out" and polygons:
-                region = shapely.union_all([polygon.buffer(-_BORDER, join_style="mitre") for polygon in polygons])
-                object.__setattr__(self, "_forbidden", region)
-            elif polygons:
-                region = shapely.union_all(polygons).buffer(_BORDER, join_style="mitre")
-                object.__setattr__(self, "_permitted", region)
-            for area in (self._forbidden, self._permitted):
-                if area is not None:
-                    shapely.prepare(area)
-            corners = tuple(tuple((float(x), float(y)) for x, y in p.exterior.coords[:-1]) for p in polygons)
-            object.__setattr__(self, name, corners)
+    @cached_property
+    def _forbidden(self) -> BaseGeometry | None:
+        if not self.keep_out:
+            return None
+        shape = union_of(offset(shapely.Polygon(corners), -_ON_BORDER) for corners in self.keep_out)
+        shapely.prepare(shape)
+        return shape
+
+    @cached_property
+    def _permitted(self) -> BaseGeometry | None:
+        if not self.keep_in:
+            return None
+        shape = offset(union_of(map(shapely.Polygon, self.keep_in)), _ON_BORDER)
+        shapely.prepare(shape)
+        return shape
 
     def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
-        import shapely
-
         return self._allow(shapely.points(np.asarray(points, dtype=float).reshape(-1, 2)))
 
     def allow_segments(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each straight segment may be used, for ends of shape (m, 2)."""
-        import shapely
-
         lines = np.stack([np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1)
         return self._allow(shapely.linestrings(lines))
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
-        import shapely
-
         allowed = np.ones(len(shapes), dtype=bool)
         if self._forbidden is not None:
             allowed &= ~shapely.intersects(self._forbidden, shapes)
@@ -401,15 +378,24 @@ class Zones:
         return allowed
 
 
-def _polygons(value: object, name: str) -> list[Polygon]:
-    import shapely
-
-    if not isinstance(value, (list, tuple, np.ndarray)):
+def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
+    """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is none."""
+    sequences = (list, tuple, np.ndarray)
+    if not isinstance(value, sequences):
         raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
-    polygons = []
+    found = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        points = [_corner(corner, label) for corner in _corners(corners, label)]
+        if not isinstance(corners, sequences):
+            raise InputError(f"{label}: {shown(corners)}; allowed is a list of [alpha1, alpha2]")
+        points = []
+        for corner in corners:
+            if not isinstance(corner, sequences) or len(corner) != 2:
+                raise InputError(f"{label}: corner {shown(corner)}; allowed is [alpha1, alpha2]")
+            point = angle_from_text(corner[0], f"{label} alpha1"), angle_from_text(corner[1], f"{label} alpha2")
+            if max(map(abs, point)) > _FARTHEST:
+                raise InputError(f"{label}: corner {shown(corner)}; allowed are angles up to {_FARTHEST:g} rad")
+            points.append(point)
         if len(set(points)) < 3:
             raise InputError(f"{label}: {len(set(points))} different corners; allowed are three or more")
         polygon = shapely.Polygon(points)
@@ -419,23 +405,8 @@ def _polygons(value: object, name: str) -> list[Polygon]:
             raise InputError(f"{label}: {shapely.is_valid_reason(polygon)}; allowed is a simple polygon")
         if not polygon.area > 1e-12:
             raise InputError(f"{label}: area {polygon.area!r}; allowed is a polygon with an interior")
-        polygons.append(polygon)
-    return polygons
-
-
-def _corners(value: object, label: str) -> Iterable[object]:
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"{label}: {shown(value)}; allowed is a list of [alpha1, alpha2]")
-    return value
-
-
-def _corner(value: object, label: str) -> tuple[float, float]:
-    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != 2:
-        raise InputError(f"{label}: corner {shown(value)}; allowed is [alpha1, alpha2]")
-    angles = angle_from_text(value[0], f"{label} alpha1"), angle_from_text(value[1], f"{label} alpha2")
-    if max(map(abs, angles)) > _FARTHEST:
-        raise InputError(f"{label}: corner {shown(value)}; allowed are angles up to {_FARTHEST:g} rad")
-    return angles
+        found.append(tuple((float(x), float(y)) for x, y in polygon.exterior.coords[:-1]))
+    return tuple(found)
 
 
 def zones_region(zones: Zones) -> Region:
@@ -447,22 +418,21 @@ def zones_region(zones: Zones) -> Region:
     >>> region.contains([[0.5, 0.5], [1.0, 0.5]]).tolist(), region.why_not((0.5, 0.5))
     ([False, True], 'inside keep_out polygon 1')
     """
-    import shapely
-
     keep_in, keep_out = ([shapely.Polygon(corners) for corners in side] for side in (zones.keep_in, zones.keep_out))
     allowed: BaseGeometry = centered_square()
     if keep_in:
-        allowed = allowed.intersection(shapely.union_all(keep_in))
+        allowed = allowed.intersection(union_of(keep_in))
     if keep_out:
-        allowed = allowed.difference(shapely.union_all(keep_out))
+        allowed = allowed.difference(union_of(keep_out))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         point = shapely.Point(alpha1, alpha2)
         inside = [str(k) for k, polygon in enumerate(keep_out, start=1) if polygon.contains_properly(point)]
-        told = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
+        reasons = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
         if keep_in and not any(polygon.covers(point) for polygon in keep_in):
-            told.append("outside the keep_in polygons")
-        return " and ".join(told) or None
+            reasons.append("outside the keep_in polygons")
+        return " and ".join(reasons) or None
 
-    condition = Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
-    return region_between(condition, allowed, allowed, 0.0)
+    return region_between(
+        allowed, allowed, 0.0, Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
+    )

@@ -2,19 +2,24 @@
 
 Rφ and Rθ factorise (see :mod:`gaitgraph.invertibility.matrices`), so their common zeros are these and no other:
 
-========== ================================= =========== ===================== =================
-color      equations (mod π)                 plane types R, exact coefficients  idle in hover
-========== ================================= =========== ===================== =================
-red        α3 = α1,      α4 = α2             (+,+)       see `components`       none
-blue       α3 = 2δ − α1, α4 = −2δ − α2       (−,−)       0                      singular
-fiber1     α1 = α3 = δ,  α2 and α4 free      (?,*)       2C·sin(β2 + β4)        rotors 2 and 4
-fiber2     α2 = α4 = −δ, α1 and α3 free      (*,?)       −2C·sin(β1 + β3)       rotors 1 and 3
-========== ================================= =========== ===================== =================
+======= ================================= =========== ============================ ==============
+color   equations (mod π)                 plane types R, exact coefficients        idle in hover
+======= ================================= =========== ============================ ==============
+red     α3 = α1,      α4 = α2             (+,+)       (2/(κ cos²δ))·cos β1·cos β2· none
+                                                      (2κ cos α1 cos α2 −
+                                                      sin(α1 − α2))
+blue    α3 = 2δ − α1, α4 = −2δ − α2       (−,−)       0                            (singular)
+fiber1  α1 = α3 = δ,  α2 and α4 free      (?,*)       2C·sin(β2 + β4)              rotors 2 and 4
+fiber2  α2 = α4 = −δ, α1 and α3 free      (*,?)       −2C·sin(β1 + β3)             rotors 1 and 3
+======= ================================= =========== ============================ ==============
 
 with δ = atan κ, C = 1/sin 2δ, β1 = α1 − δ, β3 = α3 − δ, β2 = α2 + δ and β4 = α4 + δ. A family is a plane of the four
 angles, so a straight segment between two of its points stays on it. On a sheet α3 depends on α1 alone and α4 on α2
 alone. A fibre meets the red sheet where its free angles are equal, and within ±π/2 there alone; a pair of rotors idles
 there in hover, so no gait on a fibre can fly.
+
+On the red sheet R = 0 on two lines and one curve. Inside [−π/2, π/2]² the signs of the three factors label the seven
+components that remain. Two points with different labels cannot be joined without a singular matrix.
 
 In arrays a family is +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
 """
@@ -30,6 +35,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, distance_to_multiple, number_of, wrapped
 from gaitgraph.errors import InputError, shown
 from gaitgraph.surface.adjacency import FREE
+from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,6 +70,17 @@ DEFAULT_CROSSING_TOLERANCE = math.pi / 32
 
 DEFAULT_TOLERANCE = 2e-3
 """|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
+
+Sign = Literal["positive", "negative"]
+
+SIGNS: tuple[Sign, Sign] = ("negative", "positive")
+"""The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0."""
+
+RELATION = {"negative": "R < 0", "positive": "R > 0"}
+"""The two signs in symbols."""
+
+HOVER_LABEL = (1, 1, 1)
+"""The label of the component of α = 0, which ordinary hover can reach; see :func:`red_label`."""
 
 _END_TOLERANCE = 1e-12
 _ROUND_OFF = 1e-12
@@ -279,3 +296,38 @@ def family_jumps(
         return out
 
     return np.minimum(distance(codes), distance(after))
+
+
+def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
+    """Return the signs of the three factors of R on the red sheet, exact coefficients, shape (..., 3).
+
+    The third is positive on the side of α = 0. Their product is the sign of R; a zero is singular.
+
+    >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
+    ([1, 1, 1], [1, 1, -1])
+    """
+    a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    kappa = vehicle.signed_drag_ratio
+    delta = math.atan(kappa)
+    saddle = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
+    factors = np.stack(np.broadcast_arrays(np.cos(a1 - delta), np.cos(a2 + delta), saddle), axis=-1)
+    return np.asarray(np.sign(factors).astype(np.int64))
+
+
+def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER) -> str | None:
+    """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None.
+
+    >>> separating_factor((0.0, 0.0), (1.178, -0.393))
+    'the curve tan α1 − tan α2 = 2κ = 0.3373'
+    """
+    a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
+    kappa = vehicle.signed_drag_ratio
+    delta = math.atan(kappa)
+    edge = math.copysign(math.pi / 2, delta)
+    names = (
+        f"the line α1 = {delta - edge:.4f} (β1 = ∓π/2)",
+        f"the line α2 = {edge - delta:.4f} (β2 = ±π/2)",
+        f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
+    )
+    differing = [name for name, x, y in zip(names, a, b, strict=True) if x != y]
+    return " and ".join(differing) or None

@@ -26,15 +26,16 @@ from gaitgraph.invertibility.residual_bounds import largest_residual
 from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_of_all
 from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, where_thrusts_vanish
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.components import HOVER_LABEL, red_label
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,
     FAMILIES,
     FIRST,
+    HOVER_LABEL,
     family_distances,
     family_jumps,
     family_of,
     family_types,
+    red_label,
     sheet_angles,
 )
 from gaitgraph.validation.report import Check

@@ -25,9 +25,10 @@ from gaitgraph.invertibility.matrices import Kind, level_determinant
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.loop_colorings import SIGNS, ChainCount, ColoringListing, colorings, palette_of
+from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,
+    SIGNS,
     families_along,
     family_codes,
     family_of,
@@ -171,7 +172,7 @@ class _TableChecker:
         self.setting = setting
         self.checker = Checker(setting)
         self.rates = _RowRates(setting)
-        self.chains = {sign: ChainCount(sign) for sign in SIGNS}
+        self.chains = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
         self.first: Segments | None = None
@@ -217,9 +218,9 @@ class _TableChecker:
         return Segments(alpha=alpha, sheet=sheet, first=self.rows, t=piece.columns.get("t"))
 
     def _count_colorings(self, plane: FloatArray) -> None:
-        choices = palette_of(plane[:, 0], plane[:, 1], self.setting.coefficients, self.setting.crossing_tolerance)
+        choices = color_choices(plane[:, 0], plane[:, 1], self.setting.coefficients, self.setting.crossing_tolerance)
         for sign, chain in self.chains.items():
-            chain.see(choices[sign])
+            chain.add(choices[sign])
         if self.rows <= MOST_LISTED_ROWS:
             self.plane.append(plane)
 
