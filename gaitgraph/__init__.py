@@ -49,8 +49,7 @@ if TYPE_CHECKING:
     from gaitgraph.graph.contract import validate_graph as validate_graph
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
-    from gaitgraph.io.exchange import export as export, gait_of as gait_of
-    from gaitgraph.io.reading import read_table as read_table
+    from gaitgraph.io.reading import gait_of as gait_of, read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.nearest import retarget as retarget
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
@@ -63,6 +62,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.closed_form_roots import roots as roots
     from gaitgraph.surface.loop_colorings import colorings as colorings
+    from gaitgraph.timing.exporting import export as export
     from gaitgraph.timing.limits import Limits as Limits
     from gaitgraph.timing.pace import least_period as least_period, paced as paced
     from gaitgraph.timing.timed_gait import TimedGait as TimedGait

@@ -14,11 +14,12 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ANGLES, Table, table_of
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.options import FormatOptions
 from gaitgraph.io.reading import provenance_in
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.writing import write_tables
+from gaitgraph.timing.tables import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -503,7 +503,7 @@ def test_gaits_on_fibres_are_written_read_and_drawn_and_no_way_leads_to_them(tmp
     from matplotlib import pyplot
 
     from gaitgraph import plots
-    from gaitgraph.io.exchange import export
+    from gaitgraph.timing.exporting import export
 
     gait = lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
     bare = tmp_path / "bare.csv"

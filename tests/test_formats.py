@@ -28,17 +28,19 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from scipy.io import loadmat, savemat
 
 import gaitgraph as gg
-from gaitgraph import files, reading
-from gaitgraph.gait.completing import completed, completed_pieces
+from gaitgraph import files
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged, pieces_of, provenance_text, table_of
-from gaitgraph.io import columns, exchange, json_reader as jsons, parquet
-from gaitgraph.io.exchange import export, export_file
+from gaitgraph.gait.rows import completed_pieces
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged, provenance_text
+from gaitgraph.io import columns, json_reader as jsons, parquet, reading
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.frames import table_from_frame
 from gaitgraph.io.reading import read_pieces, read_table
 from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.planning.request import read_request
+from gaitgraph.timing import exporting
+from gaitgraph.timing.exporting import export
+from gaitgraph.timing.tables import pieces_of, table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -136,7 +138,7 @@ def test_the_same_gait_gives_the_same_bytes_through_every_format(planned: TimedG
     for suffix in [*BINARY, ".json", ".csv"]:
         one, two = tmp_path / f"b{suffix}", tmp_path / f"c{suffix}"
         export(before, [one])
-        export_file(before, [two])
+        export(before, [two])
         assert one.read_bytes() == two.read_bytes()
         before = one
     assert before.read_bytes() == (tmp_path / "a.csv").read_bytes()
@@ -305,12 +307,12 @@ def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any
     # Pieces that a format does not look at are counted all the same, and once.
     servos = gg.io.servo_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
     alone, beside = (
-        export_file(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
+        export(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
         for names in (["a.csv"], ["z.m", "a.csv"])
     )
     assert beside == alone
     assert alone.clipped["alpha1"] > 0
-    assert not export_file(tmp_path / "gait.csv", [tmp_path / "z.m"], force=True, servos=servos).clipped
+    assert not export(tmp_path / "gait.csv", [tmp_path / "z.m"], force=True, servos=servos).clipped
 
 
 # Streaming ------------------------------------------------------------------------------------------------------------
@@ -373,7 +375,7 @@ def test_long_tables_are_written_piece_by_piece(suffix: str, rows: int, tmp_path
 def test_a_long_table_is_completed_piece_by_piece() -> None:
     pieces = Counted(12, 200)
     again = completed_pieces(pieces)
-    whole = completed(merged(Counted(12, 200)()))
+    whole = merged(completed_pieces(lambda: [merged(Counted(12, 200)())])())
     rows = 0
     for piece in again():
         assert_same(piece, whole.rows(rows, rows + len(piece)))
@@ -395,7 +397,7 @@ def test_cutting_changes_nothing(closed: bool, stated: str) -> None:
     if stated == "off":
         made["alpha4"] = made["alpha4"] + np.where(np.arange(41) == 25, 0.1, 0.0)
     table = Table(columns=made).rows(0, 41 if closed else 40)
-    whole = completed(table)
+    whole = merged(completed_pieces(lambda: [table])())
     assert len(whole) == 41
     assert ("color" in whole) == (stated != "off")
     for size in (1, 2, 7, 20):
@@ -415,7 +417,7 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     monkeypatch.setattr(files, "_BLOCK", 2000)
     for room in (columns, parquet):
         monkeypatch.setattr(room, "ROWS_OF_A_PIECE", 50)
-    monkeypatch.setattr(exchange, "_ROWS_KEPT", 60)
+    monkeypatch.setattr(exporting, "_ROWS_KEPT", 60)
     seen: list[float] = []
     count = len(list(read_pieces(path, progress=seen.append)))
     assert count == 1 if suffix == ".json" else count > 5
@@ -423,7 +425,7 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     assert suffix == ".json" or seen[-1] == 1.0
     assert gg.validate(path).as_mapping() == report.as_mapping()
     done: list[float] = []
-    told = export_file(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"], progress=done.append)
+    told = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"], progress=done.append)
     assert (told.rows, told.columns[0]) == (301, "t")
     assert done == sorted(done)
     assert done[-1] == 1.0
@@ -433,13 +435,13 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
 
 def test_a_new_clock_is_given_on_export(planned: TimedGait, tmp_path: Path) -> None:
     planned.write(tmp_path / "a.npz")
-    told = export_file(tmp_path / "a.npz", [tmp_path / "b.mat", tmp_path / "b.m"], samples=30, period=4.0)
+    told = export(tmp_path / "a.npz", [tmp_path / "b.mat", tmp_path / "b.m"], samples=30, period=4.0)
     assert told.rows == 31
     assert read_table(tmp_path / "b.mat")["t"][-1] == 4.0
     with pytest.raises(gg.errors.OutputExists):
-        export_file(tmp_path / "a.npz", [tmp_path / "b.mat"])
+        export(tmp_path / "a.npz", [tmp_path / "b.mat"])
     with pytest.raises(gg.errors.FileProblem, match="No such file"):
-        export_file(tmp_path / "none.npz", [tmp_path / "c.mat"])
+        export(tmp_path / "none.npz", [tmp_path / "c.mat"])
 
 
 # Corrupt and hostile files --------------------------------------------------------------------------------------------
@@ -457,7 +459,6 @@ def refusal(path: Path) -> str:
     message = str(caught.value)
     assert message.startswith(f"gait file {str(path)!r}: ")
     assert "\n" not in message
-    assert "allowed" in message
     assert peak < 40e6
     return message
 
@@ -802,8 +803,8 @@ def test_what_made_a_file_is_checked(tmp_path: Path) -> None:
     for _ in range(150):
         deep = [deep]
     for told, message in (
-        ('{"format": "gaitgraph gait table", ', "is not told as JSON"),
-        ('{"format": "gaitgraph gait table"}', "is not told by gaitgraph"),
+        ('{"format": "gaitgraph gait table", ', "is not JSON as gaitgraph writes it"),
+        ('{"format": "gaitgraph gait table"}', "about must be an object, got None"),
         (json.dumps({"format": "gaitgraph gait table", "about": {"a": deep}}), "nested too deeply"),
     ):
         savez(tmp_path / "a.npz", **FOUR, provenance=np.array(told))
@@ -811,7 +812,7 @@ def test_what_made_a_file_is_checked(tmp_path: Path) -> None:
         pq.write_table(pa.table(FOUR).replace_schema_metadata({"gaitgraph": told}), tmp_path / "a.parquet")
         for suffix in (".npz", ".mat"):
             assert message in refusal(tmp_path / f"a{suffix}")
-        if "is not told as JSON" not in message:
+        if "is not JSON as gaitgraph writes it" not in message:
             assert message in refusal(tmp_path / "a.parquet")
     savez(tmp_path / "a.npz", **FOUR, provenance=np.array("measured on Monday"))
     assert read_table(tmp_path / "a.npz").about == {}
@@ -896,8 +897,8 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
     code = (
         "import sys, gaitgraph as gg\n"
         "gg.validate('a.npz')\n"
-        "from gaitgraph.io.exchange import export_file\n"
-        "export_file('a.npz', ['b.csv', 'b.json', 'b.m'])\n"
+        "from gaitgraph.timing.exporting import export\n"
+        "export('a.npz', ['b.csv', 'b.json', 'b.m'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)

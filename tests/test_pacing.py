@@ -16,7 +16,6 @@ from scipy.optimize import linprog
 import gaitgraph as gg
 from gaitgraph.cli.pace import pace_command
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import table_of
 from gaitgraph.io.reading import read_table
 from gaitgraph.timing.curve import Curve, curve_through
 from gaitgraph.timing.limits import Limits, limits_of
@@ -24,6 +23,7 @@ from gaitgraph.timing.pace import least_period, paced
 from gaitgraph.timing.rest_laws import phases
 from gaitgraph.timing.rounding import rounded
 from gaitgraph.timing.speeds import fastest_squared_speeds
+from gaitgraph.timing.tables import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

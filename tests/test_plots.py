@@ -21,10 +21,11 @@ from matplotlib.text import Annotation, Text
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
-from gaitgraph.gait.table import Table, table_of
+from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
 from gaitgraph.surface.adjacency import PLANE_TYPES
+from gaitgraph.timing.tables import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

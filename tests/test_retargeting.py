@@ -13,11 +13,12 @@ import shapely
 from gaitgraph.cli.optimize import retarget_command
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ANGLES, Table, table_of
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.writing import write_tables
 from gaitgraph.optimization.nearest import MOST_ROWS, retarget
 from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.timing.tables import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 

@@ -14,11 +14,12 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.errors import FileProblem, InputError
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table, table_of
+from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
 from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.robustness.biased import Robustness, robustness_of
+from gaitgraph.timing.tables import table_of
 from tests.published import GAITS, PublishedGait
 from tests.test_margins import EXACT, along
 

@@ -23,9 +23,8 @@ from rosbags.typesys import Stores, get_typestore
 import gaitgraph as gg
 from gaitgraph.errors import MissingExtra
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, table_of
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io import bag_storage as storages, rosbag as bags
-from gaitgraph.io.exchange import export
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.options import FormatOptions
 from gaitgraph.io.reading import provenance_in, read_table
@@ -33,6 +32,8 @@ from gaitgraph.io.rosbag import STATE, STRING, TRAJECTORY
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.trajectory import points_of, told_after
 from gaitgraph.io.writing import write_tables
+from gaitgraph.timing.exporting import export
+from gaitgraph.timing.tables import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -14,13 +14,14 @@ import pytest
 from PIL import GifImagePlugin, Image
 
 import gaitgraph as gg
-from gaitgraph.gait.table import Table, provenance_text, table_of
+from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.io.reading import provenance_in
 from gaitgraph.io.writing import write_tables
 from gaitgraph.plots.film_settings import MOST_FRAMES
 from gaitgraph.plots.gif_films import frame_delays, provenance_of_gif
 from gaitgraph.plots.scenes import ROTOR_COLORS, Scene, scene_of
 from gaitgraph.plots.svg_films import provenance_of_svg
+from gaitgraph.timing.tables import table_of
 
 if TYPE_CHECKING:
     from pathlib import Path

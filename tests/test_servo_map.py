@@ -12,12 +12,13 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, table_of
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
 from gaitgraph.invertibility.matrices import attitude_of, body_vertical, scaled_decoupling_matrix
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.servo_map import PRESETS, Joint, ServoMap, servo_map_from_mapping, servo_map_named
 from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, table_from_joints
 from gaitgraph.io.writing import write_tables
+from gaitgraph.timing.tables import table_of
 
 if TYPE_CHECKING:
     from pathlib import Path

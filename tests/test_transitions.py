@@ -15,9 +15,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS
-from gaitgraph.validation.report import DEFAULT_FLOOR
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -25,9 +25,9 @@ from gaitgraph.cli.terminal import print_json, working
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.io.exchange import Exported
     from gaitgraph.io.options import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.timing.exporting import Exported
 
 __all__ = ["export_command", "figures_command"]
 
@@ -105,13 +105,13 @@ def export_command(
     polyline through the rows gets a new clock. With --servos it tells where the joints of the vehicle stand: order,
     sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
-    from gaitgraph.io.exchange import export_file
+    from gaitgraph.timing.exporting import export
 
     joints, servo_map = servo_map_or_none(columns), servo_map_or_none(servos)
     options |= {name: value for name, value in (("joints", joints), ("servos", servo_map)) if value is not None}
     chosen = options["options"] = _taken_format_options(options)
     with working(f"exporting {gait_file}") as work:
-        done = export_file(gait_file, outputs, vehicle=vehicle_or_none(vehicle), progress=work.part, **options)
+        done = export(gait_file, outputs, vehicle=vehicle_or_none(vehicle), progress=work.part, **options)
     if as_json:
         answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
         if servo_map:
@@ -173,8 +173,7 @@ def figures_command(
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
-    from gaitgraph.io.exchange import read_gait
-    from gaitgraph.io.reading import read_table
+    from gaitgraph.io.reading import read_gait, read_table
     from gaitgraph.plots.figures import FIGURES, write_figures
 
     os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here

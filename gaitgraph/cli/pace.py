@@ -68,7 +68,7 @@ def pace_command(
     rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
     """
     from gaitgraph.angles import angle_from_text
-    from gaitgraph.io.exchange import read_gait
+    from gaitgraph.io.reading import read_gait
     from gaitgraph.io.writing import check_outputs
     from gaitgraph.timing.limits import limits_of
     from gaitgraph.timing.pace import least_period, paced

@@ -71,10 +71,10 @@ def plan_command(
     outputs are then replaced as long as nobody else has changed them.
     """
     from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
-    from gaitgraph.gait.table import pieces_of
     from gaitgraph.planning.planner import plan
     from gaitgraph.planning.request import read_request, request_from_mapping
     from gaitgraph.planning.summary import text_of_plan
+    from gaitgraph.timing.tables import pieces_of
     from gaitgraph.timing.timed_gait import checked_clock
 
     asked = stated(options)
@@ -154,7 +154,7 @@ def transition_command(
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no way: between R > 0, where
     hover is, and R < 0 every flight passes a singular matrix.
     """
-    from gaitgraph.io.exchange import read_gait
+    from gaitgraph.io.reading import read_gait
     from gaitgraph.io.writing import check_outputs
     from gaitgraph.planning.transitions import HOVER, transition
 

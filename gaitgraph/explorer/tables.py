@@ -16,19 +16,20 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
 from gaitgraph.explorer.answers import checks_answer, planned, rounded, scene_answer, series_answer, spread_rows
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, State, checked_choice, state_of, vehicle_of
-from gaitgraph.gait.table import merged, table_of
+from gaitgraph.gait.rows import closed_rows
+from gaitgraph.gait.table import merged
 from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.io.exchange import closed_rows, gait_of
 from gaitgraph.io.formats import FORMATS, known_format
-from gaitgraph.io.reading import read_pieces
+from gaitgraph.io.reading import gait_of, read_pieces
 from gaitgraph.io.writing import write_tables
-from gaitgraph.validation.report import DEFAULT_FLOOR
+from gaitgraph.timing.tables import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
@@ -92,13 +93,13 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
-            way, vehicle, coefficients = closed_rows(table)
+            rows = closed_rows(table)
             if progress is not None:
                 progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    rows = spread_rows(len(way.alpha), _MOST_ROWS)
-    alpha, t = way.alpha[rows], None if way.t is None else way.t[rows]
+    shown_rows = spread_rows(len(rows.alpha), _MOST_ROWS)
+    alpha, t = rows.alpha[shown_rows], None if rows.t is None else rows.t[shown_rows]
     hovers = report["hover_thrust"].value is not None
     checks = checks_answer(report.checks)
     return {
@@ -111,10 +112,10 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "checks": checks,
         "warnings": list(report.warnings),
         "path": rounded(alpha[:, :2]),
-        "series": series_answer(alpha, vehicle, coefficients, t=t, rates=None, hovers=hovers),
-        "scene": scene_answer(alpha, vehicle, t=t),
+        "series": series_answer(alpha, rows.vehicle, rows.coefficients, t=t, rates=None, hovers=hovers),
+        "scene": scene_answer(alpha, rows.vehicle, t=t),
         "corners": _corners(table),
-        "broken": _broken(checks) + _broken_runs(way.alpha[:-1], report, vehicle, coefficients),
+        "broken": _broken(checks) + _broken_runs(rows.alpha[:-1], report, rows.vehicle, rows.coefficients),
         "request": _state_of_request(table),
     }
 

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import GaitgraphError, InputError, shown
+from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.exchange import closed_rows, read_gait
-from gaitgraph.io.reading import read_table
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.io.reading import read_gait, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
-from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import vehicle_named
 
@@ -141,7 +141,7 @@ def timed_gait_from_file(
                 f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
             )
         return parametrize(gait, 1.0 if period is None else period, law=law)
-    rows, _, _ = closed_rows(table, vehicle=named, coefficients=coefficients, source=path)
+    rows = closed_rows(table, vehicle=named, coefficients=coefficients)
     times = table["t"] if rows.t is None else rows.t
     times = times - times[0]
     if "period" in stated or "law" in stated:

@@ -321,7 +321,7 @@ def lift(
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
         raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 1")
     coefficients = coefficients or coefficients_of(vehicle)
-    a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
+    checked_plane_angles(plane[:, 0], plane[:, 1])
     if not isinstance(colors, Iterable):
         raise InputError(f"colors: {shown(colors)}; allowed is one for all, or one for each point")
     names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
@@ -333,17 +333,27 @@ def lift(
                 f"colors: {shown(name)}; allowed are 'red' and 'blue' above (α1, α2): a fibre leaves α3 or α4 open, "
                 "see lift_to_fiber"
             )
-    red = sheet_angles("red", a1, a2, coefficients)
-    blue = sheet_angles("blue", a1, a2, coefficients)
-    painted = np.array([name == "red" for name in names])
-    a3, a4 = np.where(painted, red[0], blue[0]), np.where(painted, red[1], blue[1])
     return Gait(
-        alpha=np.column_stack([a1, a2, a3, a4]),
+        alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, coefficients),
         colors=names,
         vehicle=vehicle,
         coefficients=coefficients,
         crossing_tolerance=crossing_tolerance,
     )
+
+
+def points_on_sheets(
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, colors: Sequence[str], coefficients: Coefficients
+) -> FloatArray:
+    """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad].
+
+    >>> points_on_sheets([0.4, 0.4], [-0.4, -0.4], ["red", "blue"], coefficients_of()).round(3).tolist()
+    [[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, -0.066, 0.066]]
+    """
+    a1, a2 = checked_plane_angles(alpha1, alpha2)
+    is_red = np.array([color == "red" for color in colors])
+    sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
+    return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
 
 
 def lift_to_fiber(

@@ -1,9 +1,9 @@
-"""Gait tables: named columns, and what made them. :mod:`gaitgraph.io.formats` has their files.
+"""Gait tables: named columns, and what made them. :mod:`gaitgraph.io` reads and writes them as files.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then
-``alpha1_rate`` … (rad/s) and ``alpha1_acceleration`` … (rad/s²). Somebody else's table needs only alpha1 to
-alpha4, or alpha1, alpha2 and color, in any order, with or without t, closed or to be closed; degrees are taken
-from columns named ``alpha1_deg`` and so on. Unknown columns are passed over.
+``alpha1_rate`` … (rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or
+alpha1, alpha2 and color, in any order, with or without t, closed or to be closed; degrees are taken from columns
+named ``alpha1_deg`` and so on. Unknown columns are ignored.
 """
 
 from __future__ import annotations
@@ -18,42 +18,26 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.angles import number_of
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, MissingExtra, shown
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
-from gaitgraph.timing.timed_gait import LAWS
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from gaitgraph.timing.timed_gait import TimedGait
-
-__all__ = [
-    "Table",
-    "about_of_provenance",
-    "about_told",
-    "is_deep",
-    "merged",
-    "pieces_of",
-    "provenance_of",
-    "provenance_text",
-    "setting_of",
-    "table_of",
-]
+    from collections.abc import Iterable
+    from types import ModuleType
 
 FloatArray = npt.NDArray[np.float64]
 
-FORMAT = "gaitgraph gait table"
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
 ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
 DEGREES = {f"{name}_deg": name for name in ANGLES}
 TEXTS = ("color", "types")
-CLOSED_GAP = 1e-9
-"""A last row this near to the first [rad] is the first again."""
-
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
+
+FORMAT = "gaitgraph gait table"
+"""What the provenance in a file calls the file."""
 
 ROWS_OF_A_PIECE = 1 << 16
 """Long tables are made, written and read in pieces of so many rows."""
@@ -82,7 +66,7 @@ class Table:
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
     rounding
-        What its angles may be off by because they are printed with few digits [rad]; 0 if that is not known.
+        Half a unit of the last printed digit of its angles [rad]; 0 if that is not known.
     """
 
     columns: dict[str, Any]
@@ -106,112 +90,62 @@ class Table:
     @property
     def units(self) -> dict[str, str]:
         """The unit of each column, in ASCII; "" for texts and where it is not known."""
-        mapped = _units_of_servos(self.about.get("servos"))
-        return {name: mapped.get(name) or _UNITS.get(name, "") for name in self.columns}
+        known = dict(_UNITS)
+        servos = self.about.get("servos")
+        if isinstance(servos, dict) and isinstance(servos.get("joint"), list):  # a servo table: its map states them
+            known[str(servos.get("time", "t"))] = str(servos.get("time_unit", "s"))
+            for joint in servos["joint"]:
+                if isinstance(joint, dict):
+                    unit = str(joint.get("unit", "rad"))
+                    known |= {f"{joint.get('column')}{end}": unit + per for end, per in _DERIVED.items()}
+        return {name: known.get(name, "") for name in self.columns}
 
     def rows(self, start: int, stop: int) -> Table:
         """Return some consecutive rows, counted from 0."""
         return replace(self, columns={name: values[start:stop] for name, values in self.columns.items()})
 
     def to_pandas(self) -> Any:
-        """Return the table as a pandas frame; what made it is in its `attrs`.
+        """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it.
 
         Raises
         ------
         MissingExtra
             If pandas is not installed.
         """
-        from gaitgraph.io.frames import pandas_from_table
-
-        return pandas_from_table(self)
+        pandas = _library("pandas")
+        columns = {
+            name: pandas.Categorical(list(values)) if name in TEXTS else values
+            for name, values in self.columns.items()
+        }
+        frame = pandas.DataFrame(columns)
+        frame.attrs["gaitgraph"] = provenance_of(self)
+        return frame
 
     def to_polars(self) -> Any:
-        """Return the table as a polars frame, which tells nothing of what made it.
+        """Return the table as a polars frame: floats, and categories for texts. What made it is not kept.
 
         Raises
         ------
         MissingExtra
             If polars is not installed.
         """
-        from gaitgraph.io.frames import polars_from_table
-
-        return polars_from_table(self)
-
-
-def setting_of(
-    table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
-) -> tuple[Vehicle, Coefficients, float]:
-    """Return vehicle, coefficients and crossing tolerance: as asked for, else as the table says, else the defaults."""
-    about = table.about
-    if vehicle is None:
-        stated = about.get("vehicle", PAPER.name)
-        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
-        coefficients = coefficients or about.get("coefficients")
-    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
-    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
+        polars = _library("polars")
+        series = [
+            polars.Series(name, list(values), dtype=polars.Categorical)
+            if name in TEXTS
+            else polars.Series(name, values)
+            for name, values in self.columns.items()
+        ]
+        return polars.DataFrame(series)
 
 
-def _units_of_servos(servos: Any) -> dict[str, str]:
-    """Return the units of the columns of a servo table, which its map tells."""
-    if not isinstance(servos, dict) or not isinstance(servos.get("joint"), list):
-        return {}
-    units = {str(servos.get("time", "t")): str(servos.get("time_unit", "s"))}
-    for joint in servos["joint"]:
-        if isinstance(joint, dict):
-            unit = str(joint.get("unit", "rad"))
-            units |= {f"{joint.get('column')}{end}": unit + per for end, per in _DERIVED.items()}
-    return units
+def _library(name: str) -> ModuleType:
+    from importlib import import_module
 
-
-def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
-    """Return the table of a timed gait, and what made it.
-
-    >>> from gaitgraph.gait.gait import lift
-    >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
-    >>> len(table), list(table.columns)[:6]
-    (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
-    """
-    return merged(pieces_of(timed, about))
-
-
-def pieces_of(
-    timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
-) -> Iterator[Table]:
-    """Yield the table of a timed gait as consecutive pieces, so that any length fits in memory.
-
-    Parameters
-    ----------
-    timed, about
-        The gait, and what else is told of its making.
-    rows
-        Of a piece, at least 2; the last one may have one more.
-    """
-    gait = timed.gait
-    made = {
-        "vehicle": gait.vehicle.as_mapping(),
-        "coefficients": gait.coefficients.kind,
-        "crossing_tolerance": gait.crossing_tolerance,
-        "period": timed.period,
-        "law": timed.law,
-        **({} if timed.law in LAWS else {"made_by": "pace"}),
-        **({"request": _as_timed(timed)} if gait.request else {}),
-        **(about or {}),
-    }
-    end = timed.samples + 1
-    # No piece is one row alone: numpy rounds the product of a single row in another way.
-    for start in range(0, end - 1, rows):
-        stop = end if end - (start + rows) <= 1 else start + rows
-        yield Table(columns=timed.columns(range(start, stop)), about=made)
-
-
-def _as_timed(timed: TimedGait) -> dict[str, Any]:
-    """Return the request of a planned gait with the clock that it got, if a request can ask for that one."""
-    request = dict(timed.gait.request)
-    if timed.law in LAWS:
-        request |= {"period": timed.period, "law": timed.law, "samples": timed.samples}
-    return request
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise MissingExtra(f"{name}: not installed, and to_{name} needs it: pip install {name}") from error
 
 
 def merged(pieces: Iterable[Table]) -> Table:
@@ -227,8 +161,23 @@ def merged(pieces: Iterable[Table]) -> Table:
     return Table(columns=columns, about=pieces[0].about, rounding=pieces[0].rounding)
 
 
+def setting_of(
+    table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+) -> tuple[Vehicle, Coefficients, float]:
+    """Return vehicle, coefficients and crossing tolerance: as given, else as the table states, else the defaults."""
+    about = table.about
+    if vehicle is None:
+        stated = about.get("vehicle", PAPER.name)
+        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
+        coefficients = coefficients or about.get("coefficients")
+    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
+    if not 0 <= number_of(tolerance) < math.inf:
+        raise InputError(f"crossing_tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
+    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
+
+
 def provenance_of(table: Table) -> dict[str, Any]:
-    """Return what a file of the table says of its making: format, version, and `about`, as plain values.
+    """Return what a file states about the making of its table, as plain values: format, version, and `about`.
 
     >>> provenance_of(Table(columns={}, about={"period": 1.0}))["about"]
     {'period': 1.0}
@@ -241,45 +190,53 @@ def provenance_text(table: Table) -> str:
     return json.dumps(provenance_of(table), allow_nan=False)
 
 
-def about_of_provenance(text: str) -> dict[str, Any]:
-    """Return the `about` of a text that :func:`provenance_text` wrote.
+def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
+    """Return the `about` of a text that :func:`provenance_text` wrote, or nothing if the text is from elsewhere.
+
+    Parameters
+    ----------
+    text
+        What stands where a format keeps the provenance.
+    required
+        Whether a text from elsewhere is refused.
 
     Raises
     ------
     InputError
-        If it is not such a text.
-    """
-    try:
-        content = json.loads(text)
-        json.dumps(content, allow_nan=False)
-    except (RecursionError, ValueError) as error:
-        raise InputError("what made the file is not told as JSON; allowed is what gaitgraph wrote") from error
-    if is_deep(content):
-        raise InputError("what made the file is nested too deeply; allowed is what gaitgraph wrote")
-    about = content.get("about") if isinstance(content, dict) and content.get("format") == FORMAT else None
-    if not isinstance(about, dict):
-        raise InputError("what made the file is not told by gaitgraph; allowed is what gaitgraph wrote")
-    return about
+        If the text names the format of :func:`provenance_text` and is broken.
 
-
-def about_told(text: object) -> dict[str, Any]:
-    """Return the `about` of a text where formats keep it, or nothing if the text is somebody else's.
-
-    >>> about_told("measured on Monday")
+    Examples
+    --------
+    >>> about_from_text("measured on Monday")
     {}
     """
-    return about_of_provenance(text) if isinstance(text, str) and FORMAT in text else {}
+    if not isinstance(text, str) or (FORMAT not in text and not required):
+        return {}
+    try:
+        content = json.loads(text)
+    except (RecursionError, ValueError) as error:
+        raise InputError("the provenance in the file is not JSON as gaitgraph writes it") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise InputError("the provenance in the file was not written by gaitgraph")
+    return checked_about(content.get("about"))
 
 
-def is_deep(content: Any) -> bool:
-    """Return whether plain values are nested deeper than what is written again without trouble.
+def checked_about(content: object) -> dict[str, Any]:
+    """Return what made a table if it is plain values, as JSON holds them and nested up to 100 levels; else InputError.
 
-    >>> is_deep([[1], {"a": 2}])
-    False
+    >>> checked_about({"period": 1.0})
+    {'period': 1.0}
     """
-    level, depth = [content], 0
-    while level and depth <= _DEEPEST:
+    if not isinstance(content, dict):
+        raise InputError(f"about must be an object, got {shown(content)}")
+    level: list[Any] = [content]
+    for _ in range(_DEEPEST):
         inner = [one for one in level if isinstance(one, (dict, list))]
         level = [value for one in inner for value in (one.values() if isinstance(one, dict) else one)]
-        depth += 1
-    return depth > _DEEPEST
+    if level:
+        raise InputError(f"about: it is nested too deeply, more than {_DEEPEST} levels")
+    try:
+        json.dumps(content, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"about must hold finite numbers and texts, got {shown(content)}") from error
+    return content

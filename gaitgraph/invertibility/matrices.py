@@ -31,6 +31,7 @@ from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [
+    "DEFAULT_FLOOR",
     "Coefficients",
     "arm_angles",
     "coefficients_of",
@@ -54,6 +55,9 @@ __all__ = [
 
 FloatArray = npt.NDArray[np.float64]
 Kind = Literal["published", "exact"]
+
+DEFAULT_FLOOR = 0.05
+"""Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
 
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)

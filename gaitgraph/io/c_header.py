@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError
+from gaitgraph.gait.rows import is_closed
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, provenance_text
 from gaitgraph.io.options import FormatOptions
-from gaitgraph.io.trajectory import is_closed, merged_up_to, told_after
+from gaitgraph.io.trajectory import merged_up_to, told_after
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, Table, about_of_provenance
+from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, Table, about_from_text
 from gaitgraph.io.header import Header, joints_of
 from gaitgraph.io.text_lines import lines_of
 from gaitgraph.io.texts import MADE_BY
@@ -116,7 +116,7 @@ def _taken_out(lines: list[str], start: int, names: list[str]) -> dict[str, Any]
         except csv.Error:
             continue  # reading the line as a row says what is wrong
         if len(fields) == len(names) and FORMAT in fields[place]:
-            about = about_of_provenance(fields[place])
+            about = about_from_text(fields[place], required=True)
             fields[place] = ""
             lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields)
     return about

@@ -8,19 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from gaitgraph.errors import InputError, MissingExtra, shown
-from gaitgraph.gait.table import TEXTS, Table, about_told, provenance_of
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import Table, about_from_text
 from gaitgraph.io.columns import KNOWN
 from gaitgraph.io.table_columns import table_from_columns
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-__all__ = ["Frame", "HasColumns", "as_table", "is_frame", "pandas_from_table", "polars_from_table", "table_from_frame"]
 
 
 class HasColumns(Protocol):
@@ -140,53 +135,8 @@ def _values(column: Any, name: str) -> Any:
 def _about(attributes: object) -> dict[str, Any]:
     told = attributes.get(_ATTRIBUTE) if isinstance(attributes, dict) else None
     try:
-        return about_told(json.dumps(told, allow_nan=False))
+        return about_from_text(json.dumps(told, allow_nan=False))
     except (RecursionError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"attrs: {shown(told)}; allowed is what gaitgraph told there") from error
-
-
-def pandas_from_table(table: Table) -> Any:
-    """Return a table as a pandas frame: floats, and categories for texts; `attrs` tells what made it.
-
-    Raises
-    ------
-    MissingExtra
-        If pandas is not installed.
-    """
-    pandas = _library("pandas")
-    columns = {
-        name: pandas.Categorical(list(values)) if name in TEXTS else values for name, values in table.columns.items()
-    }
-    frame = pandas.DataFrame(columns)
-    frame.attrs[_ATTRIBUTE] = provenance_of(table)
-    return frame
-
-
-def polars_from_table(table: Table) -> Any:
-    """Return a table as a polars frame: floats, and categories for texts.
-
-    Raises
-    ------
-    MissingExtra
-        If polars is not installed.
-    """
-    polars = _library("polars")
-    series = [
-        polars.Series(name, values)
-        if name not in TEXTS
-        else polars.Series(name, list(values), dtype=polars.Categorical)
-        for name, values in table.columns.items()
-    ]
-    return polars.DataFrame(series)
-
-
-def _library(name: str) -> ModuleType:
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ImportError as error:
-        told = f"{name}: not installed, and to_{name} needs it; allowed is with it: pip install {name}"
-        raise MissingExtra(told) from error

@@ -7,7 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.table import ANGLES, Table, is_deep
+from gaitgraph.gait.table import ANGLES, Table, checked_about
 from gaitgraph.io.header import joints_of
 from gaitgraph.io.table_columns import checked_table
 
@@ -66,14 +66,9 @@ def table_of_json(text: str, plane_only: bool, joints: ServoMap | None) -> Table
         return _from_plan(content)
     about = content.get("about", {})
     columns = content.get("columns", content)
-    if not isinstance(about, dict) or not isinstance(columns, dict):
-        raise InputError(f"'about' or 'columns' is no object; {_JSON}")
-    try:
-        json.dumps(about, allow_nan=False)
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"about: {shown(about)}; allowed are finite numbers and texts") from error
-    if is_deep(about):
-        raise InputError("about: it is nested too deeply; allowed is what made the table")
+    if not isinstance(columns, dict):
+        raise InputError(f"'columns' is no object; {_JSON}")
+    about = checked_about(about)
     lists = {name: values for name, values in columns.items() if isinstance(values, list)}
     if isinstance(columns.get("color"), str) and lists:
         lists["color"] = [columns["color"]] * len(next(iter(lists.values())))

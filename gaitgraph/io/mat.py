@@ -19,7 +19,7 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import MOST_BYTES
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, about_told, merged, provenance_text
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, about_from_text, merged, provenance_text
 from gaitgraph.io.columns import LONGEST_TEXT, Column, check_names, numbers_or_texts, opened, pieces_of_columns
 
 if TYPE_CHECKING:
@@ -482,4 +482,4 @@ def _told(matrix: _Matrix) -> dict[str, Any]:
     """Return what made the file, if a text of ours tells it."""
     if matrix.kind != _CHAR or len(matrix.shape) != 2 or matrix.shape[0] != 1 or matrix.shape[1] > _LONGEST_PROVENANCE:
         return {}
-    return about_told(_codes_of(matrix, 8 * _LONGEST_PROVENANCE).tobytes().decode("utf-32-le"))
+    return about_from_text(_codes_of(matrix, 8 * _LONGEST_PROVENANCE).tobytes().decode("utf-32-le"))

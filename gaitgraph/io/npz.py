@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.table import about_told, merged, provenance_text
+from gaitgraph.gait.table import about_from_text, merged, provenance_text
 from gaitgraph.io.columns import LONGEST_TEXT, Column, check_names, numbers_or_texts, opened, pieces_of_columns
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _told(archive: zipfile.ZipFile, info: zipfile.ZipInfo, stack: ExitStack) -> 
     content = stream.read(size)
     if len(content) < size:
         raise InputError(f"{PROVENANCE}: it ends early; {_ALLOWED}")
-    return about_told(str(numbers_or_texts(np.frombuffer(content, dtype=dtype), PROVENANCE)[0]))
+    return about_from_text(str(numbers_or_texts(np.frombuffer(content, dtype=dtype), PROVENANCE)[0]))
 
 
 def _member(

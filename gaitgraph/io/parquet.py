@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.gait.table import FORMAT, ROWS_OF_A_PIECE, TEXTS, about_told, merged, provenance_of, provenance_text
+from gaitgraph.gait.table import FORMAT, ROWS_OF_A_PIECE, TEXTS, about_from_text, merged, provenance_of, provenance_text
 from gaitgraph.io.columns import KNOWN, opened
 
 if TYPE_CHECKING:
@@ -167,5 +167,5 @@ def _about(metadata: dict[bytes, bytes]) -> dict[str, Any]:
             except (RecursionError, ValueError):
                 continue
             told = content.get("gaitgraph", content) if isinstance(content, dict) else None
-            return about_told(json.dumps(told))
+            return about_from_text(json.dumps(told))
     return {}

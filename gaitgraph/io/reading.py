@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, MissingExtra
-from gaitgraph.gait.table import ANGLES, Table, about_of_provenance, merged
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingExtra
+from gaitgraph.gait.rows import closed_rows
+from gaitgraph.gait.table import ANGLES, Table, about_from_text, merged
 from gaitgraph.io.csv_reader import pieces_of_csv
 from gaitgraph.io.formats import known_format
+from gaitgraph.io.frames import as_table
 from gaitgraph.io.header import Header, joints_of, rows_of
 from gaitgraph.io.json_reader import table_of_json
 from gaitgraph.io.text_lines import WHAT, whole_text
@@ -18,10 +21,12 @@ from gaitgraph.io.values import check_times
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.io.formats import Format
+    from gaitgraph.io.frames import Frame
     from gaitgraph.io.servo_map import ServoMap
-
-__all__ = ["provenance_in", "read_pieces", "read_table"]
+    from gaitgraph.vehicle import Vehicle
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
@@ -72,17 +77,13 @@ def read_pieces(
     """
     path = Path(path)
     form = known_format(path, WHAT, reads=True)
-    try:
+    with naming_file(path):
         if form.suffix == ".json":
             yield table_of_json(whole_text(path), plane_only, joints)
         elif form.suffix == ".csv":
             yield from pieces_of_csv(path, progress, plane_only, joints)
         else:
             yield from _from_format(form, path, progress, plane_only, joints)
-    except MissingExtra:
-        raise
-    except InputError as error:
-        raise _of_file(path, error) from error
 
 
 def _from_format(
@@ -123,15 +124,57 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
     form = known_format(path, WHAT)
     if form.reads:
         return next(read_pieces(path)).about
+    with naming_file(path):
+        return about_from_text(form.provenance(path), required=True)
+
+
+@contextmanager
+def naming_file(source: object) -> Iterator[None]:
+    """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
     try:
-        return about_of_provenance(form.provenance(path))
-    except MissingExtra:
+        yield
+    except (MissingExtra, FileProblem):
         raise
-    except InputError as error:
-        raise _of_file(path, error) from error
+    except GaitgraphError as error:
+        if not isinstance(source, (str, Path)) or str(error).startswith(WHAT):
+            raise
+        raise type(error)(f"{WHAT} {str(source)!r}: {error}") from error
 
 
-def _of_file(path: Path, error: InputError) -> InputError:
-    """Return an error that names the file, once."""
-    told = str(error)
-    return error if told.startswith(WHAT) else InputError(f"{WHAT} {str(path)!r}: {told}")
+def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the closed polyline through a table's rows, straight runs merged.
+
+    A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
+    without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
+
+    Parameters
+    ----------
+    table
+        The rows, or a frame of pandas or polars that has them.
+    vehicle, coefficients
+        What the gait is for; by default what the table states, else the paper's vehicle.
+
+    Returns
+    -------
+    Gait
+        It keeps the request that made the table, if the table states one and no other vehicle or coefficients are
+        given.
+
+    Raises
+    ------
+    InputError
+        If the rows are no gait table.
+
+    Examples
+    --------
+    >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
+    [0.4, 0.9]
+    """
+    return closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients).gait()
+
+
+def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the gait in a file; parameters and errors as for :func:`gait_of` and :func:`read_table`."""
+    table = read_table(path)
+    with naming_file(path):
+        return gait_of(table, vehicle=vehicle, coefficients=coefficients)

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from gaitgraph.errors import FileProblem, InputError, shown
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, about_of_provenance, provenance_of
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, about_from_text, provenance_of
 from gaitgraph.io.bag_storage import Topic, messages_in, topics_in
 from gaitgraph.io.options import TOLD_TOPIC, FormatOptions
 from gaitgraph.io.trajectory import MOST_POINTS, NANOSECONDS, merged_up_to, points_of
@@ -206,7 +206,7 @@ def _told(places: list[Place]) -> tuple[dict[str, Any], dict[str, Any]]:
         if topic.name == TOLD_TOPIC and topic.kind == STRING:
             for _, _, content in messages_in(file, [topic]):
                 text = _read(content, STRING, _store()).data
-                about = about_of_provenance(text)
+                about = about_from_text(text, required=True)
                 chosen = json.loads(text).get("bag")
                 return about, chosen if isinstance(chosen, dict) else {}
     return {}, {}

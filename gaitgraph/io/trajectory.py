@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError
 from gaitgraph.files import blocks_of
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, CLOSED_GAP, RATES, Table, merged, provenance_text
+from gaitgraph.gait.rows import is_closed
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, merged, provenance_text
 from gaitgraph.io.options import FormatOptions
 
 if TYPE_CHECKING:
@@ -76,12 +77,6 @@ def _counted(pieces: Iterable[Table]) -> Iterable[tuple[Table, int]]:
     return accumulate(((piece, len(piece)) for piece in pieces), lambda before, new: (new[0], before[1] + new[1]))
 
 
-def is_closed(table: Table) -> bool:
-    """Return whether a table of two rows or more ends where it starts."""
-    alpha = table.alpha
-    return len(alpha) > 1 and bool(np.abs(alpha[-1] - alpha[0]).max() <= CLOSED_GAP)
-
-
 def points_of(table: Table, periods: int = 1) -> Points:
     """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
 
@@ -100,7 +95,7 @@ def points_of(table: Table, periods: int = 1) -> Points:
     Examples
     --------
     >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.gait.table import table_of
+    >>> from gaitgraph.timing.tables import table_of
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(2.0, samples=2))
     >>> points_of(table, 2).times.tolist()
     [0, 1000000000, 2000000000, 3000000000, 4000000000]

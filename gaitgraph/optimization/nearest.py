@@ -22,9 +22,10 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, CLOSED_GAP, Table, setting_of, table_of
-from gaitgraph.invertibility.matrices import Kind, coefficients_of, level_determinant
+from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.rows import closing_time, is_closed, tilt_angles
+from gaitgraph.gait.table import ANGLES, Table, setting_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.frames import as_table
 from gaitgraph.io.reading import read_table
 from gaitgraph.optimization.retargeted import Retargeted
@@ -33,9 +34,9 @@ from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import types_of
+from gaitgraph.timing.tables import table_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import checked_limits
-from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
@@ -175,10 +176,8 @@ def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -
     if isinstance(source, Table):
         if "alpha3" in source:
             return source
-        chosen, numbers, _ = setting_of(source, vehicle, coefficients)
-        plane = np.column_stack([source["alpha1"], source["alpha2"]])
-        lifted = lift(plane, source["color"], vehicle=chosen, coefficients=numbers)
-        names = dict(zip(ANGLES, lifted.alpha.T.copy(), strict=True))
+        _, numbers, _ = setting_of(source, vehicle, coefficients)
+        names = dict(zip(ANGLES, tilt_angles(source, numbers).T.copy(), strict=True))
         return replace(source, columns={"t": source["t"], **names} if "t" in source else names)
     if isinstance(source, TimedGait):
         return table_of(source)
@@ -207,8 +206,7 @@ def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -
 
 def _open_rows(table: Table) -> tuple[FloatArray, bool]:
     """Return the rows without one that closes the table, and whether there is one."""
-    rows = table.alpha
-    closing = len(rows) > 1 and bool(np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP)
+    rows, closing = table.alpha, is_closed(table)
     return (rows[:-1] if closing else rows), closing
 
 
@@ -333,7 +331,7 @@ def _times(t: FloatArray, rows: FloatArray, placed: npt.NDArray[np.int64], closi
     """Return the time of each new row: given rows keep theirs, added ones share what lies between by length."""
     total = len(rows)
     known = np.append(placed, total)
-    end = t[-1] if closing else t[-1] + (t[-1] - t[0]) / max(len(t) - 1, 1)
+    end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
     times = np.append(t[: len(placed)], end)
     size = np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1)
     gone = np.concatenate([[0.0], np.cumsum(size)])

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
 from gaitgraph.optimization.efforts import LeastEffort
 from gaitgraph.optimization.levels import component_meeting, highest_level, largest_share, level_region
 from gaitgraph.optimization.programs import Discs, SmoothLoop
@@ -32,13 +32,15 @@ from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.checks import checked_limits
-from gaitgraph.validation.report import DEFAULT_FLOOR, Report
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from shapely import Polygon
+
+    from gaitgraph.surface.region import Region
+    from gaitgraph.validation.report import Report
 
 __all__ = ["CLEARANCE", "optimal_gait"]
 

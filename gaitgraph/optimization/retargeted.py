@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import Infeasible
-from gaitgraph.io.exchange import gait_of
+from gaitgraph.io.reading import gait_of
 from gaitgraph.validation.report import Report, verdict_line
 
 if TYPE_CHECKING:

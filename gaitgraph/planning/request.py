@@ -23,15 +23,15 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.gait.table import ANGLES, CLOSED_GAP, merged, setting_of
+from gaitgraph.gait.rows import is_closed
+from gaitgraph.gait.table import merged, setting_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
-from gaitgraph.invertibility.matrices import Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.io.reading import provenance_in, read_pieces
+from gaitgraph.io.reading import naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones
 from gaitgraph.timing.timed_gait import LAWS, checked_clock
-from gaitgraph.validation.report import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -418,15 +418,11 @@ def colorings_of_file(
         sign = request.sign
     else:
         table = merged(read_pieces(path, plane_only=True))
-        try:
+        with naming_file(path):
             vehicle, numbers, stated_tolerance = setting_of(table, vehicle, coefficients)
-        except GaitgraphError as error:
-            raise type(error)(f"gait file {str(path)!r}: {error}") from error
-        rows = np.column_stack([table[name] for name in ANGLES if name in table])
-        same_color = "color" not in table or table["color"][-1] == table["color"][0]
-        if len(rows) > 1 and np.abs(rows[-1] - rows[0]).max() <= CLOSED_GAP and same_color:
-            rows = rows[:-1]
-        points = rows[:, :2]
+        points = np.column_stack([table["alpha1"], table["alpha2"]])
+        if is_closed(table):
+            points = points[:-1]
     return colorings(
         points,
         sign=sign or "auto",

@@ -21,14 +21,14 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, RATES, Table, merged, pieces_of
+from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
 from gaitgraph.graph.walks import allowed_edges
-from gaitgraph.invertibility.matrices import Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.writing import write_pieces
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
+from gaitgraph.timing.tables import pieces_of
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
-from gaitgraph.validation.report import DEFAULT_FLOOR, Report
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from gaitgraph.graph.build import Sign
     from gaitgraph.graph.walks import Use
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.validation.report import Report
 
 __all__ = ["HOVER", "Transition", "transition"]
 

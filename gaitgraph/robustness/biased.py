@@ -20,6 +20,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.branch_and_bound import Bound, Value, least_along
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
@@ -31,17 +32,16 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
-from gaitgraph.io.exchange import closed_rows
 from gaitgraph.io.frames import Frame, as_table
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.reading import naming_file, read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.segments import segments_of
+from gaitgraph.validation.segments import Segments, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.validation.segments import Place, Segments
+    from gaitgraph.validation.segments import Place
     from gaitgraph.vehicle import Vehicle
 
 __all__ = ["Robustness", "RobustnessReport", "robustness_of"]
@@ -349,9 +349,13 @@ def _closed(
         table = gait
     else:
         raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
-    stretch, vehicle, numbers = closed_rows(table, vehicle=vehicle, source=gait)
-    rounding = max(table.rounding, numbers.sheet_rounding, _seen(stretch.alpha, numbers))
-    return stretch, vehicle, rounding, "row"
+    with naming_file(gait):
+        rows = closed_rows(table, vehicle=vehicle)
+    rounding = max(table.rounding, rows.coefficients.sheet_rounding, _seen(rows.alpha, rows.coefficients))
+    sheet = np.zeros(len(rows.alpha), dtype=np.int8)
+    after_t = None if rows.t is None else float(rows.t[0])
+    stretch = Segments(alpha=rows.alpha, sheet=sheet, after=0, t=rows.t, after_t=after_t)
+    return stretch, rows.vehicle, rounding, "row"
 
 
 def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:

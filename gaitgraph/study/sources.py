@@ -10,8 +10,7 @@ from gaitgraph.errors import GaitgraphError, Infeasible, InputError, did_you_mea
 from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.io.exchange import gait_of
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.reading import gait_of, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
 from gaitgraph.timing.timed_gait import LAWS

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +17,16 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
 from gaitgraph.timing.chords import Beside
 from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.validation.checks import check_gait, checked_limits
-from gaitgraph.validation.report import DEFAULT_FLOOR, Report
+from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from gaitgraph.validation.report import Report
 
 __all__ = ["DEFAULT_CHORD", "Curve", "curve_through", "lifted"]
 

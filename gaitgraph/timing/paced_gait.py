@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.gait.gait import vertices
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.curve import lifted
 from gaitgraph.timing.limits import KINDS, UNITS, Limits
@@ -16,11 +17,12 @@ from gaitgraph.timing.path_laws import peaks_of
 from gaitgraph.timing.polynomials import derivative_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
+from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.rules import limit_check
 
 if TYPE_CHECKING:
     from gaitgraph.timing.curve import Curve
+    from gaitgraph.validation.report import Check, Report
 
 __all__ = ["PacedGait", "Touch"]
 

@@ -22,11 +22,11 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
+from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.rules import limit_check
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.validation.report import Check, Report
 
 __all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "checked_clock", "parametrize"]
 
@@ -275,20 +276,20 @@ class TimedGait:
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`."""
-        from gaitgraph.gait.table import pieces_of
         from gaitgraph.io.writing import write_pieces
+        from gaitgraph.timing.tables import pieces_of
 
         write_pieces(lambda: pieces_of(self), paths, force=force, options=options)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
-        from gaitgraph.gait.table import table_of
+        from gaitgraph.timing.tables import table_of
 
         return table_of(self).to_pandas()
 
     def to_polars(self) -> Any:
         """Return the gait table as a polars frame; see :meth:`gaitgraph.gait.table.Table.to_polars`."""
-        from gaitgraph.gait.table import table_of
+        from gaitgraph.timing.tables import table_of
 
         return table_of(self).to_polars()
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
-from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
+from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.rules import (
     Continuous,
     HoverThrust,

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.surface.loop_colorings import ColoringListing
 
-DEFAULT_FLOOR = 0.05
-"""Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
-
 RATE_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
 """Names of the checks that need times."""
 

@@ -20,8 +20,9 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ACCELERATIONS, CLOSED_GAP, RATES, Table, setting_of
-from gaitgraph.invertibility.matrices import Kind, level_determinant
+from gaitgraph.gait.rows import CLOSED_GAP, closing_time, tilt_angles
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, setting_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
@@ -32,11 +33,10 @@ from gaitgraph.surface.sheets import (
     families_along,
     family_codes,
     family_of,
-    sheet_angles,
     types_contradict,
 )
 from gaitgraph.validation.checks import Checker, check_gait, checked_limits
-from gaitgraph.validation.report import DEFAULT_FLOOR, Check, Report
+from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.rules import limit_check
 from gaitgraph.validation.segments import Place, Segments, Setting
 
@@ -199,19 +199,8 @@ class _TableChecker:
     def _rows_of(self, piece: Table) -> Segments:
         """Return the rows of a piece with the sheet of their color, or on which they lie."""
         setting = self.setting
-        a1, a2 = piece["alpha1"], piece["alpha2"]
         sheet = family_codes(piece["color"]) if "color" in piece else np.zeros(len(piece), dtype=np.int8)
-        if "alpha3" in piece:
-            alpha = piece.alpha
-        elif (sheet > 1).any():
-            point = int(np.argmax(sheet > 1))
-            raise InputError(
-                f"row {self.rows + point + 1}: color is {family_of(sheet[point])!r}; allowed are 'red' and 'blue' "
-                "without alpha3 and alpha4, of which a fibre leaves one open"
-            )
-        else:
-            red, blue = (sheet_angles(color, a1, a2, setting.coefficients) for color in ("red", "blue"))
-            alpha = np.column_stack([a1, a2, *(np.where(sheet > 0, r, b) for r, b in zip(red, blue, strict=True))])
+        alpha = tilt_angles(piece, setting.coefficients, rows_before=self.rows)
         if "color" not in piece:
             before = 0 if self.last is None else int(self.last.sheet[0])
             sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=before)
@@ -258,7 +247,7 @@ class _TableChecker:
             closing = replace(last.joined(first), first=self.rows - 1, after=0)
             if t is not None:
                 # The closing segment takes one mean step of time.
-                end = t[1] + (t[1] - t[0]) / max(self.rows - 1, 1)
+                end = closing_time(t[0], t[1], self.rows)
                 closing = replace(closing, t=np.array([t[1], end]), after_t=t[0])
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])

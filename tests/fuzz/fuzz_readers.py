@@ -23,9 +23,9 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
     from gaitgraph.io import mat as matlab, npz as arrays, parquet
-    from gaitgraph.io.exchange import export, gait_of
-    from gaitgraph.io.reading import read_table
+    from gaitgraph.io.reading import gait_of, read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
+    from gaitgraph.timing.exporting import export
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 
