@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
-from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above
+from gaitgraph.invertibility.segment_bounds import keeps_singular_value_above
 from gaitgraph.planning.meetings import _least_length, meeting_points, mixed_loop
 from gaitgraph.planning.planner import _preference
 from gaitgraph.planning.prepared import region_of

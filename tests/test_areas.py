@@ -25,8 +25,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     noise_of,
 )
-from gaitgraph.invertibility.singular_value_bounds import least_singular_value_along
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
+from gaitgraph.invertibility.segment_bounds import least_singular_value_along, thrust_shares_along, thrusts_push_up
 from gaitgraph.surface import admissible
 from gaitgraph.surface.admissible import (
     admissible_region,

@@ -310,7 +310,10 @@ def test_limits_of_rates_in_words() -> None:
 
 def test_places_in_words() -> None:
     place = Place(point=56, fraction=0.25, alpha=(0.1, -0.2, 0.3, -1.0), t=0.5625)
-    assert place.described("row") == "row 57 and 0.25 of the way to the next (t = 0.5625 s), (0.100, -0.200, 0.300, -1.000)"
+    assert (
+        place.described("row")
+        == "row 57 and 0.25 of the way to the next (t = 0.5625 s), (0.100, -0.200, 0.300, -1.000)"
+    )
     assert place.described("corner") == "(0.100, -0.200, 0.300, -1.000)"
     at_row = Place(point=0, fraction=0.0, alpha=(0.0,) * 4)
     assert at_row.described("row") == "row 1, (0.000, 0.000, 0.000, 0.000)"

@@ -14,7 +14,6 @@ from scipy.optimize import least_squares, root
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift_to_fiber
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -24,6 +23,7 @@ from gaitgraph.invertibility.matrices import (
     rotor_directions,
     zero_moment_direction,
 )
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.reading import read_table
 from gaitgraph.surface.fibers import fiber_points, line_intervals, nearest_on_line, point_on_family, travel_of
 from gaitgraph.surface.sheets import (

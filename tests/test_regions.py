@@ -14,8 +14,8 @@ from scipy import ndimage
 from scipy.integrate import quad
 
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, level_determinant_resolution
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named

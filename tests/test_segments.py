@@ -13,11 +13,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from gaitgraph.invertibility.branch_and_bound import Least, least_along, least_of_bent
-from gaitgraph.invertibility.determinant_bounds import (
-    least_level_determinant,
-    level_determinant_curvature,
-    range_of_level_determinant,
-)
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -28,13 +23,17 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
     zero_moment_inputs,
 )
-from gaitgraph.invertibility.residual_bounds import largest_residual
-from gaitgraph.invertibility.singular_value_bounds import (
+from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
+    largest_residual,
+    least_level_determinant,
     least_singular_value_along,
     least_singular_value_of_all,
+    level_determinant_curvature,
+    range_of_level_determinant,
+    thrust_shares_along,
+    thrusts_push_up,
 )
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -623,7 +622,7 @@ class TestThrusts:
             asked.append(len(alpha))
             return zero_moment_inputs(alpha, vehicle)
 
-        monkeypatch.setattr("gaitgraph.invertibility.thrust_bounds.zero_moment_inputs", counting)
+        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds.zero_moment_inputs", counting)
         turn = np.arange(8) * (math.pi / 4)
         corners = np.column_stack([0.8 + 0.4 * np.cos(turn), -0.8 + 0.4 * np.sin(turn)])[:, [0, 1, 0, 1]]
         upward, *_ = thrust_shares_along(corners, np.roll(corners, -1, axis=0))
@@ -693,7 +692,7 @@ class TestOfAll:
         assert np.isfinite(less.upper).sum() <= 1 + np.isfinite(least_singular_value_of_all(starts, ends).upper).sum()
 
     def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.invertibility.singular_value_bounds.least_singular_value", None)
+        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds.least_singular_value", None)
         corners = np.array([[1.178, -1.178] * 2, [1.178, -0.393] * 2, [0.393, -0.393] * 2])
         found = least_singular_value_of_all(corners[:-1], corners[1:])
         assert found.worst()[0] > 0.4

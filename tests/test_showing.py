@@ -216,9 +216,7 @@ def test_a_region_shows_its_holes() -> None:
     assert "empty" in page_of(shown("empty region")).text
     assert page_of(shown("empty region")).of("table") == []
     assert "1  " in str(gg.admissible_region())
-    parts = gg.planning.request_of(
-        [(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS]
-    )
+    parts = gg.planning.request_of([(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in GAPS])
     assert "… and 2 more" in str(gg.admissible_region(zones=parts.zones))
 
 

@@ -213,7 +213,10 @@ BAD_JSON = [
     ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "NaN is no number of JSON"),
     ('{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is inf"),
     ('{"path": [[1, -1, 1, -1]], "colors": 5}', "colors: 5; allowed is a list"),
-    ('{"about": {"x": 1e999}, "alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "about must hold finite numbers"),
+    (
+        '{"about": {"x": 1e999}, "alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
+        "about must hold finite numbers",
+    ),
     ('{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is \\[0\\]"),
     ('{"alpha1": [0], "alpha2": [0], "color": [["red"]]}', "row 1: color is \\['red'\\]"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types: 1; allowed are"),

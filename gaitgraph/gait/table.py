@@ -114,8 +114,7 @@ class Table:
         """
         pandas = _library("pandas")
         columns = {
-            name: pandas.Categorical(list(values)) if name in TEXTS else values
-            for name, values in self.columns.items()
+            name: pandas.Categorical(list(values)) if name in TEXTS else values for name, values in self.columns.items()
         }
         frame = pandas.DataFrame(columns)
         frame.attrs["gaitgraph"] = provenance_of(self)

@@ -38,10 +38,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import ContractError, InputError, shown
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
-from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_along
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
+from gaitgraph.invertibility.segment_bounds import (
+    keeps_singular_value_above,
+    least_level_determinant,
+    least_singular_value_along,
+    thrust_shares_along,
+    thrusts_push_up,
+)
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.closed_form_roots import root_arrays, sheet_grid
 from gaitgraph.surface.sheets import COLORS, checked_plane_angles

@@ -1,4 +1,4 @@
-"""Is the decoupling matrix invertible? Equations (1) to (6), singular values, tilt margins, and bounds along a segment."""
+"""Is the decoupling matrix invertible? Equations (1) to (6), singular values, tilt margins, bounds along a segment."""
 
 from __future__ import annotations
 

@@ -26,7 +26,6 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.branch_and_bound import Least, least_along
-from gaitgraph.invertibility.determinant_bounds import level_determinant_curvature
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     attitude_of,
@@ -39,7 +38,7 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
     rotor_directions,
 )
-from gaitgraph.invertibility.sine_bounds import largest_sine
+from gaitgraph.invertibility.segment_bounds import largest_sine, level_determinant_curvature
 from gaitgraph.vehicle import PAPER, Vehicle
 
 __all__ = [

@@ -9,10 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.gait.gait import lift
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import Coefficients, least_singular_value_on_red, noise_of
-from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_along
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along
+from gaitgraph.invertibility.segment_bounds import (
+    keeps_singular_value_above,
+    least_level_determinant,
+    least_singular_value_along,
+    thrust_shares_along,
+)
 from gaitgraph.surface.sheets import red_label
 from gaitgraph.validation.rules import jumps
 

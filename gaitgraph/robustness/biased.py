@@ -24,7 +24,7 @@ from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.branch_and_bound import Bound, Value, least_along
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
-from gaitgraph.invertibility.singular_value_bounds import singular_value_bound
+from gaitgraph.invertibility.segment_bounds import singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     checked_tilt,

@@ -16,8 +16,8 @@ import shapely
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface.outlines import blue_determinant_below, bracket_negative, determinant_below
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
-from gaitgraph.invertibility.singular_value_bounds import least_singular_value_of_all
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, thrusts_push_up
+from gaitgraph.invertibility.segment_bounds import (
+    least_level_determinant,
+    least_singular_value_of_all,
+    thrust_shares_along,
+    thrusts_push_up,
+)
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.singular_value_bounds import least_singular_value_of_all
+from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
 from gaitgraph.timing.timed_gait import TimedGait
 
 __all__ = ["ServoResponse", "servo_response"]

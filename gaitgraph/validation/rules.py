@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from gaitgraph.angles import distance_to_multiple, wrapped
 from gaitgraph.invertibility.branch_and_bound import Least
-from gaitgraph.invertibility.determinant_bounds import least_level_determinant, range_of_level_determinant
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -22,9 +21,15 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     level_determinant_slopes,
 )
-from gaitgraph.invertibility.residual_bounds import largest_residual
-from gaitgraph.invertibility.singular_value_bounds import keeps_singular_value_above, least_singular_value_of_all
-from gaitgraph.invertibility.thrust_bounds import thrust_shares_along, where_thrusts_vanish
+from gaitgraph.invertibility.segment_bounds import (
+    keeps_singular_value_above,
+    largest_residual,
+    least_level_determinant,
+    least_singular_value_of_all,
+    range_of_level_determinant,
+    thrust_shares_along,
+    where_thrusts_vanish,
+)
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,

@@ -1,0 +1,430 @@
+"""Bounds along straight segments of tilt angles: R, residuals, singular values and hover thrusts between two rows.
+
+Each function brackets the least value of a quantity along segments, so that a check holds between two rows and not only
+at them. :mod:`gaitgraph.invertibility.branch_and_bound` has the search; here are the bounds on an interval that it
+needs.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.invertibility.branch_and_bound import Bound, Least, Several, least_along, least_of_bent, least_of_each
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    least_singular_value,
+    least_singular_value_bound,
+    level_determinant,
+    singular_values_on_red,
+    zero_moment_inputs,
+)
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import Coefficients
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
+    peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
+    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
+    zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
+    return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+
+
+def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
+    s0, s1, turn = np.sin(x0), np.sin(x1), 2 * math.pi
+    top = np.floor(x0 / turn - 0.25) != np.floor(x1 / turn - 0.25)
+    bottom = np.floor(x0 / turn + 0.25) != np.floor(x1 / turn + 0.25)
+    return np.where(bottom, -1.0, np.minimum(s0, s1)), np.where(top, 1.0, np.maximum(s0, s1))
+
+
+def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
+    """Return where, as a fraction, the least |sin| of several phases, shape (m, k), is met on intervals, shape (m,)."""
+    ends = np.stack([np.abs(np.sin(x0)), np.abs(np.sin(x1))], axis=-1)
+    zero = np.maximum(np.floor(x0 / math.pi), np.floor(x1 / math.pi)) * math.pi
+    crossing = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
+    fraction = np.where(ends[..., 1] < ends[..., 0], 1.0, 0.0)
+    fraction = np.where(crossing, (zero - x0) / np.where(crossing, x1 - x0, 1.0), fraction)
+    least = np.where(crossing, 0.0, ends.min(axis=-1))
+    return np.asarray(np.take_along_axis(fraction, np.argmin(least, axis=1)[:, None], axis=1)[:, 0])
+
+
+def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
+    """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
+
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's
+    second derivative is at most its size times the square of the sum of both frequencies. Where one factor is
+    constant along the segment, as on both sheets, its value at the start replaces its size.
+    """
+    form, factors, sizes, both = _form_of_sums(coefficients)
+    turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
+    # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
+    slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
+    now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
+    local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
+    crossed = np.minimum(local, sizes * (slow + turns) ** 2)
+    return np.asarray(abs(form[0, 0]) * turns.sum(axis=1) ** 2 + crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2)
+
+
+@lru_cache(maxsize=32)
+def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and norms of its parts.
+
+    The second array has what multiplies cos Δ1, then cos Δ2, as columns; the third their sizes; the last number is a
+    norm of the part without differences.
+    """
+    mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
+    form = mix.T @ coefficients.bilinear_form @ mix
+    factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
+    return form, factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+
+
+def range_of_level_determinant(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-6,
+    known: tuple[float, float] = (math.inf, math.inf),
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
+) -> tuple[Least, Least]:
+    """Bracket the least of R and that of −R along segments; see :func:`least_level_determinant`.
+
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> least, _ = range_of_level_determinant([0, 0, 0, 0], [0.4, 0.4, 0.4, 0.4], coefficients_of())
+    >>> round(least.worst()[0], 3)
+    2.864
+    """
+
+    def values(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+        value = np.asarray(level_determinant(alpha, coefficients))
+        return value, -value
+
+    def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+        curvature = level_determinant_curvature(p0, p1 - p0, coefficients)
+        return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
+
+    both = None if at_ends is None else ((at_ends[0], -at_ends[0]), (at_ends[1], -at_ends[1]))
+    least, minus_largest = least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both)
+    return least, minus_largest
+
+
+def least_level_determinant(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    sign: float = 1.0,
+    tolerance: float = 1e-6,
+    floor: float = math.inf,
+    each: bool = False,
+    known: float = math.inf,
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
+) -> Least:
+    """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign.
+
+    >>> corners = np.array([[1.1, -1.1, 1.1, -1.1], [1.1, -0.4, 1.1, -0.4]])
+    >>> from gaitgraph.invertibility.matrices import coefficients_of
+    >>> round(least_level_determinant(corners[:1], corners[1:], coefficients_of(), sign=-1).worst()[0], 3)
+    3.197
+    """
+
+    def value(alpha: FloatArray) -> FloatArray:
+        return np.asarray(sign * level_determinant(alpha, coefficients))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return least_of_bent(f0, f1, level_determinant_curvature(p0, p1 - p0, coefficients))
+
+    return least_along(
+        starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, known=known, at_ends=at_ends
+    )
+
+
+def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
+    """Return phases whose sines are the factors of Rθ, then those of Rφ, shape (4, k)."""
+    a1, a2, a3, a4 = alpha.T
+    return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])
+
+
+def largest_residual(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-6,
+    known: float = math.inf,
+) -> Least:
+    """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
+
+    Both are products of two sines of linear functions, whose extremes on an interval are known.
+    """
+    scale = 1.0 / abs(math.sin(2 * coefficients.delta))
+
+    def value(alpha: FloatArray) -> FloatArray:
+        x, y, u, v = np.abs(np.sin(_residual_phases(alpha, coefficients.delta)))
+        return np.asarray(-scale * np.maximum(x * y, u * v))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        x, y, u, v = largest_sine(*(_residual_phases(side, coefficients.delta) for side in (p0, p1)))
+        return np.asarray(-scale * np.maximum(x * y, u * v))
+
+    return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
+
+
+def singular_value_bound(vehicle: Vehicle) -> Bound:
+    """Return a bound from values at both ends that hold for the least singular value, or lie below it, at any attitude.
+
+    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
+    ‖Δα‖ with that constant.
+    """
+    constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return np.asarray(np.maximum((f0 + f1 - constant * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
+
+    return bound
+
+
+def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
+    return all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
+
+
+def least_singular_value_along(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    floor: float = math.inf,
+    each: bool = False,
+    known: float = math.inf,
+) -> Least:
+    """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
+
+    On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a segment is known; only the
+    third is searched. Elsewhere every end costs a decomposition: see :func:`least_singular_value_of_all`.
+
+    Parameters
+    ----------
+    starts, ends
+        The segments, shape (m, 4) [rad].
+    tolerance, floor, each, known
+        As for :func:`least_along`.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    bound, on_red = singular_value_bound(vehicle), _on_red(starts, ends)
+    asked: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
+
+    def value(alpha: FloatArray) -> FloatArray:
+        if on_red:
+            return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
+        return np.asarray(least_singular_value(alpha, vehicle))
+
+    if not on_red:
+        return least_along(starts, ends, value, bound, **asked)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    quarter = math.pi / 2
+    phases = [side[:, :2] + np.array([-delta, delta]) + quarter for side in (starts, ends)]
+    alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
+    enough = alone if each else np.full(len(alone), alone.min())
+    third = least_along(starts, ends, value, bound, enough=enough, **asked)
+    fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
+    return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
+
+
+def least_singular_value_of_all(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    known: float = math.inf,
+) -> Least:
+    """Bracket the least singular value over many segments, most of them without any decomposition.
+
+    Parameters as for :func:`least_singular_value_along`. A bound from arithmetic alone settles the segments that
+    certainly stay above the least of all, or above `known`; their `upper` is +∞, since no value of theirs is known.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    if _on_red(starts, ends):
+        return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
+    low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
+    upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
+    first = int(np.argmin(low0))
+    known = min(known, float(least_singular_value(starts[first], vehicle)))
+    matters = lower < known - tolerance
+    matters[first] = True
+    found = least_singular_value_along(starts[matters], ends[matters], vehicle, tolerance=tolerance, known=known)
+    lower[matters], upper[matters], fraction[matters] = found.lower, found.upper, found.fraction
+    return Least(lower=lower, upper=upper, fraction=fraction)
+
+
+def _bounds_without_decomposition(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray]:
+    """Return lower bounds of the least singular value at the starts, and along the segments."""
+    low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
+
+
+def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return a lower bound of the least singular value, level, on segments of the red sheet, without halving them.
+
+    The two lone values are cosines, whose least is known. The 2×2 block is √2·B with |det B| = |D|,
+    D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ, whose range follows from those of both terms; and the squares of the
+    singular values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f.
+    """
+    kappa = vehicle.signed_drag_ratio
+    delta, quarter = math.atan(kappa), math.pi / 2
+    first, second = starts[:, :2], ends[:, :2]
+    shift = np.array([-delta, delta]) + quarter
+    alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
+    mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
+    low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
+    low, high = np.array([1 / math.cos(delta), abs(kappa)]) * np.stack([low, high])
+    sums = (low[:, 1], high[:, 1]) if kappa > 0 else (-high[:, 1], -low[:, 1])
+    minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
+    return np.asarray(
+        math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
+    )
+
+
+def keeps_singular_value_above(
+    starts: npt.ArrayLike, ends: npt.ArrayLike, floor: float, vehicle: Vehicle = PAPER
+) -> npt.NDArray[np.bool_]:
+    """Return whether the least singular value is at least `floor` along each whole segment, shape (m,).
+
+    Decided to within 1e-6 of the floor; what is closer than that counts as below.
+    """
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    if _on_red(starts, ends):
+        above = _bound_along_red(starts, ends, vehicle) >= floor
+    else:
+        above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
+    open_ = ~above
+    if open_.any():
+        asked: dict[str, Any] = {"tolerance": 1e-6, "floor": floor, "each": True}
+        above[open_] = least_singular_value_along(starts[open_], ends[open_], vehicle, **asked).lower >= floor
+    return np.asarray(above)
+
+
+_NO_LIFT = 1e-300  # divides without an overflow
+
+
+def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
+    """Return whether all hover thrusts are positive along whole segments, shape (m,).
+
+    Decided exactly: each factor of w₀ keeps its sign, and no rotor is tilted beyond π/2, where a positive thrust
+    would push down.
+    """
+    p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
+    s0, s1 = _phases_of_inputs(p0, vehicle), _phases_of_inputs(p1, vehicle)
+    # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+    factors = np.sign(np.sin((s0 + s1) / 2))
+    signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
+    kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+    turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
+    upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
+    return np.asarray(kept & upright)
+
+
+def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (m, 6)."""
+    delta = math.atan(vehicle.signed_drag_ratio)
+    beta = alpha + np.array([-delta, delta, -delta, delta])
+    return np.concatenate([beta[:, 1::-1] + beta[:, 3:1:-1], beta + math.pi / 2], axis=-1)
+
+
+def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
+    """Return where on a segment, as a fraction, a factor of the zero-moment inputs is least, zero if one vanishes."""
+    return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
+
+
+def thrust_shares_along(
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    each: bool = False,
+    known: tuple[float, float] = (math.inf, math.inf),
+) -> tuple[npt.NDArray[np.bool_], Least, Least]:
+    """Bracket the hover thrusts along segments.
+
+    Returns
+    -------
+    upward
+        Whether every thrust is positive on the whole segment; see :func:`thrusts_push_up`.
+    least
+        Bracket of the least thrust share T/(m·g); NaN where not `upward`.
+    largest
+        Bracket of the least of −T/(m·g), that is of minus the largest share; NaN where not `upward`.
+    """
+    starts, ends = (
+        np.atleast_2d(np.asarray(starts, dtype=float)),
+        np.atleast_2d(np.asarray(ends, dtype=float)),
+    )
+    upward = thrusts_push_up(starts, ends, vehicle)
+    lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)
+    fraction[:] = 0.0
+    if upward.any():
+
+        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
+            return _shares_and_parts(alpha, vehicle)
+
+        def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+            return _bounds_of_shares(v0, v1, p1 - p0, vehicle)
+
+        found = least_of_each(starts[upward], ends[upward], values, bounds, tolerance=tolerance, each=each, known=known)
+        for k, one in enumerate(found):
+            lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
+    least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))
+    return upward, least, largest
+
+
+def _shares_and_parts(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
+    """Return the least hover thrust share, minus the largest, then |w₀| of each rotor and V, where all push up.
+
+    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ; see :func:`gaitgraph.invertibility.matrices.hover_thrust_shares`.
+    """
+    inputs = np.abs(zero_moment_inputs(alpha, vehicle))
+    lift = (inputs * np.cos(alpha)).sum(axis=-1)
+    return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
+
+
+def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
+    """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
+
+    |wᵢ| and V are products of sines of linear functions, whose second derivatives are bounded. So |wᵢ| − c·V is, where
+    c is the least share at both ends; where that stays positive the share is nowhere below c, and elsewhere below by no
+    more than it lacks over the least of V. The same holds for the largest share, with signs turned.
+    """
+    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
+    # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
+    # differences Δ of opposite arms.
+    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1).T
+    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
+    inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
+    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), _NO_LIFT)
+    out = []
+    for k, sense in enumerate((1.0, -1.0)):
+        c = np.minimum(v0[k], v1[k])
+        apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
+        lacking = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
+        out.append(c + np.minimum(lacking, 0.0) / least_lift)
+    return [np.maximum(out[0], 0.0), out[1]]
