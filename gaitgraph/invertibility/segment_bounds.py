@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,9 +24,6 @@ from gaitgraph.invertibility.matrices import (
     zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
-
-if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients
 
 FloatArray = npt.NDArray[np.float64]
 
