@@ -37,7 +37,8 @@ HOLES = [
     for y in np.arange(0.05, 1.3, 0.1)
 ]
 GAPS = np.linspace(0.2, 1.1, 8)
-FIBER = gg.gait.lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
+AT = gg.invertibility.coefficients_of().delta
+FIBER = gg.Gait(alpha=[(AT, 0.2, AT, 0.4), (AT, 0.9, AT, 0.3), (AT, 0.5, AT, 0.8)], colors=("fiber1",) * 3)
 CORNERS = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
 BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
 
@@ -225,7 +226,7 @@ def test_a_gait_on_a_fibre_shows_its_free_angles() -> None:
     assert {"α2", "α4"} <= set(page.texts)
     (loop,) = (path for path in page.of("path") if path.get("stroke-width") == "2")
     np.testing.assert_allclose(plane_from_page(points_of(loop["d"]))[:-1], FIBER.alpha[:, [1, 3]], atol=2e-3)
-    second = gg.gait.lift_to_fiber([(0.2, 0.4), (0.9, 0.3)], "fiber2")
+    second = gg.Gait(alpha=[(0.2, -AT, 0.4, -AT), (0.9, -AT, 0.3, -AT)], colors=("fiber2",) * 2)
     assert "its loop in the plane of α1 and α3" in page_of(second).text
 
 

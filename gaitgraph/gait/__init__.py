@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.gait.gait import Gait as Gait, lift as lift, lift_to_fiber as lift_to_fiber, vertices as vertices
+    from gaitgraph.gait.gait import Gait as Gait, lift as lift, vertices as vertices
     from gaitgraph.gait.table import Table as Table
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -18,7 +18,6 @@ from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.fibers import fiber_points, travel_of
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
-__all__ = ["Gait", "color_of_all", "lift", "lift_to_fiber", "vertices"]
+__all__ = ["Gait", "color_of_all", "lift", "vertices"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -115,11 +114,6 @@ class Gait:
     def length(self) -> float:
         """Length of the loop in the (α1, α2) plane [rad]."""
         return float(np.linalg.norm((self.ends - self.alpha)[:, :2], axis=1).sum())
-
-    @property
-    def travel(self) -> float:
-        """Length of the loop in four dimensions over √2 [rad]; on both sheets that is `length`."""
-        return float(travel_of(self.alpha, self.ends).sum())
 
     @property
     def color(self) -> str | None:
@@ -330,8 +324,7 @@ def lift(
     for name in names:
         if isinstance(name, str) and name in FIBERS:
             raise InputError(
-                f"colors: {shown(name)}; allowed are 'red' and 'blue' above (α1, α2): a fibre leaves α3 or α4 open, "
-                "see lift_to_fiber"
+                f"colors: {shown(name)}; allowed are 'red' and 'blue' above (α1, α2): a fibre leaves α3 or α4 open"
             )
     return Gait(
         alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, coefficients),
@@ -354,54 +347,6 @@ def points_on_sheets(
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
-
-
-def lift_to_fiber(
-    free: npt.ArrayLike,
-    fiber: str,
-    *,
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> Gait:
-    """Return the gait on a fibre whose corners have the given free angles.
-
-    Parameters
-    ----------
-    free
-        The free angles, shape (n, 2) [rad]: (α2, α4) on the first fibre, (α1, α3) on the second; closed by itself.
-    fiber
-        "fiber1", where α1 = α3 = δ, or "fiber2", where α2 = α4 = −δ.
-    vehicle, coefficients, crossing_tolerance
-        What the gait is for; by default the paper's vehicle with its published coefficients.
-
-    Raises
-    ------
-    InputError
-        If the free angles are no pairs of finite numbers, or there is no such fibre.
-
-    Notes
-    -----
-    A pair of rotors idles on a fibre in hover: such a gait can be valid, and is never flyable with rotors that push one
-    way only.
-
-    Examples
-    --------
-    >>> gait = lift_to_fiber([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], "fiber1")
-    >>> gait.types[0], round(gait.length, 3), round(gait.travel, 3), gait.check().valid
-    ('(?,*)', 1.4, 1.306, True)
-    """
-    coefficients = coefficients or coefficients_of(vehicle)
-    alpha = fiber_points(fiber, free, coefficients)
-    if alpha.ndim != 2 or not len(alpha):
-        raise InputError(f"free: an array of shape {np.shape(free)}; allowed is (n, 2) with n at least 1")
-    return Gait(
-        alpha=alpha,
-        colors=(fiber,) * len(alpha),
-        vehicle=vehicle,
-        coefficients=coefficients,
-        crossing_tolerance=crossing_tolerance,
-    )
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
         sign_components as sign_components,
         sign_region as sign_region,
     )
-    from gaitgraph.surface.fibers import fiber_points as fiber_points
     from gaitgraph.surface.loop_colorings import (
         Coloring as Coloring,
         ColoringObstacle as ColoringObstacle,

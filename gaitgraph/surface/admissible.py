@@ -54,8 +54,8 @@ Use = Literal["valid", "flyable"]
 
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
-_DECIDED = 1.5e-6  # singular values; see invertibility.singular_value_bounds
-_DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.thrust_bounds
+_DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
+_DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 
 
 def hover_region(vehicle: Vehicle = PAPER) -> Region:

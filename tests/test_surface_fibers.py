@@ -1,0 +1,394 @@
+"""The fibres: that they complete the set of solutions, what holds on them, and that tables on them cannot fly."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from scipy.optimize import least_squares, root
+
+import gaitgraph as gg
+from gaitgraph.gait.gait import Gait
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    hover_thrust_shares,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+    rotor_directions,
+    zero_moment_direction,
+)
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
+from gaitgraph.io.reading import read_table
+from gaitgraph.surface.sheets import (
+    FAMILIES,
+    FIBERS,
+    families_along,
+    family_codes,
+    family_distances,
+    family_jumps,
+    family_of,
+    family_types,
+    red_label,
+    types_contradict,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HALF_PI = math.pi / 2
+EXACT = coefficients_of(kind="exact")
+DELTA = EXACT.delta
+VEHICLES = {
+    "paper": gg.PAPER,
+    "small": gg.Vehicle(drag_ratio=0.02),
+    "mirrored": gg.PAPER.replace(first_rotor_spin="counterclockwise"),
+    "half": gg.Vehicle(drag_ratio=0.5),
+    "large": gg.Vehicle(drag_ratio=1.4),
+}
+CORNERS = [(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]
+angle = st.floats(-1.5, 1.5)
+every_vehicle = pytest.mark.parametrize("vehicle", VEHICLES.values(), ids=VEHICLES)
+
+
+def on_fiber(fiber: str, free: Any, coefficients: gg.Coefficients = EXACT) -> np.ndarray:
+    """Return points of a fibre with free angles (α2, α4), or (α1, α3) on the second one."""
+    free = np.asarray(free, dtype=float)
+    fixed = np.full(free.shape[:-1], coefficients.delta if fiber == "fiber1" else -coefficients.delta)
+    pairs = (fixed, free[..., 0], fixed, free[..., 1]), (free[..., 0], fixed, free[..., 1], fixed)
+    return np.stack(pairs[fiber == "fiber2"], axis=-1)
+
+
+def gait_on(fiber: str, free: Any, coefficients: gg.Coefficients | None = None) -> Gait:
+    coefficients = coefficients or coefficients_of()
+    return Gait(alpha=on_fiber(fiber, free, coefficients), colors=(fiber,) * len(free), coefficients=coefficients)
+
+
+# --- the theorem -----------------------------------------------------------------------------------------------------
+
+
+def horizontal_part(alpha: np.ndarray, vehicle: gg.Vehicle) -> np.ndarray:
+    """Return the determinants of three torques and one horizontal force: forces and torques, no formula."""
+    force, torque = rotor_directions(alpha, vehicle)
+    return np.array([np.linalg.det(np.vstack([torque, force[k : k + 1]])) for k in (0, 1)])
+
+
+def distance_modulo_pi(angles: Any) -> Any:
+    return np.abs(angles - math.pi * np.rint(np.asarray(angles) / math.pi)).max(axis=-1)
+
+
+def distances_to_all(alpha: np.ndarray, delta: float) -> dict[str, float]:
+    """Return the distance to the four families, with the copies of the fibres, written out."""
+    a1, a2, a3, a4 = alpha
+    return {
+        "red": distance_modulo_pi([(a3 - a1), (a4 - a2)]),
+        "blue": distance_modulo_pi([a3 + a1 - 2 * delta, a4 + a2 + 2 * delta]),
+        "fiber1": distance_modulo_pi([a1 - delta, a3 - delta]),
+        "fiber2": distance_modulo_pi([a2 + delta, a4 + delta]),
+        "copy1": distance_modulo_pi([a1 - delta - HALF_PI, a3 - delta - HALF_PI]),
+        "copy2": distance_modulo_pi([a2 + delta - HALF_PI, a4 + delta - HALF_PI]),
+    }
+
+
+def solutions(vehicle: gg.Vehicle, count: int) -> list[np.ndarray]:
+    """Return solutions from random starts: two angles stay, which two is drawn, and the other two are solved for."""
+    rng = np.random.default_rng(11)
+    found = []
+    pairs = list(itertools.combinations(range(4), 2))
+    for k in range(count):
+        alpha = rng.uniform(-math.pi, math.pi, 4)
+        unknown = list(pairs[k % len(pairs)])
+
+        def residual(angles: Any, alpha: Any = alpha, unknown: Any = unknown) -> Any:
+            alpha[unknown] = angles
+            # The determinants are 2κ times N, so that small κ is not taken for a solution.
+            return horizontal_part(alpha, vehicle) / (2 * vehicle.drag_ratio)
+
+        answer = root(residual, alpha[unknown], tol=1e-13)
+        if np.abs(residual(answer.x)).max() < 1e-12:  # where it stops otherwise is no solution
+            found.append(alpha.copy())
+    return found
+
+
+def family_of_solution(alpha: np.ndarray, vehicle: gg.Vehicle, tolerance: float) -> str:
+    """Return the nearest family of a solution, which must be near, and R = N = 0 on those that are singular."""
+    exact = coefficients_of(vehicle, "exact")
+    apart = distances_to_all(alpha, exact.delta)
+    nearest = min(apart, key=lambda family: apart[family])
+    assert apart[nearest] < tolerance, (alpha, apart)
+    if nearest in ("copy1", "copy2", "blue"):
+        assert abs(float(level_determinant(alpha, exact))) < 10 * tolerance / vehicle.drag_ratio
+        assert np.abs(zero_moment_direction(alpha, vehicle)).max() < 10 * tolerance
+    return nearest
+
+
+@pytest.mark.no_cover
+@every_vehicle
+def test_a_solver_finds_no_solution_outside_the_four_families(vehicle: gg.Vehicle) -> None:
+    found = solutions(vehicle, 120)
+    assert len(found) > 80
+    families = Counter(family_of_solution(alpha, vehicle, 1e-8) for alpha in found)
+    assert set(families) == {"red", "blue", "fiber1", "fiber2", "copy1", "copy2"}
+
+
+def test_with_all_four_angles_unknown_the_families_are_the_same() -> None:
+    families: Counter[str] = Counter()
+    for start in np.random.default_rng(12).uniform(-math.pi, math.pi, (20, 4)):
+        answer = least_squares(
+            horizontal_part, start, args=(gg.PAPER,), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60
+        )
+        if np.abs(answer.fun).max() < 1e-14:
+            # Where families cross, a residual of 1e-14 is met as far from both as its root.
+            families[family_of_solution(answer.x, gg.PAPER, 1e-6)] += 1
+    assert sum(families.values()) > 8
+    assert len(families) > 3
+
+
+@every_vehicle
+def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(vehicle: gg.Vehicle) -> None:
+    exact, kappa = coefficients_of(vehicle, "exact"), vehicle.signed_drag_ratio
+    free = np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2))
+    for fiber, sign, fixed, idle in (("fiber1", 1.0, [0, 2], [1, 3]), ("fiber2", -1.0, [1, 3], [0, 2])):
+        alpha = on_fiber(fiber, free, exact)
+        for residual in (roll_sensitivity, pitch_sensitivity):
+            assert np.abs(residual(alpha, exact)).max() < 1e-12 / abs(kappa)
+        R = sign * np.sin(free.sum(axis=1) + sign * 2 * exact.delta) / (kappa * math.cos(exact.delta) ** 2)
+        np.testing.assert_allclose(level_determinant(alpha, exact), R, atol=1e-11 / abs(kappa))
+        assert np.abs(zero_moment_direction(alpha, vehicle)[:, :2]).max() < 1e-12
+        shares = hover_thrust_shares(alpha[np.abs(R) > 1e-3], vehicle)
+        assert np.abs(shares[:, idle]).max() < 1e-10
+        np.testing.assert_allclose((shares * np.cos(alpha[np.abs(R) > 1e-3])).sum(axis=1), 1.0)
+        copy = alpha.copy()
+        copy[:, fixed] += HALF_PI
+        assert np.abs(zero_moment_direction(copy, vehicle)).max() < 1e-12
+
+
+@every_vehicle
+def test_within_the_range_fibres_join_no_two_components_of_red(vehicle: gg.Vehicle) -> None:
+    """R depends on the mean of both free angles, so that each piece of a fibre meets red where R has that sign too."""
+    exact = coefficients_of(vehicle, "exact")
+    free = np.random.default_rng(14).uniform(-HALF_PI, HALF_PI, (4000, 2))
+    for fiber, sign in (("fiber1", 1.0), ("fiber2", -1.0)):
+        zeros = [-sign * exact.delta + k * HALF_PI for k in (-1, 0, 1)]
+        ends = sorted({-HALF_PI, HALF_PI, *(zero for zero in zeros if abs(zero) < HALF_PI)})
+        labels = []
+        mean = free.mean(axis=1)
+        for low, high in itertools.pairwise(ends):
+            t = np.linspace(low, high, 41)[1:-1]
+            line = on_fiber(fiber, np.column_stack([t, t]), exact)
+            (label,) = {tuple(label) for label in red_label(line[:, 0], line[:, 1], vehicle).tolist()}
+            labels.append(label)
+            within = (mean > low + 1e-9) & (mean < high - 1e-9)
+            R = level_determinant(on_fiber(fiber, free[within], exact), exact)
+            assert (np.sign(R) == math.prod(label)).all()
+        assert len(set(labels)) == len(labels) == len(ends) - 1
+
+
+@pytest.mark.parametrize("name", ["paper", "mirrored", "half"])
+def test_beyond_the_range_a_fibre_joins_two_components(name: str) -> None:
+    """Rotor 4 is turned over on the first fibre: the path ends on red again, shifted by π, with the sign of R kept."""
+    vehicle = VEHICLES[name]
+    exact = coefficients_of(vehicle, "exact")
+    side = 1.0 if exact.delta > 0 else -1.0
+    start = on_fiber("fiber1", (0.5 * side, 0.5 * side), exact)
+    end = on_fiber("fiber1", (-1.2 * side, (math.pi - 1.2) * side), exact)
+    assert least_level_determinant(start[None], end[None], exact, sign=1.0).worst()[0] > 0
+    assert abs(end[3]) > HALF_PI
+    assert family_distances(end, exact)[0] < 1e-12
+    labels = [red_label(point[0], point[1], vehicle).tolist() for point in (start, end)]
+    assert labels == [[1, 1, 1], [1, 1, -1]]
+
+
+# --- families of points ----------------------------------------------------------------------------------------------
+
+
+def test_codes_of_families() -> None:
+    assert family_codes(FAMILIES).tolist() == [1, -1, 2, 3]
+    assert family_codes(FAMILIES).dtype == np.int8
+    assert [family_of(code) for code in (1, -1, 2, 3)] == list(FAMILIES)
+
+
+@given(a1=angle, a2=angle, a3=angle, a4=angle)
+def test_distances_agree_with_the_equations(a1: float, a2: float, a3: float, a4: float) -> None:
+    apart = distances_to_all(np.array([a1, a2, a3, a4]), DELTA)
+    np.testing.assert_allclose(
+        family_distances([a1, a2, a3, a4], EXACT), [apart[name] for name in FAMILIES], atol=1e-12
+    )
+
+
+def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> None:
+    free = np.array([(0.4, 0.4), (0.4, 0.6), (0.2, -0.2 - 2 * DELTA), (0.1, 0.6)])
+    alpha = on_fiber("fiber1", free)
+    assert families_along(alpha, EXACT, 1e-6).tolist() == [1, 2, 2, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6).tolist() == [-1, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6, before=2).tolist() == [2, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6, before=3).tolist() == [-1, 2]
+    assert families_along(alpha + np.array([0, 0, 0.01, 0]), EXACT, 1e-6).tolist() == [0, 0, 0, 0]
+    assert families_along(on_fiber("fiber2", free), EXACT, 1e-6).tolist() == [1, 3, 3, 3]
+    red = gg.lift([(0.3, 0.4), (0.2, 0.1)], "red", coefficients=EXACT).alpha
+    assert families_along(red, EXACT, 1e-6).tolist() == [1, 1]
+
+
+def test_types_on_fibres_hold_one_that_is_free() -> None:
+    alpha = np.vstack([on_fiber(fiber, (0.4, 0.9)) for fiber in FIBERS])
+    third, fourth = family_types(alpha, [2, 3], EXACT, 0.1)
+    assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [(0, 2), (2, 0)]
+    pairs = [(1, 1), (-1, 0), (0, 0), (0, 2), (2, 0)]
+    table = {code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)}
+    assert table == {
+        1: [False, True, False, True, True],
+        -1: [True, False, False, True, True],
+        2: [True, True, True, False, True],
+        3: [True, True, True, True, False],
+        0: [False] * 5,
+    }
+
+
+def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
+    on = on_fiber("fiber1", [(0.1, 0.8), (0.4, 0.2)])
+    red, blue, two = (np.array([code], dtype=np.int8) for code in (1, -1, 2))
+    off, turned = on[1:] + np.array([0.01, 0, 0, 0]), on[1:] + np.array([0, 0, math.pi, 0])
+    line = on_fiber("fiber1", [(0.3, 0.3)])
+    meeting = on_fiber("fiber1", [(0.2, -0.2 - 2 * DELTA)])
+    for start, end, codes, after, expected in (
+        (on[:1], on[1:], two, two, 0.0),
+        (on[:1], off, two, two, 0.01),
+        (on[:1], turned, two, two, math.pi),
+        (line, on[:1], red, two, 0.0),
+        (line - np.array([0.2, 0, 0.2, 0]), on[:1], red, two, 0.2),
+        (meeting, on[:1], blue, two, 0.0),
+        (on[:1], meeting + np.array([-0.3, 0, 0.3, 0]), two, blue, 0.3),
+    ):
+        assert family_jumps(start, end, codes, after, EXACT)[0] == pytest.approx(expected, abs=1e-12)
+
+
+# --- gaits and tables ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["published", "exact"])
+@pytest.mark.parametrize(("fiber", "ordinal", "idle", "types"), [
+    ("fiber1", "first", "2 and 4", "(?,*)"), ("fiber2", "second", "1 and 3", "(*,?)"),
+])  # fmt: skip
+def test_a_gait_on_a_fibre_is_valid_and_not_flyable(fiber: str, ordinal: str, idle: str, types: str, kind: Any) -> None:
+    free = CORNERS if fiber == "fiber1" else [(-a, -b) for a, b in CORNERS]
+    gait = gait_on(fiber, free, coefficients_of(kind=kind))
+    report = gait.check()
+    assert (report.valid, report.two_color, report.flyable, report.reachable_from_hover) == (True, True, False, True)
+    assert [check.name for check in report.checks if not check.ok] == ["hover_thrust"]
+    assert f"corner 1 is on the {ordinal} fibre" in report.reason
+    assert f"rotors {idle} idle" in report.reason
+    assert report["hover_thrust"].value == 0.0
+    assert report["two_color"].message.endswith(f"({fiber})")
+    assert "on a fibre that meets the component of α = 0" in report.reachability
+    assert gait.color == fiber
+    assert set(gait.types) == {types}
+    # Sampled densely it is what the report states.
+    along = gait.alpha + np.linspace(0, 1, 201)[:, None, None] * (gait.ends - gait.alpha)
+    least = report["R_sign"].value
+    assert least is not None
+    assert 0 < least <= level_determinant(along, gait.coefficients).min() + 1e-9
+
+
+def mixed(coefficients: gg.Coefficients = EXACT) -> Gait:
+    """From the red sheet onto both fibres and back, R > 0."""
+    at = coefficients.delta
+    alpha = [
+        (-0.3, 0.5, -0.3, 0.5),
+        (at, 0.5, at, 0.5),
+        (at, 0.3, at, 0.9),
+        (at, 0.2, at, 0.2),
+        (-0.2, -at, -0.2, -at),
+        (-0.6, -at, -0.1, -at),
+        (-0.4, -at, -0.4, -at),
+    ]
+    colors = ("red", "red", "fiber1", "red", "red", "fiber2", "red")
+    return Gait(alpha=np.array(alpha), colors=colors, coefficients=coefficients)
+
+
+def test_a_gait_goes_from_red_onto_fibres_and_back() -> None:
+    report = mixed().check()
+    assert (report.valid, report.flyable, report.reachable_from_hover) == (True, False, True)
+    assert report["two_color"].message.endswith("(mixed)")
+    assert "corner 3 is on the first fibre" in report.reason
+    assert mixed().color == "mixed"
+    assert (mixed().types[2], mixed().types[5]) == ("(?,*)", "(*,?)")
+    assert mixed().merged().colors == mixed().colors
+    assert Gait(alpha=mixed().alpha.round(4), colors=mixed().colors, coefficients=EXACT).check().valid
+    coarse = Gait(alpha=mixed().alpha.round(2), colors=mixed().colors, coefficients=EXACT)
+    assert not coarse.check()["continuous"].ok
+
+
+@pytest.mark.parametrize(("corner", "shift"), [(1, (-0.2, 0, -0.2, 0)), (4, (0, 0.1, 0, 0.1))])
+def test_off_the_line_the_step_onto_a_fibre_is_a_jump(corner: int, shift: tuple[float, ...]) -> None:
+    gait = mixed()
+    alpha = gait.alpha.copy()
+    alpha[corner] += shift
+    report = Gait(alpha=alpha, colors=gait.colors, coefficients=EXACT).check()
+    assert report["two_color"].ok
+    assert not report["continuous"].ok
+    assert report["continuous"].value == pytest.approx(max(map(abs, shift)))
+    assert "changes color" in report["continuous"].message
+
+
+def test_wrong_colors_and_wraps_on_fibres_are_found() -> None:
+    on = on_fiber("fiber1", [(0.3, 0.6), (0.5, 0.9)])
+    for color, kind in (("fiber2", "fibre"), ("red", "sheet")):
+        check = Gait(alpha=on, colors=(color,) * 2, coefficients=EXACT).check()["continuous"]
+        assert not check.ok
+        assert f"{color} but lies off that {kind}, on the fiber1 one" in check.message
+    turned = on + np.array([[0, 0, 0, 0], [math.pi, 0, 0, 0]])
+    wrap = Gait(alpha=turned, colors=("fiber1",) * 2, coefficients=EXACT).check()["continuous"]
+    assert wrap.value == pytest.approx(math.pi)
+    assert not wrap.ok
+
+
+def test_where_R_is_zero_on_a_fibre_is_no_gait() -> None:
+    over = gait_on("fiber1", [(0.3, 0.6), (-0.9, -0.2)], EXACT).check()
+    assert not over["R_sign"].ok
+    assert "changes its sign" in over["R_sign"].message
+    below = gait_on("fiber1", [(-0.9, -0.2), (-0.9, -0.8)], EXACT).check()
+    assert (below.valid, below.reachable_from_hover) == (True, False)
+    beyond = gait_on("fiber1", [(0.3, 0.6), (-0.9, 2.0)], EXACT).check()
+    assert (beyond.valid, beyond.reachable_from_hover) == (True, None)
+    assert "beyond ±π/2" in beyond.reachability
+
+
+def test_tables_on_a_fibre_are_recognised_with_and_without_colors(tmp_path: Path) -> None:
+    gait_on("fiber1", CORNERS).parametrize(1.0, samples=24).write(tmp_path / "colored.csv")
+    table = read_table(tmp_path / "colored.csv")
+    assert set(table["color"]) == {"fiber1"}
+    assert set(table["types"]) == {"(?,*)"}
+
+    def bare(name: str, alpha: Any) -> Path:
+        rows = [",".join(f"{angle:.4f}" for angle in row) for row in alpha]
+        (tmp_path / name).write_text("\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]) + "\n")
+        return tmp_path / name
+
+    for path in (tmp_path / "colored.csv", bare("bare.csv", table.alpha)):
+        report = gg.validate(path)
+        assert (report.valid, report.flyable, report.two_color) == (True, False, True)
+        assert "row 1 is on the first fibre" in report.reason
+        assert not report.notes
+        refused = gg.transition("hover", gg.gait_of(read_table(path)))
+        assert "on a fibre" in str(refused.reason)
+    assert gg.validate(bare("crossing.csv", mixed(coefficients_of()).alpha)).valid
+
+
+def test_what_a_table_states_of_a_fibre_is_compared(tmp_path: Path) -> None:
+    at = coefficients_of().delta
+    path = tmp_path / "gait.csv"
+    head = "alpha1,alpha2,alpha3,alpha4,color,types"
+    path.write_text(f'{head}\n{at},0.3,{at},0.6,fiber1,"(*,?)"\n{at},0.5,{at},0.9,fiber1,"(?,*)"\n')
+    (note,) = gg.validate(path).notes
+    assert note.startswith("row 1 states the types (*,?), but it is fiber1")
+    path.write_text("alpha1,alpha2,color\n0.1,0.2,red\n0.1,0.3,fiber2\n")
+    with pytest.raises(gg.InputError, match="row 2: color is 'fiber2'"):
+        gg.validate(path)
+    path.write_text(f"{head}\n0.1,0.2,0.1,0.2,green,x\n")
+    with pytest.raises(gg.InputError, match="color is 'green'"):
+        gg.validate(path)
