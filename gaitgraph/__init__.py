@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.timing.exporting import export as export
     from gaitgraph.timing.limits import Limits as Limits
-    from gaitgraph.timing.pace import least_period as least_period, paced as paced
+    from gaitgraph.timing.time_optimal import least_period as least_period, paced as paced
     from gaitgraph.timing.timed_gait import TimedGait as TimedGait
     from gaitgraph.validation.report import Report as Report
     from gaitgraph.validation.validating import validate as validate

@@ -13,7 +13,7 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.pace import least_period
+from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.vehicle import PAPER, Vehicle
 
 pytest.importorskip("mujoco")

@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
-from gaitgraph.timing.curve import Curve, curve_through
-from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
+from gaitgraph.timing.curve import Curve, bernstein_from_power, curve_through, derivative_of, values_of
 from gaitgraph.timing.rounding import rounded
 
 angle = st.floats(-1.4, 1.4)
@@ -96,13 +95,9 @@ def test_the_spline_is_that_of_scipy() -> None:
         np.testing.assert_allclose(curve.at(s, order)[:, :2], other(s, order), atol=1e-9)
 
 
-def test_a_quintic_has_four_continuous_derivatives_and_a_ring_its_length() -> None:
-    curve = curve_through(RING, degree=5)
-    for order in range(5):
-        h = 1e-9
-        jump = curve.at(curve.breaks + h, order) - curve.at(curve.breaks - h, order)
-        assert np.abs(jump).max() < 1e-4
-    assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-4)
+def test_a_ring_has_its_length() -> None:
+    curve = curve_through(RING)
+    assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
     s = np.linspace(0, curve.span, 200_001)
     chords = np.linalg.norm(np.diff(curve.at(s), axis=0), axis=1).sum()
     assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-8)
@@ -204,9 +199,7 @@ def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: curve_through(RING, degree=4), "degree: 4"),
         (lambda: curve_through(RING[:2]), "points: an array of shape"),
-        (lambda: curve_through(RING[:5], degree=5), "points: an array of shape"),
         (lambda: curve_through([RING[0], RING[0], RING[1]]), "point 1 is repeated"),
         (lambda: curve_through(RING, "green"), "color: 'green'"),
         (lambda: curve_through(RING).at(0.0, -1), "derivative: -1"),

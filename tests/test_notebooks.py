@@ -34,7 +34,7 @@ PAGES = {
         "region": "hover thrusts ≤ 0.765 of m·g",
         "plan": "with the given polygons",
         "robust": "flyable yes",
-        "pace": "PacedGait, red: T = 0.74",
+        "pace": "LimitedGait, red: T = 0.74",
         "write": "tilt acceleration",
     },
     "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": 'aria-label="valid yes · flyable yes'},

@@ -18,18 +18,18 @@ from gaitgraph.cli.pace import pace_command
 from gaitgraph.gait.gait import lift
 from gaitgraph.io.reading import read_table
 from gaitgraph.timing.curve import Curve, curve_through
+from gaitgraph.timing.fastest_speeds import fastest_squared_speeds
 from gaitgraph.timing.limits import Limits, limits_of
-from gaitgraph.timing.pace import least_period, paced
-from gaitgraph.timing.rest_laws import phases
+from gaitgraph.timing.rest_to_rest import phases
 from gaitgraph.timing.rounding import rounded
-from gaitgraph.timing.speeds import fastest_squared_speeds
 from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.time_optimal import least_period, paced
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.timing.paced_gait import PacedGait
+    from gaitgraph.timing.limits import LimitedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 FORTH_AND_BACK = lift([(0.4, -0.4), (1.2, -0.4)], "red")
@@ -37,32 +37,32 @@ SLANTED = lift([(0.4, -0.4), (1.2, -0.8)], "red")
 LIMITS = Limits(rate=6.0, acceleration=60.0)
 
 
-def law_of(*arguments, **options) -> PacedGait:  # type: ignore[no-untyped-def]
+def law_of(*arguments, **options) -> LimitedGait:  # type: ignore[no-untyped-def]
     timed = least_period(*arguments, **options).timed
     assert timed is not None
     return timed
 
 
-def assert_keeps(timed: PacedGait, limits: Limits) -> None:
+def assert_keeps(timed: LimitedGait, limits: Limits) -> None:
     """Sample densely, by the law itself and by differences of its angles, and compare with limits and peaks."""
-    t = np.unique(np.concatenate([np.linspace(0, timed.period, 20_001), timed.knots]))
-    middle = (timed.knots[:-1] + timed.knots[1:]) / 2
+    t = np.unique(np.concatenate([np.linspace(0, timed.period, 20_001), timed.corner_times]))
+    middle = (timed.corner_times[:-1] + timed.corner_times[1:]) / 2
     for order, kind in enumerate(("rate", "acceleration", "jerk"), start=1):
         values = np.abs(timed.derivative(np.concatenate([t, middle]), order)).max(axis=0)
         peaks = timed.peaks(order)
         assert (values <= peaks * (1 + 1e-9) + 1e-9).all()
-        limit = limits.of(kind)
+        limit = getattr(limits, kind)
         if limit is not None:
             assert (peaks <= limit * (1 + 1e-9) + 1e-12).all()
             assert (values <= limit * (1 + 1e-9) + 1e-12).all()
 
 
-def assert_smooth_and_closed(timed: PacedGait) -> None:
+def assert_smooth_and_closed(timed: LimitedGait) -> None:
     """Look on both sides of every knot, the seam among them."""
-    h = np.diff(timed.knots)
+    h = np.diff(timed.corner_times)
     step = 1e-6 * np.minimum(h, np.roll(h, 1))
     for order in range(3):
-        after, before = timed.derivative(timed.knots[:-1], order), timed.derivative(timed.knots[:-1] - step, order)
+        after, before = (timed.derivative(timed.corner_times[:-1] - shift, order) for shift in (0.0, step))
         allowed = 2 * timed.peaks(order + 1) * step[:, None] + 1e-9 * (1 + timed.peaks(order))
         assert (np.abs(after - before) <= allowed).all()
     np.testing.assert_array_equal(timed.alpha[0], timed.alpha[-1])
@@ -560,7 +560,6 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
         (lambda: Limits(acceleration=[1, 2]), r"acceleration: \[1, 2\]"),
         (lambda: Limits(acceleration="fast"), "acceleration: 'fast'"),
         (lambda: Limits(acceleration=1e20), "acceleration: 1e"),
-        (lambda: limits_of(gg.PAPER, speed=1.0), "speed: no kind of limit"),
         (lambda: limits_of(gg.PAPER), "neither acceleration nor jerk"),
         (lambda: least_period(3, LIMITS), "path: 3"),  # type: ignore[arg-type]
         (lambda: least_period(rounded(SQUARE, 0.1), LIMITS, rounding=0.1), "rounding: 0.1"),

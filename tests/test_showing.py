@@ -345,7 +345,7 @@ def test_the_repr_of_a_vehicle_says_nothing_that_follows() -> None:
 
 def test_reprs_of_answers_are_one_line() -> None:
     answers = {
-        "<Pacing: period 0.7095 s": gg.least_period(RED, gg.Limits(rate=10, acceleration=100)),
+        "<LeastPeriod: period 0.7095 s": gg.least_period(RED, gg.Limits(rate=10, acceleration=100)),
         "<Rounding: 4 corners": gg.timing.rounded(RED, "2deg"),
         "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
         "<Transition: infeasible>": gg.transition("hover", RED),
@@ -354,7 +354,7 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Retargeted: infeasible>": gg.retarget(BLUE, floor=1.5),
         "<OptimalGait: least singular value": gg.optimal_gait([(0.4, -0.4), (1.2, -0.4)], radius=0.1),
         "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
-        "<Pacing: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
+        "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
         "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),
         "<Loop: red, R < 0, 4 corners": shown("plan").loop,
     }

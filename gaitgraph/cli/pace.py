@@ -71,8 +71,8 @@ def pace_command(
     from gaitgraph.io.reading import read_gait
     from gaitgraph.io.writing import check_outputs
     from gaitgraph.timing.limits import limits_of
-    from gaitgraph.timing.pace import least_period, paced
     from gaitgraph.timing.servo_lag import servo_response
+    from gaitgraph.timing.time_optimal import least_period, paced
 
     check_outputs(outputs, force=force)
     seconds = _seconds(period)

@@ -3,13 +3,16 @@
 Both sheets are planes, so that a polynomial in (α1, α2) is one in all four angles, and lies on its sheet between
 samples too. What is said about a whole curve rests on chords: on an interval of width h a curve is within
 h²/8·max|q''| of the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
+
+Polynomial pieces are arrays of coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
+parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,18 +20,17 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
+from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
+from gaitgraph.invertibility.segment_bounds import thrust_shares_along, thrusts_push_up
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
-from gaitgraph.timing.chords import Beside
-from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of, values_of
 from gaitgraph.validation.checks import check_gait, checked_limits
-from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
-
-__all__ = ["DEFAULT_CHORD", "Curve", "curve_through", "lifted"]
+    from gaitgraph.validation.report import Check
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -37,9 +39,45 @@ DEFAULT_CHORD = 1e-6
 
 _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
+_SQRT2 = math.sqrt(2.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
+    """Return the Bernstein coefficients of polynomial pieces on intervals of given widths, shape as `pieces`.
+
+    >>> bernstein_from_power(np.array([[1.0], [0.0], [0.0]]), np.array([2.0])).ravel().tolist()
+    [0.0, 0.0, 4.0]
+    """
+    degree = len(pieces) - 1
+    scale = width.reshape((-1,) + (1,) * (pieces.ndim - 2))
+    rising = np.stack([pieces[degree - j] * scale**j for j in range(degree + 1)])
+    mix = np.array([[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
+    return np.asarray(np.einsum("ij,j...->i...", mix, rising))
+
+
+def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
+    """Return the coefficients of a derivative of polynomial pieces.
+
+    >>> derivative_of(np.array([[3.0], [2.0], [1.0]])).ravel().tolist()
+    [6.0, 2.0]
+    """
+    for _ in range(order):
+        degree = len(pieces) - 1
+        if degree == 0:
+            return np.zeros_like(pieces)
+        pieces = pieces[:-1] * np.arange(degree, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
+    return pieces
+
+
+def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
+    """Return polynomials at local parameters: coefficients (degree + 1, ..., d), parameters (...), out (..., d)."""
+    out = np.broadcast_to(pieces[0], (*local.shape, pieces.shape[-1])).copy()
+    for coefficient in pieces[1:]:
+        out = out * local[..., None] + coefficient
+    return np.asarray(out)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, init=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
@@ -62,8 +100,8 @@ class Curve:
 
     Notes
     -----
-    Not guaranteed by its existence: that a curve is flyable; :meth:`check` says so. Nor that it keeps its speed: where
-    the first derivative vanishes it may turn back on itself, as in :mod:`gaitgraph.timing.rounding`.
+    Not guaranteed: that a curve is flyable; :meth:`check` decides that. Nor that it keeps its speed: where the first
+    derivative vanishes it may turn back on itself, as in :mod:`gaitgraph.timing.rounding`.
 
     Examples
     --------
@@ -76,48 +114,51 @@ class Curve:
 
     breaks: FloatArray
     pieces: FloatArray
-    color: str = "red"
-    vehicle: Vehicle = PAPER
-    coefficients: Coefficients = field(default_factory=coefficients_of)
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    color: str
+    vehicle: Vehicle
+    coefficients: Coefficients
+    crossing_tolerance: float
 
-    def __post_init__(self) -> None:
-        breaks, pieces = _array("breaks", self.breaks), _array("pieces", self.pieces)
-        if breaks.ndim != 1 or breaks.size < 2 or breaks[0] != 0 or not (np.diff(breaks) > 0).all():
-            raise InputError(f"breaks: {shown(self.breaks)}; allowed are at least two increasing numbers from 0 on")
-        k = breaks.size - 1
-        if pieces.ndim != 3 or pieces.shape[1:] != (k, 2) or not len(pieces):
-            raise InputError(f"pieces: an array of shape {pieces.shape}; allowed is (degree + 1, {k}, 2)")
-        if self.color not in ("red", "blue"):
-            raise InputError(f"color: {shown(self.color)}; allowed are 'red' and 'blue'")
-        breaks.flags.writeable = pieces.flags.writeable = False
-        object.__setattr__(self, "breaks", breaks)
-        object.__setattr__(self, "pieces", pieces)
-        self._check_joints()
-
-    def __repr__(self) -> str:
-        return (
-            f"<Curve: {self.color}, {self.breaks.size - 1} pieces, span {self.span:.6g}, vehicle {self.vehicle.name!r}>"
-        )
-
-    def _check_joints(self) -> None:
-        """Raise InputError where the curve, or its first or second derivative, jumps."""
-        width = np.diff(self.breaks)
+    def __init__(
+        self,
+        *,
+        breaks: npt.ArrayLike,
+        pieces: npt.ArrayLike,
+        color: str = "red",
+        vehicle: Vehicle = PAPER,
+        coefficients: Coefficients | None = None,
+        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+    ) -> None:
+        s, polynomials = _array("breaks", breaks), _array("pieces", pieces)
+        if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all():
+            raise InputError(f"breaks: {shown(breaks)}; allowed are at least two increasing numbers from 0 on")
+        k = s.size - 1
+        if polynomials.ndim != 3 or polynomials.shape[1:] != (k, 2) or not len(polynomials):
+            raise InputError(f"pieces: an array of shape {polynomials.shape}; allowed is (degree + 1, {k}, 2)")
+        if color not in ("red", "blue"):
+            raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
         for order, name in enumerate(("position", "first derivative", "second derivative")):
-            coefficients = derivative_of(self.pieces, order)
-            start, end = coefficients[-1], values_of(coefficients, width)
+            derivative, width = derivative_of(polynomials, order), np.diff(s)
+            start, end = derivative[-1], values_of(derivative, width)
             # What floats carry of a derivative depends on the terms that it is a sum of.
-            terms = values_of(np.abs(coefficients), width)
-            size = float(terms.max())
+            size = float(values_of(np.abs(derivative), width).max())
             jump = np.abs(np.roll(end, 1, axis=0) - start).max(axis=1)
             bad = jump > _SEAM * max(size, 1e-300)
             if bad.any():
                 at = int(np.argmax(bad))
-                where = "the seam" if at == 0 else f"break {at}"
                 raise InputError(
-                    f"pieces: the {name} jumps by {jump[at]:.2g} at {where}; allowed is a closed curve, continuous to "
-                    "the second derivative"
+                    f"pieces: the {name} jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}; allowed is "
+                    "a closed curve, continuous to the second derivative"
                 )
+        s.flags.writeable = polynomials.flags.writeable = False
+        numbers = coefficients_of() if coefficients is None else coefficients
+        values = (s, polynomials, color, vehicle, numbers, crossing_tolerance)
+        for field, value in zip(self.__slots__, values, strict=True):
+            object.__setattr__(self, field, value)
+
+    def __repr__(self) -> str:
+        pieces = f"{len(self.breaks) - 1} pieces, span {self.span:.6g}"
+        return f"<Curve: {self.color}, {pieces}, vehicle {self.vehicle.name!r}>"
 
     @property
     def span(self) -> float:
@@ -155,14 +196,7 @@ class Curve:
         piece = np.clip(np.searchsorted(self.breaks, phase, side="right") - 1, 0, len(self.breaks) - 2)
         coefficients = derivative_of(self.pieces, int(derivative))
         plane = values_of(coefficients[:, piece], phase - self.breaks[piece])
-        return self.lifted(plane, derivative=int(derivative))
-
-    def lifted(self, plane: FloatArray, *, derivative: int = 0) -> FloatArray:
-        """Return (α1, …, α4) above points of the plane, or above a derivative of them, shape (..., 4).
-
-        Never wrapped: on blue, the branch is that of the curve's first point.
-        """
-        return lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative=derivative)
+        return lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative=int(derivative))
 
     def turning_points(self) -> FloatArray:
         """Return the parameter values at which α1 or α2 may turn round, and the breaks, increasing, shape (n,).
@@ -201,17 +235,16 @@ class Curve:
                 f"tolerance: {shown(tolerance)} takes {count.sum():.3g} chords; allowed are {_MOST_POINTS} at most"
             )
         number = count.astype(np.int64)
-        first = np.repeat(np.cumsum(number) - number, number)
-        step = np.arange(int(number.sum())) - first
+        step = np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
         return np.asarray(np.repeat(self.breaks[:-1], number) + step * np.repeat(width / number, number))
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
-        """Return a gait whose corners are points of the curve, the curve within a tolerance of its segments.
+        """Return a gait with corners on the curve; the curve is certainly within a tolerance of its segments.
 
         Parameters
         ----------
         tolerance
-            Largest distance in the (α1, α2) plane [rad]; certain, from a bound of the second derivative.
+            Largest distance in the (α1, α2) plane [rad].
         """
         alpha = self.at(self.chord_parameters(tolerance))
         return Gait(
@@ -243,33 +276,119 @@ class Curve:
         checked_limits(tolerance, floor, None)
         gait = self.polyline(chord)
         report = check_gait(gait, tolerance=tolerance, floor=floor)
-        beside = Beside(gait, self.extremes(), chord)
-        checks = tuple(beside.tightened(check, floor) for check in report.checks)
-        if report.reachable_from_hover and not beside.sign_kept(coefficients_of(self.vehicle, "exact"), 1.0):
+        beside = _BesideChords(gait, self.extremes(), chord)
+        checks = tuple(beside.check(check, floor) for check in report.checks)
+        if report.reachable_from_hover and beside.least_level(coefficients_of(self.vehicle, "exact"), 1.0) <= 0:
             undecided = "too near R = 0 to be decided beside chords of this size"
             report = replace(report, reachable_from_hover=None, reachability=undecided)
         return replace(report, checks=checks)
+
+
+class _BesideChords:
+    """Checks of a curve from those of its chords, with what the curve may differ by taken off."""
+
+    def __init__(self, gait: Gait, extremes: FloatArray, chord: float) -> None:
+        self.gait, self.extremes, self.chord = gait, extremes, chord
+
+    def check(self, check: Check, floor: float) -> Check:
+        """Return a check of the chords as a check of the curve."""
+        if check.name == "tilt_range":
+            value, limit = float(np.abs(self.extremes).max()), check.limit or 0.0
+            ok = value <= limit + 1e-9
+            message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
+            return replace(check, ok=ok, value=value, message=message + ("" if ok else ": stay nearer to 0"))
+        if not check.ok:
+            return check
+        if check.name == "least_singular_value":
+            return self._singular_value(check, floor)
+        if check.name == "hover_thrust":
+            return self._hover_thrust(check)
+        if check.name == "R_sign" and check.decided:
+            return self._level_sign(check)
+        shares, vehicle, limit = None, self.gait.vehicle, check.limit
+        if check.name == "thrust_limit" and limit is not None:
+            shares = self._shares()
+        if shares is None or limit is None:
+            return check
+        mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+        newtons = shares[1] * mass * gravity
+        message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
+        return replace(check, ok=newtons <= limit, value=newtons, message=message)
+
+    def least_level(self, coefficients: Coefficients, sign: float) -> float:
+        """Return a lower bound of sign·R on the curve.
+
+        R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move,
+        by 2√2·chord in sum.
+        """
+        lower = least_level_determinant(self.gait.alpha, self.gait.ends, coefficients, sign=sign).lower.min()
+        slope = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2))
+        return float(lower) - slope * 2.0 * _SQRT2 * self.chord
+
+    def _level_sign(self, check: Check) -> Check:
+        sign = 1.0 if (check.value or 0.0) > 0 else -1.0
+        lower, resolution = self.least_level(self.gait.coefficients, sign), check.limit or 0.0
+        if lower > resolution:
+            message = f"R {'≥' if sign > 0 else '≤'} {sign * lower:.3g} along the whole curve"
+            return replace(check, value=sign * lower, message=f"{message} ({self.gait.coefficients.kind} coefficients)")
+        message = f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
+        return replace(check, value=sign * lower, message=message, decided=False)
+
+    def _singular_value(self, check: Check, floor: float) -> Check:
+        vehicle = self.gait.vehicle
+        lower = float(least_singular_value_of_all(self.gait.alpha, self.gait.ends, vehicle, tolerance=1e-6).lower.min())
+        lower -= math.sqrt(2.0 + vehicle.drag_ratio**2) * _SQRT2 * self.chord
+        if lower >= floor:
+            message = f"least singular value at least {lower:.4f} along the whole curve, floor {floor:g}"
+            return replace(check, value=lower, message=message)
+        message = f"least singular value may fall to {max(lower, 0.0):.3g} along the curve, floor {floor:g}"
+        return replace(check, ok=False, value=lower, message=f"{message}: keep away from it, or try a smaller chord")
+
+    def _hover_thrust(self, check: Check) -> Check:
+        shares = self._shares()
+        if shares is None or shares[0] <= 0:
+            message = "a rotor may have to idle to hover beside the chords: keep away from β1 = 0 and β2 = 0"
+            return replace(check, ok=False, value=None, message=message)
+        low, high = shares
+        message = f"hover thrusts {low:.3f} to {high:.3f} of m·g per rotor along the whole curve, all positive"
+        return replace(check, value=low, message=message)
+
+    def _shares(self) -> tuple[float, float] | None:
+        """Return bounds of the least and the largest thrust share on the curve, None where a rotor may idle.
+
+        On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around
+        the curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
+        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
+        """
+        vehicle, gait = self.gait.vehicle, self.gait
+        if gait.color != "red" or not thrusts_push_up(self.extremes[:1], self.extremes[1:], vehicle).all():
+            return None
+        kappa, sign = vehicle.drag_ratio, 1.0 if gait.R[0] > 0 else -1.0
+        weight = self.least_level(coefficients_of(vehicle, "exact"), sign) * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
+        upward, least, largest = thrust_shares_along(gait.alpha, gait.ends, vehicle, tolerance=1e-6)
+        steep = 2.0 * _SQRT2 * self.chord / weight if weight > 0 else math.inf
+        if not upward.all() or steep >= 0.5:
+            return None
+        high = (-float(largest.lower.min()) + self.chord / (2.0 * weight)) / (1.0 - steep)
+        return float(least.lower.min()) - self.chord / (2.0 * weight) - steep * high, high
 
 
 def curve_through(
     points: npt.ArrayLike,
     color: str = "red",
     *,
-    degree: int = 3,
     vehicle: Vehicle = PAPER,
     coefficients: Coefficients | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> Curve:
-    """Return the closed interpolating spline through points of the (α1, α2) plane.
+    """Return the closed interpolating cubic spline through points of the (α1, α2) plane.
 
     Parameters
     ----------
     points
-        Points in order, shape (n, 2), n ≥ 3 for cubics and n ≥ 6 for quintics; the way back is implied [rad].
+        Points in order, shape (n, 2), n ≥ 3; the curve returns from the last to the first [rad].
     color
         "red" or "blue".
-    degree
-        3 (twice continuously differentiable) or 5 (four times).
     vehicle, coefficients, crossing_tolerance
         As for :class:`Curve`.
 
@@ -278,27 +397,21 @@ def curve_through(
     The parameter is the length of the polygon through the points, which keeps cubics from overshooting between points
     that are unevenly apart. A spline may still swing out between its points: see :meth:`Curve.extremes`.
     """
+    from scipy.interpolate import CubicSpline
+
     plane = _array("points", points)
-    if degree not in (3, 5) or isinstance(degree, bool):
-        raise InputError(f"degree: {shown(degree)}; allowed are 3 and 5")
-    fewest = 3 if degree == 3 else 6
-    if plane.ndim != 2 or plane.shape[1] != 2 or len(plane) < fewest:
-        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least {fewest}")
+    if plane.ndim != 2 or plane.shape[1] != 2 or len(plane) < 3:
+        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 3")
     closed = np.vstack([plane, plane[:1]])
     size = np.linalg.norm(np.diff(closed, axis=0), axis=1)
     if not (size > 1e-12).all():
-        again = int(np.argmin(size))
-        raise InputError(f"points: point {again + 1} is repeated by the next; allowed are distinct neighbours")
-    from scipy.interpolate import make_interp_spline
-
+        raise InputError(
+            f"points: point {int(np.argmin(size)) + 1} is repeated by the next; allowed are distinct neighbours"
+        )
     breaks = np.concatenate([[0.0], np.cumsum(size)])
-    spline = make_interp_spline(breaks, closed, k=degree, bc_type="periodic")
-    # The knots of a periodic spline of odd degree are its points.
-    orders = range(degree, -1, -1)
-    pieces = np.stack([spline(breaks[:-1], nu=order) / math.factorial(order) for order in orders])
     return Curve(
         breaks=breaks,
-        pieces=pieces,
+        pieces=CubicSpline(breaks, closed, bc_type="periodic").c,
         color=color,
         vehicle=vehicle,
         coefficients=coefficients or coefficients_of(vehicle),
@@ -311,18 +424,7 @@ def lifted(
 ) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
-    Parameters
-    ----------
-    plane
-        (α1, α2) or a derivative of them, shape (..., 2).
-    color
-        "red" or "blue".
-    first
-        The point (α1, α2) whose (α3, α4) is taken from [−π/2, π/2]; the others follow without a jump.
-    coefficients
-        The coefficients of the sheets.
-    derivative
-        0 for points, more for derivatives.
+    Never wrapped: (α3, α4) above the point `first` is taken from [−π/2, π/2], and the others follow without a jump.
     """
     if color == "red":
         return np.concatenate([plane, plane], axis=-1)
@@ -332,7 +434,7 @@ def lifted(
     return np.concatenate([plane, np.array([third, fourth]) + first - plane], axis=-1)
 
 
-def _array(name: str, value: Any) -> FloatArray:
+def _array(name: str, value: npt.ArrayLike) -> FloatArray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:

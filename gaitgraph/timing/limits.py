@@ -1,9 +1,9 @@
-"""Limits of tilt rate, acceleration and jerk, for each joint; and what follows for those that are not stated."""
+"""Limits of tilt rate, acceleration and jerk, for each joint, and timed gaits whose law keeps them."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,21 +11,24 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.gait import vertices
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
+from gaitgraph.timing.curve import derivative_of, lifted, values_of
+from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timing_laws import peaks_of
+from gaitgraph.validation.rules import RATE_UNITS
 
 if TYPE_CHECKING:
+    from gaitgraph.validation.report import Report
+    from gaitgraph.timing.curve import Curve
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["KINDS", "UNITS", "Limits", "limits_for", "limits_of"]
-
 FloatArray = npt.NDArray[np.float64]
-
-KINDS = ("rate", "acceleration", "jerk")
-"""What is limited, by order of the derivative."""
-
-UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+Limit = float | str | Sequence[float | str] | FloatArray | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
 class Limits:
     """Largest sizes of the derivatives of the tilt angles.
 
@@ -39,7 +42,7 @@ class Limits:
     Raises
     ------
     InputError
-        If a value is no number that is at least zero, or neither acceleration nor jerk is limited.
+        If a value is not a number that is at least zero, or neither acceleration nor jerk is limited.
 
     Examples
     --------
@@ -47,31 +50,25 @@ class Limits:
     [3.1416, 3.1416, 3.1416, 3.1416]
     """
 
-    rate: Any = None
-    acceleration: Any = None
-    jerk: Any = None
+    rate: FloatArray | None
+    acceleration: FloatArray | None
+    jerk: FloatArray | None
 
-    def __post_init__(self) -> None:
-        for name in KINDS:
-            value = getattr(self, name)
-            object.__setattr__(self, name, None if value is None else _four(name, value))
-        if self.acceleration is None and self.jerk is None:
+    def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
+        if acceleration is None and jerk is None:
             raise InputError(
                 "limits: neither acceleration nor jerk; allowed is at least one, since with a rate limit alone no "
                 "smooth law is the fastest"
             )
-
-    def of(self, kind: str) -> FloatArray | None:
-        """Return the limits of one kind, shape (4,), or None."""
-        value: FloatArray | None = getattr(self, kind)
-        return value
+        for kind, value in zip(RATE_UNITS, (rate, acceleration, jerk), strict=True):
+            object.__setattr__(self, kind, None if value is None else _four(kind, value))
 
     def in_plane(self, kind: str) -> FloatArray:
         """Return what a kind's limits are for α1 and α2, shape (2,): on a sheet the opposite joints move as much.
 
         Infinite where there is none.
         """
-        value = self.of(kind)
+        value: FloatArray | None = getattr(self, kind)
         return np.full(2, np.inf) if value is None else np.minimum(value[:2], value[2:])
 
     def completed(self, extent: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -87,7 +84,7 @@ class Limits:
         Landau's and Kolmogorov's inequalities bound the derivatives of a bounded motion by each other, with x within
         ±extent/2: |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². So these are no further limits.
         """
-        rate, acceleration, jerk = (self.in_plane(kind) for kind in KINDS)
+        rate, acceleration, jerk = (self.in_plane(kind) for kind in RATE_UNITS)
         with np.errstate(invalid="ignore", over="ignore"):
             acceleration = np.minimum(acceleration, np.cbrt(1.5 * extent * jerk**2))
             acceleration = np.fmin(acceleration, np.sqrt(2.0 * rate * jerk))
@@ -96,73 +93,202 @@ class Limits:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the limits as plain values: a number where all joints share it."""
-        out: dict[str, Any] = {}
-        for kind in KINDS:
-            value = self.of(kind)
-            if value is not None:
-                out[kind] = float(value[0]) if np.ptp(value) == 0 else value.tolist()
-        return out
-
-    def slowest(self, extent: FloatArray) -> tuple[str, str]:
-        """Return the stated limit that alone makes a motion of given extents take longest: its kind, and it in words.
-
-        Parameters
-        ----------
-        extent
-            By how much α1 and α2 vary, shape (2,) [rad]; what varies has a positive limit.
-        """
-        bounds, words = [], []
-        for order, kind in enumerate(KINDS, start=1):
-            limit = self.in_plane(kind)
-            for joint in np.flatnonzero((extent > 0) & np.isfinite(limit)):
-                # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
-                ratio = float(extent[joint] / limit[joint])
-                bounds.append(((2.0, 16.0, 96.0)[order - 1] * ratio) ** (1.0 / order))
-                words.append((kind, f"{kind} limit {limit[joint]:g} {UNITS[kind]} of α{joint + 1} and α{joint + 3}"))
-        return words[bounds.index(max(bounds))]
+        values = {kind: getattr(self, kind) for kind in RATE_UNITS}
+        return {
+            kind: float(value[0]) if np.ptp(value) == 0 else value.tolist()
+            for kind, value in values.items()
+            if value is not None
+        }
 
 
-def limits_of(vehicle: Vehicle, **stated: Any) -> Limits:
-    """Return the limits that a vehicle states, those given by name in their place.
+def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> Limits:
+    """Return the limits that a vehicle states, except those that are given.
 
     >>> from gaitgraph.vehicle import PAPER
     >>> limits_of(PAPER.replace(max_tilt_rate=6.0), acceleration=60).as_mapping()
     {'rate': 6.0, 'acceleration': 60.0}
     """
-    unknown = sorted(set(stated) - set(KINDS))
-    if unknown:
-        raise InputError(f"{unknown[0]}: no kind of limit; allowed are {', '.join(KINDS)}")
-    of_vehicle = {
-        "rate": vehicle.max_tilt_rate,
-        "acceleration": vehicle.max_tilt_acceleration,
-        "jerk": vehicle.max_tilt_jerk,
-    }
-    return Limits(**(of_vehicle | {kind: value for kind, value in stated.items() if value is not None}))
+    return Limits(
+        rate=vehicle.max_tilt_rate if rate is None else rate,
+        acceleration=vehicle.max_tilt_acceleration if acceleration is None else acceleration,
+        jerk=vehicle.max_tilt_jerk if jerk is None else jerk,
+    )
 
 
-def limits_for(limits: object, vehicle: Vehicle) -> Limits:
-    """Return the limits asked for, those of the vehicle where there are none; InputError if they are something else."""
-    if limits is None:
-        return limits_of(vehicle)
-    if not isinstance(limits, Limits):
-        raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(rate=5, acceleration=60)")
-    return limits
-
-
-def _four(name: str, value: object) -> FloatArray:
-    allowed = "a finite number ≥ 0 or four of them, or texts such as '200deg'"
-    single = isinstance(value, str) or np.ndim(value) == 0  # type: ignore[arg-type]
-    parts = [value] * 4 if single else list(value)  # type: ignore[call-overload]
-    if len(parts) != 4:
-        raise InputError(f"{name}: {shown(value)}; allowed is {allowed}")
+def _four(kind: str, value: Any) -> FloatArray:
+    """Return a limit for each joint; read-only."""
+    allowed = f"0, or 1e-9 to 1e12, or four of them, or texts such as '200deg' ({RATE_UNITS[kind]})"
+    parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)
     try:
-        numbers = [angle_from_text(part, name) for part in parts]
+        numbers = np.array([angle_from_text(part, kind) for part in parts])
     except InputError as error:
-        raise InputError(f"{name}: {shown(value)}; allowed is {allowed} ({UNITS[name]})") from error
-    if min(numbers) < 0 or not all(number == 0 or 1e-9 <= number <= 1e12 for number in numbers):
-        raise InputError(f"{name}: {shown(value)}; allowed is 0, or 1e-9 to 1e12 ({UNITS[name]})")
-    array = np.array(numbers)
-    if not math.isfinite(array.sum()):
-        raise InputError(f"{name}: {shown(value)}; allowed is {allowed}")
-    array.flags.writeable = False
-    return array
+        raise InputError(f"{kind}: {shown(value)}; allowed is {allowed}") from error
+    if numbers.shape != (4,) or not ((numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))).all():
+        raise InputError(f"{kind}: {shown(value)}; allowed is {allowed}")
+    numbers.flags.writeable = False
+    return numbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Touch:
+    """Where a law runs at one of its limits.
+
+    Parameters
+    ----------
+    kind
+        "rate", "acceleration" or "jerk".
+    joints
+        The two opposite joints that move alike, (1, 3) or (2, 4).
+    limit
+        The limit [rad/s, rad/s² or rad/s³].
+    share
+        During what share of the period it is touched.
+    t
+        When it is first touched [s].
+    alpha
+        The tilt angles then, shape (4,) [rad].
+    """
+
+    kind: str
+    joints: tuple[int, int]
+    limit: float
+    share: float
+    t: float
+    alpha: tuple[float, ...]
+
+    @property
+    def names(self) -> str:
+        """The joints in words."""
+        return " and ".join(f"α{joint}" for joint in self.joints)
+
+    def where(self) -> dict[str, Any]:
+        """Return when and where it is first touched, as plain values."""
+        return {"t": self.t, "alpha": list(self.alpha)}
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as plain values, ready for JSON."""
+        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
+        return head | {"where": self.where()}
+
+    def __str__(self) -> str:
+        return (
+            f"{self.kind} of {self.names} at its limit {self.limit:.4g} {RATE_UNITS[self.kind]} during {self.share:.0%} of "
+            "the period"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class LimitedGait(TimedGait):
+    """A timed gait that keeps limits: its law is closed, twice differentiable, and polynomial between knots.
+
+    Parameters
+    ----------
+    gait
+        A polyline: the gait itself if the law rests at its corners, else points of the curve.
+    period, law, samples
+        As for a timed gait; the law is named "least-period" or "paced".
+    curve
+        The curve that is run, or None for a polyline.
+    widths
+        Widths of the intervals of time between knots, shape (m,) [s]; they add up to the period.
+    tilts
+        (α1, α2) on these intervals as polynomials of the share of the interval that has passed, highest power first,
+        shape (degree + 1, m, 2) [rad].
+    limits
+        What the law was made to keep.
+    """
+
+    curve: Curve | None
+    widths: FloatArray
+    tilts: FloatArray
+    limits: Limits
+
+    def at_period(self, period: float, samples: int) -> LimitedGait:
+        """Return the same law with its time stretched to another period."""
+        widths = self.widths * (period / self.period)
+        return replace(self, period=period, samples=samples, widths=widths, law="paced")
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
+        knots = np.concatenate([[0.0], np.cumsum(self.widths)])
+        knots[-1] = self.period
+        return np.asarray(knots)
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
+        return self.derivative(t, 0), self.derivative(t, 1), self.derivative(t, 2)
+
+    def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
+        """Return a derivative of the tilt angles by time, shape (..., 4); the third jumps at knots.
+
+        Parameters
+        ----------
+        t
+            Times, shape (...) [s].
+        order
+            0 for angles, 1 for rates, and so on.
+        """
+        phase = np.asarray(np.mod(np.asarray(t, dtype=float), self.period))
+        knots, gait = self.corner_times, self.gait
+        piece = np.clip(np.searchsorted(knots, phase, side="right") - 1, 0, len(knots) - 2)
+        h = self.widths[piece]
+        share = (phase - knots[piece]) / h
+        plane = values_of(derivative_of(self.tilts, order)[:, piece], share) / h[..., None] ** order
+        return lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, derivative=order)
+
+    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
+        return (self.gait.color or "red",) * len(t)
+
+    def peaks(self, order: int) -> FloatArray:
+        """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
+
+        An upper bound, from Bernstein coefficients; what is attained is closer to it the more knots there are.
+        """
+        plane = peaks_of(self.widths, self.tilts, order).max(axis=0)
+        return np.concatenate([plane, plane])
+
+    def limits_touched(self, within: float = 0.01) -> tuple[Touch, ...]:
+        """Return which limits the law runs at, and during what share of the period.
+
+        Parameters
+        ----------
+        within
+            How near to a limit counts as touching it, as a share of the limit.
+        """
+        out = []
+        for order, kind in enumerate(RATE_UNITS, start=1):
+            peaks, limits = peaks_of(self.widths, self.tilts, order), self.limits.in_plane(kind)
+            for joint in range(2):
+                touched = (peaks[:, joint] >= limits[joint] * (1 - within)) & (peaks[:, joint] > 0)
+                if touched.any():
+                    t = float(self.corner_times[int(np.argmax(touched))])
+                    out.append(
+                        Touch(
+                            kind=kind,
+                            joints=(joint + 1, joint + 3),
+                            limit=float(limits[joint]),
+                            share=float(self.widths[touched].sum() / self.period),
+                            t=t,
+                            alpha=tuple(self.derivative(t, 0).tolist()),
+                        )
+                    )
+        return tuple(out)
+
+    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
+        """Return the vertices by equations (16) to (19) over the whole period; a rounded loop may have none."""
+        if self.curve is None:
+            return self.gait.vertices(tolerance)
+        return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
+
+    def check(
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
+    ) -> Report:
+        """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
+        if self.curve is None:
+            return TimedGait.check(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+        return self.curve.check(tolerance=tolerance, floor=floor).with_checks(self.rate_checks())

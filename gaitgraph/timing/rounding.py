@@ -1,15 +1,15 @@
 """Round the corners of a gait: a smooth curve on the same sheet, within a stated distance of the polyline.
 
-A corner is replaced by a quintic Bézier blend whose first three control points lie evenly on the leg that arrives and
-whose last three lie evenly on the leg that leaves. Its curvature vanishes at both ends, so that it joins the straight
-legs with two continuous derivatives, and it lies in the triangle of the corner (convex hull property). A gait that
-turns back on itself stays on its line: there the parameter slows down to zero at the tip.
+A corner is replaced by a quintic Bézier blend whose first three control points lie evenly on the segment that arrives
+and whose last three lie evenly on the segment that leaves. Its curvature vanishes at both ends, so that it joins the
+straight segments with two continuous derivatives, and it lies in the triangle of the corner (convex hull property). A
+gait that turns back on itself stays on its line: there the parameter slows down to zero at the tip.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,17 +22,16 @@ from gaitgraph.timing.curve import Curve
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
 
-__all__ = ["SMALLEST", "RoundedCorner", "Rounding", "rounded"]
-
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 SMALLEST = 1e-5
 """The least tolerance, and the least distance between corners [rad]: smaller blends are beyond what floats carry."""
 
 _STRAIGHT = 1e-9
-# Distance between control points on a leg, as a share of the leg that the blend takes.
+# Distance between control points on a segment, as a share of the length that the blend takes.
 _SPACING = 0.4
-# Of the parameter that a turn back takes on each side, the share that it moves along the leg.
+# Of the parameter that a turn back takes on each side, the share that it moves along the segment.
 _TIP = 5.0 / 8.0
 
 
@@ -47,11 +46,11 @@ class RoundedCorner:
     turn
         By how much the direction turns there, from 0 to π [rad].
     reach
-        How much of each leg the blend takes [rad].
+        How much of each segment the blend takes [rad].
     deviation
         Distance from the corner to the curve [rad]; zero where the gait turns back on its line.
     shrunk
-        Whether the tolerance would allow a larger blend but a leg has no room for it.
+        Whether the tolerance would allow a larger blend than its segments do.
     """
 
     corner: int
@@ -59,10 +58,6 @@ class RoundedCorner:
     reach: float
     deviation: float
     shrunk: bool
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return it as plain values, ready for JSON."""
-        return {name: getattr(self, name) for name in ("corner", "turn", "reach", "deviation", "shrunk")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +88,7 @@ class Rounding:
 
     @property
     def merged(self) -> tuple[int, ...]:
-        """Corners whose blends met their neighbours' and were shrunk to share a leg."""
+        """Corners whose blends met their neighbours' and were shrunk to share a segment."""
         return tuple(corner.corner for corner in self.corners if corner.shrunk and corner.deviation > 0)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -102,7 +97,7 @@ class Rounding:
             "tolerance": self.tolerance,
             "deviation": self.deviation,
             "shrunk": list(self.merged),
-            "corners": [corner.as_mapping() for corner in self.corners],
+            "corners": [asdict(corner) for corner in self.corners],
         }
 
     def __repr__(self) -> str:
@@ -110,9 +105,7 @@ class Rounding:
 
     def __str__(self) -> str:
         text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
-        if self.merged:
-            text += f"; shrunk to share a leg: {', '.join(map(str, self.merged))}"
-        return text
+        return text + (f"; shrunk to share a leg: {', '.join(map(str, self.merged))}" if self.merged else "")
 
 
 def rounded(gait: Gait, tolerance: float | str) -> Rounding:
@@ -130,8 +123,8 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     Returns
     -------
     Rounding
-        Blends that would overlap are shrunk in proportion until they share the leg, and marked; that is an answer, no
-        error. The curve has the parameter of arc length on straight legs.
+        Blends that would overlap are shrunk in proportion until they share the segment, and marked; that is an answer,
+        no error. The curve has the parameter of arc length on straight segments.
 
     Raises
     ------
@@ -143,7 +136,7 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     Not guaranteed: that the curve is flyable wherever the polyline is. It lies in the triangles of the corners; ask
     :meth:`gaitgraph.timing.curve.Curve.check`.
 
-    With legs along the unit vectors u and v, a blend that takes d of each leg, with control points 2d/5 apart, passes
+    With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
     its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
 
     Examples
@@ -161,123 +154,103 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
             f"gait: its color is {shown(gait.color)}; allowed is a gait on one sheet, red or blue; retarget moves one "
             "there"
         )
-    merged = _apart(gait.merged())
+    merged = _without_near_corners(gait.merged())
     plane = np.array(merged.alpha[:, :2])
     step = np.roll(plane, -1, axis=0) - plane
-    leg = np.linalg.norm(step, axis=1)
-    setting: dict[str, Any] = {
-        "color": gait.color,
-        "vehicle": gait.vehicle,
-        "coefficients": gait.coefficients,
-        "crossing_tolerance": gait.crossing_tolerance,
-    }
-    if not leg.sum() > 0:
-        still = Curve(breaks=np.array([0.0, 1.0]), pieces=plane[None, :1], **setting)
-        return Rounding(curve=still, gait=merged, tolerance=size, corners=())
-    ahead = step / leg[:, None]
-    before = np.roll(ahead, 1, axis=0)
-    turn = np.arctan2(np.abs(before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0]), (before * ahead).sum(axis=1))
-    back = turn >= math.pi - _STRAIGHT
-    bent = (turn > _STRAIGHT) & ~back
-    per_reach = (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2)
-    reach, shrunk = _reaches(leg, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0), back)
-    breaks, pieces = _pieces(plane, ahead, leg, reach, bent, back)
-    corners = tuple(
-        RoundedCorner(
-            corner=int(k),
-            turn=float(turn[k]),
-            reach=float(reach[k]),
-            deviation=float(per_reach[k] * reach[k]) if bent[k] else 0.0,
-            shrunk=bool(shrunk[k]),
+    length = np.linalg.norm(step, axis=1)
+    corners: tuple[RoundedCorner, ...] = ()
+    if not length.sum() > 0:
+        breaks, pieces = np.array([0.0, 1.0]), plane[None, :1]
+    else:
+        ahead = step / length[:, None]
+        before = np.roll(ahead, 1, axis=0)
+        sine, cosine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0], (before * ahead).sum(axis=1)
+        turn = np.arctan2(np.abs(sine), cosine)
+        back = turn >= math.pi - _STRAIGHT
+        bent = (turn > _STRAIGHT) & ~back
+        per_reach = (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2)
+        reach, shrunk = _reaches(length, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0), back)
+        breaks, pieces = _blends(plane, ahead, length, reach, bent, back)
+        corners = tuple(
+            RoundedCorner(
+                corner=int(k),
+                turn=float(turn[k]),
+                reach=float(reach[k]),
+                deviation=float(per_reach[k] * reach[k]) if bent[k] else 0.0,
+                shrunk=bool(shrunk[k]),
+            )
+            for k in np.flatnonzero(bent | back)
         )
-        for k in np.flatnonzero(bent | back)
+    curve = Curve(
+        breaks=breaks,
+        pieces=pieces,
+        color=gait.color,
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        crossing_tolerance=gait.crossing_tolerance,
     )
-    curve = Curve(breaks=breaks, pieces=pieces, **setting)
     return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
-def _apart(gait: Gait) -> Gait:
+def _without_near_corners(gait: Gait) -> Gait:
     """Return a gait without the corners that nearly coincide with the one before."""
+    plane = gait.alpha[:, :2]
     keep = [0]
-    for k in range(1, len(gait.alpha)):
-        if np.linalg.norm(gait.alpha[k, :2] - gait.alpha[keep[-1], :2]) > SMALLEST:
+    for k in range(1, len(plane)):
+        if np.linalg.norm(plane[k] - plane[keep[-1]]) > SMALLEST:
             keep.append(k)
-    while len(keep) > 1 and np.linalg.norm(gait.alpha[keep[-1], :2] - gait.alpha[0, :2]) <= SMALLEST:
+    while len(keep) > 1 and np.linalg.norm(plane[keep[-1]] - plane[0]) <= SMALLEST:
         keep.pop()
-    if len(keep) == len(gait.alpha):
+    if len(keep) == len(plane):
         return gait
     return replace(gait, alpha=gait.alpha[keep], colors=tuple(gait.colors[k] for k in keep)).merged()
 
 
-def _reaches(
-    leg: FloatArray, wanted: FloatArray, back: npt.NDArray[np.bool_]
-) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return how much of its legs each corner takes, so that two on a leg fit, and whether that is less than wanted.
+def _reaches(length: FloatArray, wanted: FloatArray, back: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Return how much of its segments each corner takes, so that two on one fit, and whether that is less than wanted.
 
-    A turn back leaves no deviation, so it wants all that there is: up to half a leg.
+    A turn back leaves no deviation, so it wants all that there is: up to half a segment.
     """
-    behind = np.roll(leg, 1)
-    wanted = np.where(back, np.minimum(leg, behind) / 2, wanted)
-    # A blend never wants more than a whole leg, which keeps sums finite where the turn is slight.
-    reach = np.minimum(wanted, np.minimum(leg, behind))
+    behind = np.roll(length, 1)
+    wanted = np.where(back, np.minimum(length, behind) / 2, wanted)
+    # A blend never wants more than a whole segment, which keeps sums finite where the turn is slight.
+    reach = np.minimum(wanted, np.minimum(length, behind))
     load = reach + np.roll(reach, -1)
-    room = np.where(load > leg, leg / np.where(load > 0, load, 1.0), 1.0)
-    reach = reach * np.minimum(room, np.roll(room, 1))
+    share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
+    reach = reach * np.minimum(share, np.roll(share, 1))
     return reach, reach < wanted * (1 - 1e-12)
 
 
-def _pieces(
-    plane: FloatArray,
-    ahead: FloatArray,
-    leg: FloatArray,
-    reach: FloatArray,
-    bent: npt.NDArray[np.bool_],
-    back: npt.NDArray[np.bool_],
+def _blends(
+    plane: FloatArray, ahead: FloatArray, length: FloatArray, reach: FloatArray, bent: BoolArray, back: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return breaks and pieces of degree 5: around each corner a blend, then what is left of the leg that leaves.
+    """Return breaks and pieces of degree 5: around each corner a blend, then what is left of the segment that leaves.
 
     The curve starts where the blend of the first corner does.
     """
     before = np.roll(ahead, 1, axis=0)
+    powers = np.arange(5, -1, -1)
     widths, parts = [], []
-    for k in range(len(plane)):
-        d, corner = float(reach[k]), plane[k]
+    for k, corner in enumerate(plane):
+        d, zero = float(reach[k]), np.zeros(2)
         if bent[k]:
             along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])
             control = np.vstack([corner - along[:, None] * before[k], corner + along[::-1, None] * ahead[k]])
+            # From Bernstein coefficients to powers of the share of the blend.
+            signs = ([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)] for j in powers)
+            blend = [math.comb(5, j) * (np.array(row) @ control[: j + 1]) for j, row in zip(powers, signs, strict=True)]
             widths.append(5.0 * _SPACING * d)
-            parts.append(_power_from_bernstein(control) / widths[-1] ** np.arange(5, -1, -1)[:, None])
+            parts.append(np.array(blend) / widths[-1] ** powers[:, None])
         elif back[k]:
             # The distance to the tip is r(x)·w with r = (6x² − x⁴)/8, x from −1 to 1: slope 1 and no curvature at ±1.
             w = d / _TIP
-            in_x = np.zeros((6, 2))
-            in_x[1], in_x[3], in_x[5] = w / 8.0 * before[k], -6.0 * w / 8.0 * before[k], corner
+            c4, c2 = w / 8.0 * before[k], -6.0 * w / 8.0 * before[k]
+            arriving = np.stack([zero, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4])
+            leaving = np.stack([zero, c4, zero, c2, zero, corner])
             widths += [w, w]
-            parts += [_shifted(in_x, start) / w ** np.arange(5, -1, -1)[:, None] for start in (-1.0, 0.0)]
-        rest = float(leg[k] - d - reach[(k + 1) % len(plane)])
-        if rest > 1e-12 * leg[k]:
-            straight = np.zeros((6, 2))
-            straight[4], straight[5] = ahead[k], corner + d * ahead[k]
+            parts += [part / w ** powers[:, None] for part in (arriving, leaving)]
+        rest = float(length[k] - d - reach[(k + 1) % len(plane)])
+        if rest > 1e-12 * length[k]:
             widths.append(rest)
-            parts.append(straight)
+            parts.append(np.stack([zero, zero, zero, zero, ahead[k], corner + d * ahead[k]]))
     return np.concatenate([[0.0], np.cumsum(widths)]), np.stack(parts, axis=1)
-
-
-def _power_from_bernstein(control: FloatArray) -> FloatArray:
-    """Return the coefficients, highest power first, of a Bézier curve of degree n, shape (n + 1, 2)."""
-    n = len(control) - 1
-    rows = []
-    for j in range(n, -1, -1):
-        signs = np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)])
-        rows.append(math.comb(n, j) * (signs @ control[: j + 1]))
-    return np.array(rows)
-
-
-def _shifted(pieces: FloatArray, start: float) -> FloatArray:
-    """Return the coefficients of a polynomial in x − start from those in x, highest power first."""
-    out = np.zeros_like(pieces)
-    n = len(pieces) - 1
-    for j in range(n + 1):
-        for i in range(j + 1):
-            out[n - i] += pieces[n - j] * math.comb(j, i) * start ** (j - i)
-    return out

@@ -123,7 +123,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     Parameters
     ----------
     timed
-        What is commanded; also a :class:`gaitgraph.timing.paced_gait.PacedGait`.
+        What is commanded; also a :class:`gaitgraph.timing.limits.LimitedGait`.
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 

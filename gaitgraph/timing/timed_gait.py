@@ -1,6 +1,6 @@
-"""Put a clock on a gait: laws over a period, samples with rates and accelerations, and checks of them.
+"""Timed gaits: gaits with a timing law over a period, samples with rates and accelerations, and checks of them.
 
-A law says how time is spent along the closed polyline:
+A timing law maps time to position along the closed polyline. Three laws are closed formulas over any period:
 
 * ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
   polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
@@ -9,6 +9,8 @@ A law says how time is spent along the closed polyline:
 
 The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
 which no table shows; the rates of a sample at a corner are those just after it.
+
+A law that keeps limits (:mod:`gaitgraph.timing.time_optimal`) is a polynomial of time between knots.
 """
 
 from __future__ import annotations
@@ -26,22 +28,19 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.report import Check, Report
-from gaitgraph.validation.rules import limit_check
+from gaitgraph.validation.rules import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
+    from gaitgraph.validation.report import Check, Report
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.io.options import FormatOptions
-    from gaitgraph.validation.report import Check, Report
-
-__all__ = ["DEFAULT_SAMPLES", "LAWS", "TimedGait", "checked_clock", "parametrize"]
 
 FloatArray = npt.NDArray[np.float64]
 
 LAWS = ("smooth", "constant-speed", "equal-time")
-"""Names of the laws, the default first."""
+"""Names of the laws over any period, the default first."""
 
 DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
@@ -49,14 +48,12 @@ DEFAULT_SAMPLES = 100
 MOST_SAMPLES = 10_000_000
 
 # Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
-_PEAK_SPEED = 15.0 / 8.0
-_PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
-_PEAK_JERK = 60.0
+_SMOOTH_PEAKS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedGait:
-    """A gait with a clock: exact at every time, and sampled evenly over one period.
+    """A gait with a timing law: exact at every time, and sampled evenly over one period.
 
     Parameters
     ----------
@@ -85,7 +82,13 @@ class TimedGait:
     @property
     def corner_times(self) -> FloatArray:
         """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
-        return _corner_times(self.gait, self.period, self.law)
+        n = len(self.gait.alpha)
+        length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
+        even = self.law == "equal-time" or not length.sum() > 0
+        share = np.full(n, 1.0 / n) if even else length / length.sum()
+        times = np.concatenate([[0.0], np.cumsum(share)]) * self.period
+        times[-1] = self.period
+        return times
 
     @property
     def t(self) -> FloatArray:
@@ -162,9 +165,8 @@ class TimedGait:
         return self._types_at(self.alpha, self.colors())
 
     def _types_at(self, alpha: FloatArray, colors: tuple[str, ...]) -> tuple[str, ...]:
-        gait = self.gait
         codes = family_codes(colors)
-        pairs = family_types(alpha[: len(codes)], codes, gait.coefficients, gait.crossing_tolerance)
+        pairs = family_types(alpha[: len(codes)], codes, self.gait.coefficients, self.gait.crossing_tolerance)
         return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
 
     def columns(self, rows: range | None = None) -> dict[str, Any]:
@@ -200,49 +202,38 @@ class TimedGait:
         """
         return self.gait.vertices(tolerance)
 
-    def peak_rates(self) -> FloatArray:
-        """Return the largest |dαᵢ/dt| over the period, between samples too, shape (4,) [rad/s]."""
-        return np.asarray(self._peaks(_PEAK_SPEED if self.law == "smooth" else 1.0, 1).max(axis=0))
+    def peaks(self, order: int) -> FloatArray:
+        """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
 
-    def peak_accelerations(self) -> FloatArray:
-        """Return the largest |d²αᵢ/dt²| over the period, shape (4,) [rad/s²].
-
-        Infinite where a law turns a corner at full speed.
+        Parameters
+        ----------
+        order
+            1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³]. Accelerations and jerks are
+            infinite where a law turns a corner at full speed. Jerks of the law `smooth` jump at the corners.
         """
-        if self.law == "smooth":
-            return np.asarray(self._peaks(_PEAK_ACCELERATION, 2).max(axis=0))
-        return self._impulses()
-
-    def peak_jerks(self) -> FloatArray:
-        """Return the largest |d³αᵢ/dt³| over the period, where it exists, shape (4,) [rad/s³].
-
-        It jumps at the corners of the law `smooth`. Infinite where a law turns a corner at full speed.
-        """
-        if self.law == "smooth":
-            return np.asarray(self._peaks(_PEAK_JERK, 3).max(axis=0))
-        return self._impulses()
-
-    def _impulses(self) -> FloatArray:
-        """Return infinity for each angle whose rate jumps at a corner, else 0, shape (4,)."""
-        velocity = self._velocities()
-        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
-        return np.where(turns.any(axis=0), np.inf, 0.0)
-
-    def _velocities(self) -> FloatArray:
-        """Return each moving segment's mean velocity, shape (k, 4) [rad/s]."""
-        duration = np.diff(self.corner_times)
-        step = (self.gait.ends - self.gait.alpha)[duration > 0]
-        if not step.size:
-            return np.zeros((1, 4))
-        return np.asarray(step / duration[duration > 0][:, None])
-
-    def _peaks(self, factor: float, order: int) -> FloatArray:
         duration = np.diff(self.corner_times)
         moving = duration > 0
         if not moving.any():
-            return np.zeros((1, 4))
-        step = np.abs(self.gait.ends - self.gait.alpha)[moving]
-        return np.asarray(factor * step / duration[moving][:, None] ** order)
+            return np.zeros(4)
+        step, duration = (self.gait.ends - self.gait.alpha)[moving], duration[moving][:, None]
+        if self.law == "smooth" or order == 1:
+            factor = _SMOOTH_PEAKS[order - 1] if self.law == "smooth" else 1.0
+            return np.asarray((factor * np.abs(step) / duration**order).max(axis=0))
+        velocity = step / duration
+        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+        return np.where(turns.any(axis=0), np.inf, 0.0)
+
+    def peak_rates(self) -> FloatArray:
+        """Return the largest |dαᵢ/dt| over the period, between samples too, shape (4,) [rad/s]."""
+        return self.peaks(1)
+
+    def peak_accelerations(self) -> FloatArray:
+        """Return the largest |d²αᵢ/dt²| over the period, shape (4,) [rad/s²]; infinite at corners at full speed."""
+        return self.peaks(2)
+
+    def peak_jerks(self) -> FloatArray:
+        """Return the largest |d³αᵢ/dt³| over the period, where it exists, shape (4,) [rad/s³]."""
+        return self.peaks(3)
 
     def check(
         self,
@@ -251,27 +242,32 @@ class TimedGait:
         floor: float = DEFAULT_FLOOR,
         angle_rounding: float | None = None,
     ) -> Report:
-        """Return every check of the gait, and those of rates and accelerations against the vehicle's limits."""
+        """Return every check of the gait, and those of rates, accelerations and jerks; see :func:`check_gait`."""
         report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
         return report.with_checks(self.rate_checks())
 
     def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
-        """Return the checks that need a clock: tilt rate; tilt acceleration and jerk where the vehicle limits them.
+        """Return the check of tilt rates, and of tilt accelerations and jerks where the vehicle limits them.
 
         Parameters
         ----------
         noun, share
             What advice calls the time that would do, and what share of the period that is.
         """
-        vehicle, rates, accelerations = self.gait.vehicle, self.peak_rates(), self.peak_accelerations()
-        spoken = (self.period * share, noun)
-        checks = [_limit("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, spoken, 1, self.law)]
-        if vehicle.max_tilt_acceleration is not None:
-            limit = vehicle.max_tilt_acceleration
-            checks.append(_limit("tilt_acceleration", "rad/s²", accelerations, limit, spoken, 2, self.law))
-        if vehicle.max_tilt_jerk is not None:
-            limit = vehicle.max_tilt_jerk
-            checks.append(_limit("tilt_jerk", "rad/s³", self.peak_jerks(), limit, spoken, 3, self.law))
+        checks = []
+        for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
+            limit: float | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
+            if limit is None and order > 1:
+                continue
+            peaks = self.peaks(order)
+            joint = int(np.argmax(peaks))
+            peak = float(peaks[joint])
+            if math.isinf(peak):
+                advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"
+            else:
+                needed = self.period * share * (peak / (limit or peak or 1.0)) ** (1 / order)
+                advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
+            checks.append(limit_check(f"tilt_{kind}", unit, peak, joint + 1, limit, None, advice))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
@@ -327,29 +323,6 @@ class TimedGait:
         return html_of_timed_gait(self)
 
 
-def _limit(
-    name: str, unit: str, peaks: FloatArray, limit: float | None, spoken: tuple[float, str], order: int, law: str
-) -> Check:
-    worst = int(np.argmax(peaks))
-    peak = float(peaks[worst])
-    if math.isinf(peak):
-        advice = f"the law {shown(law)} turns corners at full speed: use the law 'smooth'"
-    else:
-        needed = spoken[0] * (peak / (limit or peak or 1.0)) ** (1 / order)
-        advice = f"this law needs a {spoken[1]} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-    return limit_check(name, unit, peak, worst + 1, limit, None, advice)
-
-
-def _corner_times(gait: Gait, period: float, law: str) -> FloatArray:
-    n = len(gait.alpha)
-    length = np.linalg.norm(gait.ends - gait.alpha, axis=1)
-    even = law == "equal-time" or not length.sum() > 0
-    share = np.full(n, 1.0 / n) if even else length / length.sum()
-    times = np.concatenate([[0.0], np.cumsum(share)]) * period
-    times[-1] = period
-    return times
-
-
 def parametrize(
     gait: Gait,
     period: float = 1.0,
@@ -358,7 +331,7 @@ def parametrize(
     samples: int | None = None,
     rate: float | None = None,
 ) -> TimedGait:
-    """Put a clock on a gait.
+    """Return a gait with a timing law over a period.
 
     Parameters
     ----------
@@ -388,7 +361,7 @@ def parametrize(
 
 
 def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
-    """Return the number of intervals that a clock has, or raise InputError; see :func:`parametrize`.
+    """Return the number of sample intervals, or raise InputError; see :func:`parametrize`.
 
     >>> checked_clock(2.0, "smooth", rate=50)
     100

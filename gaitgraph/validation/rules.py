@@ -49,6 +49,9 @@ from gaitgraph.validation.segments import Place, Rule, Segments, Setting, Worst
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
+RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+"""The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
+
 _EXACT = 1e-9
 
 # The column of :func:`gaitgraph.surface.sheets.family_distances` by the code of a family; codes count from the end too.

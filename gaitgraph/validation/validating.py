@@ -37,7 +37,7 @@ from gaitgraph.surface.sheets import (
 )
 from gaitgraph.validation.checks import Checker, check_gait, checked_limits
 from gaitgraph.validation.report import Check, Report
-from gaitgraph.validation.rules import limit_check
+from gaitgraph.validation.rules import RATE_UNITS, limit_check
 from gaitgraph.validation.segments import Place, Segments, Setting
 
 if TYPE_CHECKING:
@@ -354,19 +354,15 @@ class _RowRates:
                 "both is judged"
             )
         out = []
-        for order, name, unit, limit in (
-            (1, "tilt_rate", "rad/s", vehicle.max_tilt_rate),
-            (2, "tilt_acceleration", "rad/s²", vehicle.max_tilt_acceleration),
-            (3, "tilt_jerk", "rad/s³", vehicle.max_tilt_jerk),
-        ):
+        for order, ((kind, unit), peak) in enumerate(zip(RATE_UNITS.items(), self.peaks, strict=True), start=1):
+            limit: float | None = getattr(vehicle, f"max_tilt_{kind}")
             if order > 1 and limit is None:
                 continue
-            peak = self.peaks[order - 1]
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             where = None if peak.place is None else peak.place.as_mapping("row")
             advice = "" if peak.place is None else f"at {peak.place.described('row')}"
             advice += f"; run over at least {needed:.4g} s instead of {period:.4g} s it would do"
-            out.append(limit_check(name, unit, peak.value, peak.joint, limit, where, advice))
+            out.append(limit_check(f"tilt_{kind}", unit, peak.value, peak.joint, limit, where, advice))
         return out
 
 

@@ -1,8 +1,8 @@
-"""From rest to rest along straight legs: the fastest motion under rate, acceleration and jerk limits, in closed form.
+"""From rest to rest along straight segments: the fastest motion under limits, in closed form.
 
-A path with a sharp corner has no smooth law that does not stop there. Along a straight leg the limits of the joints
-become limits of the speed along it, and the fastest motion has seven phases at most: the acceleration rises to its
-limit at the limit of jerk, stays, falls to zero, the speed stays, and the same the other way round.
+A path with a sharp corner has no smooth law that does not stop there. Along a straight segment the limits of the joints
+become limits along it, and the fastest motion has seven phases at most: the acceleration rises to its limit at the
+limit of jerk, stays, falls to zero, the speed stays, and the same the other way round.
 """
 
 from __future__ import annotations
@@ -12,15 +12,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.timing.path_laws import tilts_between
-
-__all__ = ["legs_from_rest_to_rest", "phases"]
+from gaitgraph.timing.timing_laws import tilts_between
 
 FloatArray = npt.NDArray[np.float64]
 
-# Without a jerk limit the acceleration still takes this share of a leg's time to rise, so that it is continuous.
+# Without a jerk limit the acceleration still takes this share of a segment's time to rise, so that it is continuous.
 _RISE = 1e-3
-# What takes less than this share of a leg's time is beyond what floats carry: the limits are lowered to it.
+# What takes less than this share of a segment's time is beyond what floats carry: the limits are lowered to it.
 _BRIEF = 1e-6
 
 
@@ -32,7 +30,7 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
     distance
         How far, positive.
     rate, acceleration, jerk
-        Limits along the leg, positive; the rate may be infinite, and so may the acceleration if the jerk is not. An
+        Limits along the segment, positive; the rate may be infinite, and so may the acceleration if the jerk is not. An
         infinite jerk is replaced by one that lets the acceleration rise in a thousandth of the time. Limits so loose
         that they would be met for less than a millionth of the time are lowered to what is met that long.
 
@@ -56,23 +54,17 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
     highest = min(acceleration, math.sqrt(top * jerk))
     ramp = highest / jerk
     hold, cruise_time = max(top / highest - ramp, 0.0), max(distance / top - top / highest - ramp, 0.0)
-    out = [
-        (ramp, 0.0, highest),
-        (hold, highest, highest),
-        (ramp, highest, 0.0),
-        (cruise_time, 0.0, 0.0),
-        (ramp, 0.0, -highest),
-        (hold, -highest, -highest),
-        (ramp, -highest, 0.0),
-    ]
+    up = [(ramp, 0.0, highest), (hold, highest, highest), (ramp, highest, 0.0)]
+    down = [(ramp, 0.0, -highest), (hold, -highest, -highest), (ramp, -highest, 0.0)]
+    out = [*up, (cruise_time, 0.0, 0.0), *down]
     whole = sum(duration for duration, _, _ in out)
     return [phase for phase in out if phase[0] > 1e-12 * whole]
 
 
-def legs_from_rest_to_rest(
+def rest_to_rest(
     plane: FloatArray, rate: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return widths of intervals of time and (α1, α2) on them for a closed polyline that rests at every corner.
+    """Return the law of a closed polyline that rests at every corner.
 
     Parameters
     ----------
@@ -84,18 +76,18 @@ def legs_from_rest_to_rest(
     Returns
     -------
     widths, tilts
-        As :func:`gaitgraph.timing.path_laws.tilts_over_time`.
+        Intervals of time and (α1, α2) on them, as :func:`gaitgraph.timing.timing_laws.tilts_over_time`.
     """
     step = np.roll(plane, -1, axis=0) - plane
-    leg = np.linalg.norm(step, axis=1)
-    duration, local, speed, rise, piece = [], [], [0.0], [], []
-    for k, length in enumerate(leg.tolist()):
+    lengths = np.linalg.norm(step, axis=1)
+    widths, local, speed, rise, piece = [], [], [0.0], [], []
+    for k, length in enumerate(lengths.tolist()):
         share = np.abs(step[k]) / length
         moving = share > 1e-12
         along = [float((limit[moving] / share[moving]).min()) for limit in (rate, acceleration, jerk)]
         s, v = 0.0, 0.0
         for h, a0, a1 in phases(length, *along):
-            duration.append(h)
+            widths.append(h)
             local.append(s)
             piece.append(k)
             s += v * h + h**2 * (2 * a0 + a1) / 6
@@ -103,7 +95,7 @@ def legs_from_rest_to_rest(
             speed.append(v)
             rise.append(a0)
         speed[-1] = 0.0
-    pieces = np.stack([step / leg[:, None], plane])[:, piece]
+    pieces = np.stack([step / lengths[:, None], plane])[:, piece]
     # The acceleration is continuous: at the end of a phase it is that at the start of the next.
-    widths = np.array(duration)
-    return widths, tilts_between(widths, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)
+    h = np.array(widths)
+    return h, tilts_between(h, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)

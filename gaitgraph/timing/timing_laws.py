@@ -1,8 +1,8 @@
-"""A law of time: where on a path a motion is, twice continuously differentiable, closed at the seam.
+"""Timing laws along a path: monotone, twice continuously differentiable, closed at the seam.
 
-The path's parameter s(t) has a continuous, piecewise linear second derivative, so it is a cubic between knots. Put into
-the path's own polynomials it gives polynomials of time, whose Bernstein coefficients bound every derivative on a
-whole interval: what is said about a law holds between samples, not only at them.
+A timing law maps time to the path's parameter s. Its second derivative is continuous and linear between knots, so that
+s(t) is a cubic there. Put into the path's own polynomials it gives polynomials of time, whose Bernstein coefficients
+bound every derivative on a whole interval: what is said about a law holds between samples, not only at them.
 """
 
 from __future__ import annotations
@@ -13,17 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.timing.polynomials import bernstein_from_power, derivative_of
-
-__all__ = [
-    "Law",
-    "law_from_accelerations",
-    "law_through_nodes",
-    "peaks_of",
-    "smoothed_law",
-    "tilts_between",
-    "tilts_over_time",
-]
+from gaitgraph.timing.curve import bernstein_from_power, derivative_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,7 +24,7 @@ _SECANTS = 30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Law:
+class TimingLaw:
     """A monotone periodic law s(t): values at knots, s̈ linear between them.
 
     Parameters
@@ -55,37 +45,8 @@ class Law:
         """The period [s]."""
         return float(self.t[-1])
 
-    def stretched(self, factor: float) -> Law:
-        """Return the law with all times multiplied by a factor."""
-        return Law(t=self.t * factor, s=self.s, speed=self.speed / factor, acceleration=self.acceleration / factor**2)
 
-
-def law_from_accelerations(t: FloatArray, acceleration: FloatArray, start: float, span: float) -> Law:
-    """Return the law with given s̈ at knots, its mean taken off so that it closes, and ṡ such that s grows by the span.
-
-    Parameters
-    ----------
-    t
-        Knots from 0 on, shape (m + 1,) [s].
-    acceleration
-        s̈ at the knots, the last equal to the first, shape (m + 1,).
-    start, span
-        s at the first knot, and by how much it grows.
-    """
-    h = np.diff(t)
-    gained = np.concatenate([[0.0], np.cumsum(h * (acceleration[:-1] + acceleration[1:]) / 2)])
-    surplus = gained[-1] / t[-1]
-    acceleration = acceleration - surplus
-    gained = gained - surplus * t
-    gained[-1] = 0.0
-    steps = h * gained[:-1] + h**2 * (2 * acceleration[:-1] + acceleration[1:]) / 6
-    first = (span - steps.sum()) / t[-1]
-    s = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
-    s[-1] = start + span
-    return Law(t=t, s=s, speed=gained + first, acceleration=acceleration)
-
-
-def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> Law | None:
+def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
     """Return the law that passes nodes with given s̈, less a constant so that it closes; None if it would stop.
 
     Parameters
@@ -103,13 +64,12 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
     first, found by the secant method; for s̈ that nearly closes it is tiny.
     """
     rise = np.append(acceleration, acceleration[0])
-    width = np.diff(s)
+    width = np.diff(s).tolist()
 
     def run(constant: float) -> tuple[list[float], list[float]] | None:
         v, speeds, times = speed, [speed], []
-        for ds, a0, a1 in zip(
-            width.tolist(), (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist(), strict=True
-        ):
+        starts, ends = (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist()
+        for ds, a0, a1 in zip(width, starts, ends, strict=True):
             root = v * v + ds * (2 * a0 + a1) * 2 / 3
             if root <= 0:
                 return None
@@ -121,12 +81,11 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
             speeds.append(v)
         return speeds, times
 
-    span = float(s[-1])
     first = run(0.0)
     if first is None:
         return None
     # What is left over at the end, as half a squared speed, goes down by the constant times the span.
-    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * span)], [first[0][-1] - speed]
+    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * float(s[-1]))], [first[0][-1] - speed]
     for _ in range(_SECANTS):
         found = run(constants[-1])
         if found is None:
@@ -137,12 +96,11 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
         constants.append(constants[-1] - left[-1] * (constants[-1] - constants[-2]) / (left[-1] - left[-2]))
     else:
         return None
-    speeds = np.array([*found[0][:-1], speed])
     t = np.concatenate([[0.0], np.cumsum(found[1])])
-    return Law(t=t, s=s, speed=speeds, acceleration=rise - constants[-1])
+    return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constants[-1])
 
 
-def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> Law:
+def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw:
     """Return the law of squared speeds at nodes, averaged over a short time so that s̈ is continuous.
 
     Parameters
@@ -159,7 +117,7 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> Law:
     The moving average keeps the period, and averages of accelerations within convex limits stay within them but for
     how much the path's direction and curvature change over the window.
     """
-    speed = np.sqrt(squared)
+    speed, span = np.sqrt(squared), float(s[-1])
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
     period = float(t[-1])
     half = window * period / 2
@@ -170,17 +128,27 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> Law:
     behind = np.interp(np.mod(knots - half, period), t, speed)
     rise = (ahead - behind) / (2 * half)
     rise[-1] = rise[0]
-    # s averaged about t = 0: by symmetry the integral of s over (−w/2, w/2), with s(−u) = s(T − u) − span.
-    u = np.concatenate([t[(t > 0) & (t < half)], [half]])
-    start = _mean_near_zero(t, s, speed, u, half)
-    return law_from_accelerations(knots, rise, start, float(s[-1]))
+    # The mean of s̈ is taken off, so that the speed closes; the first speed is such that s grows by the span.
+    h = np.diff(knots)
+    gained = np.concatenate([[0.0], np.cumsum(h * (rise[:-1] + rise[1:]) / 2)])
+    surplus = gained[-1] / period
+    rise = rise - surplus
+    gained = gained - surplus * knots
+    gained[-1] = 0.0
+    steps = h * gained[:-1] + h**2 * (2 * rise[:-1] + rise[1:]) / 6
+    first = (span - steps.sum()) / period
+    start = _mean_near_zero(t, s, speed, half)
+    smooth = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
+    smooth[-1] = start + span
+    return TimingLaw(t=knots, s=smooth, speed=gained + first, acceleration=rise)
 
 
-def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, inner: FloatArray, half: float) -> float:
-    """Return the mean of s over (−half, half) by Simpson's rule between nodes, exact for piecewise quadratics."""
+def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float) -> float:
+    """Return the mean of s over times from −half to half, by Simpson's rule, exact for piecewise quadratics."""
     period, span = float(t[-1]), float(s[-1])
-    edges = np.concatenate([[0.0], inner, period - t[(t > period - half) & (t < period)], [0.0]])
-    edges = np.unique(np.concatenate([edges, [half]]))
+    # By symmetry s(−u) = s(T − u) − span: on both sides the edges are those of either.
+    inner, outer = t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]
+    edges = np.unique(np.concatenate([[0.0], inner, outer, [half]]))
 
     def position(time: FloatArray) -> FloatArray:
         phase = np.mod(time, period)
@@ -197,7 +165,7 @@ def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, inner: Floa
     return total / (2 * half)
 
 
-def tilts_over_time(law: Law, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return widths of intervals of time and (α1, α2) on them, as polynomials of the share of the interval passed.
 
     Parameters
@@ -212,15 +180,52 @@ def tilts_over_time(law: Law, breaks: FloatArray, pieces: FloatArray) -> tuple[F
     widths, tilts
         Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first. The first interval begins
         where the path does.
+
+    Notes
+    -----
+    To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
+    may lie so near to a break that these would carry few digits.
     """
-    widths, local, speed, rise, piece = _with_breaks(law, breaks)
-    return widths, tilts_between(widths, local, speed, rise, pieces[:, piece])
+    span, h = float(breaks[-1]), np.diff(law.t)
+    # In which interval of the law, and at what share of it, s passes each break: by bisection.
+    ahead = np.mod(breaks[:-1] - law.s[0], span)
+    ahead = np.where(ahead >= span, 0.0, ahead)
+    at = np.clip(np.searchsorted(law.s - law.s[0], ahead, side="right") - 1, 0, len(h) - 1)
+    rest = ahead - (law.s[at] - law.s[0])
+    v, a, b = law.speed[at] * h[at], law.acceleration[at] * h[at] ** 2, law.acceleration[at + 1] * h[at] ** 2
+    low, high = np.zeros(len(at)), np.ones(len(at))
+    for _ in range(60):
+        x = (low + high) / 2
+        below = x * (v + x * (a / 2 + x * (b - a) / 6)) < rest
+        low, high = np.where(below, x, low), np.where(below, high, x)
+    x = (low + high) / 2
+    speed, rise = (v + x * (a + x * (b - a) / 2)) / h[at], (a + x * (b - a)) / h[at] ** 2
+    # Knots and breaks in order, from the first break on; `number` is that of the break, −1 for a knot.
+    interval, share = np.concatenate([np.arange(len(h)), at]), np.concatenate([np.zeros(len(h)), x])
+    number = np.concatenate([np.full(len(h), -1), np.arange(len(at))])
+    order = np.lexsort((-number, share, interval))
+    order = np.roll(order, -int(np.flatnonzero(order == len(h))[0]))
+    interval, share, number = interval[order], share[order], number[order]
+    following, until = np.roll(interval, -1), np.roll(share, -1)
+    widths = np.where(following == interval, until - share, 1.0 - share) * h[interval]
+    # Of a knot of the law and a break that coincide, the break stays.
+    close = widths < _NEAREST * law.period
+    kept = np.flatnonzero(~((number < 0) & (close | np.roll(close, 1))))
+    widths = np.add.reduceat(widths, kept)
+    number = number[kept]
+    s, v, a = (
+        np.concatenate(pair)[order][kept]
+        for pair in ((law.s[:-1], breaks[:-1]), (law.speed[:-1], speed), (law.acceleration[:-1], rise))
+    )
+    piece = np.maximum.accumulate(number)
+    local = np.where(number >= 0, 0.0, np.mod(s - breaks[piece], span))
+    return widths, tilts_between(widths, local, np.append(v, v[0]), np.append(a, a[0]), pieces[:, piece])
 
 
 def tilts_between(
     widths: FloatArray, local: FloatArray, speed: FloatArray, rise: FloatArray, pieces: FloatArray
 ) -> FloatArray:
-    """Return (α1, α2) on intervals of time, shape (degree + 1, m, 2), as :func:`tilts_over_time` does.
+    """Return (α1, α2) on intervals of time as polynomials of the share passed, shape (degree + 1, m, 2).
 
     Parameters
     ----------
@@ -234,60 +239,15 @@ def tilts_between(
         The piece of the path that each interval runs along, shape (n + 1, m, 2).
     """
     h = widths
-    cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])
+    cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])[:, :, None]
     out = pieces[:1].copy()
     for coefficient in pieces[1:]:
-        out = _product(out, cubic[:, :, None])
+        # Horner's rule with polynomials: multiply by the cubic, add the next coefficient.
+        product = np.zeros((len(out) + 3, *out.shape[1:]))
+        for k, part in enumerate(cubic):
+            product[k : k + len(out)] += out * part
+        out = product
         out[-1] += coefficient
-    return out
-
-
-def _with_breaks(
-    law: Law, breaks: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64]]:
-    """Return widths, s within a piece of the path, ṡ, s̈ and the number of the piece, from the first break on.
-
-    To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
-    may lie so near to a break that these would carry few digits.
-    """
-    span, h = float(breaks[-1]), np.diff(law.t)
-    ahead = np.mod(breaks[:-1] - law.s[0], span)
-    ahead = np.where(ahead >= span, 0.0, ahead)
-    at = np.clip(np.searchsorted(law.s - law.s[0], ahead, side="right") - 1, 0, len(h) - 1)
-    rest = ahead - (law.s[at] - law.s[0])
-    v, a, b = law.speed[at] * h[at], law.acceleration[at] * h[at] ** 2, law.acceleration[at + 1] * h[at] ** 2
-    low, high = np.zeros(len(at)), np.ones(len(at))
-    for _ in range(60):
-        x = (low + high) / 2
-        below = x * (v + x * (a / 2 + x * (b - a) / 6)) < rest
-        low, high = np.where(below, x, low), np.where(below, high, x)
-    x = (low + high) / 2
-    speed, rise = (v + x * (a + x * (b - a) / 2)) / h[at], (a + x * (b - a)) / h[at] ** 2
-    interval, share = np.concatenate([np.arange(len(h)), at]), np.concatenate([np.zeros(len(h)), x])
-    number = np.concatenate([np.full(len(h), -1), np.arange(len(at))])
-    order = np.lexsort((-number, share, interval))
-    order = np.roll(order, -int(np.flatnonzero(order == len(h))[0]))
-    interval, share, number = interval[order], share[order], number[order]
-    following, until = np.roll(interval, -1), np.roll(share, -1)
-    widths = np.where(following == interval, until - share, 1.0 - share) * h[interval]
-    # Of a knot of the law and a break that coincide, the break stays.
-    close = widths < _NEAREST * law.period
-    kept = np.flatnonzero(~((number < 0) & (close | np.roll(close, 1))))
-    widths = np.add.reduceat(widths, kept)
-    values = [np.concatenate(pair)[order][kept] for pair in ((law.s[:-1], breaks[:-1]), (law.speed[:-1], speed))]
-    bent = np.concatenate([law.acceleration[:-1], rise])[order][kept]
-    number = number[kept]
-    piece = np.maximum.accumulate(number)
-    local = np.where(number >= 0, 0.0, np.mod(values[0] - breaks[piece], span))
-    return widths, local, np.append(values[1], values[1][0]), np.append(bent, bent[0]), piece
-
-
-def _product(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return the products of polynomials, coefficients along the first axis."""
-    shape = np.broadcast_shapes(left.shape[1:], right.shape[1:])
-    out = np.zeros((len(left) + len(right) - 1, *shape))
-    for k, part in enumerate(right):
-        out[k : k + len(left)] += left * part
     return out
 
 

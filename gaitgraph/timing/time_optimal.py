@@ -1,0 +1,545 @@
+"""Time-optimal laws: the least period under limits, and a law for a period that is asked for.
+
+A smooth curve is run without a stop; a gait with corners rests at each, unless it is rounded. The law is twice
+continuously differentiable, closed at the seam, and a polynomial of time between knots, so that its largest rate,
+acceleration and jerk are bounded between samples by Bernstein coefficients. What exceeds a limit is removed by
+stretching time by the exact factor.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.gait import Gait
+from gaitgraph.timing.curve import Curve
+from gaitgraph.timing.fastest_speeds import fastest_squared_speeds, laws_under_jerk, nodes_along
+from gaitgraph.timing.limits import LimitedGait, Limits, limits_of
+from gaitgraph.timing.rest_to_rest import rest_to_rest
+from gaitgraph.timing.rounding import Rounding, rounded
+from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.timing.timing_laws import peaks_of, smoothed_law, tilts_over_time
+from gaitgraph.validation.rules import RATE_UNITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.timing.timing_laws import TimingLaw
+
+FloatArray = npt.NDArray[np.float64]
+
+_NODES = 1000
+_NODES_UNDER_JERK = 300
+# With more nodes than these, programmes take minutes.
+_MOST_NODES_UNDER_JERK = 5000
+# Periods that a timed gait may have [s].
+_SHORTEST, _LONGEST = 1e-6, 1e9
+# What laws are averaged over, as shares of the period; the first that is stretched by no more than `_ENOUGH` is taken.
+_WINDOWS = (1e-3, 3e-4, 1e-4)
+_ENOUGH = 5e-4
+_WINDOWS_UNDER_JERK = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
+_BRIEF = 1e-3  # share of the period for which a limit is met at least
+_CORRECTIONS = 4
+_SETTLED = 1e-3
+_STILL = 1e-12
+_ROUND_OFF = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeastPeriod:
+    """An answer about periods; falsy when no law was found for what was asked.
+
+    Parameters
+    ----------
+    status
+        "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a joint that
+        must move, or limits with which the least period is beyond 1e9 s or below 1e-6 s) or "still" (the gait is a
+        point, so that no period is the least).
+    reason
+        One sentence; empty if the status is "ok".
+    limits
+        What the law had to keep.
+    timed
+        The law, or None.
+    least
+        The least period found [s]; None where there is none.
+    lower_bound
+        A period below which there is certainly no law along this path [s]: no joint can be quicker on its own.
+    stretch
+        What the found law was stretched by so that limits hold between samples too, minus 1; its price.
+    rounding
+        How corners were rounded, if they were; None too where the law rests at the corners, being quicker.
+    note
+        Why the law rests although rounding was asked for, or what was left undone; empty as a rule.
+    limit, where
+        The limit that stands in the way, and a place where it does.
+    """
+
+    status: str
+    reason: str
+    limits: Limits
+    timed: LimitedGait | None = None
+    least: float | None = None
+    lower_bound: float = 0.0
+    stretch: float = 0.0
+    rounding: Rounding | None = None
+    note: str = ""
+    limit: str | None = None
+    where: dict[str, Any] | None = None
+
+    def __bool__(self) -> bool:
+        return self.status == "ok"
+
+    @property
+    def period(self) -> float | None:
+        """The period of the law, or None [s]."""
+        return None if self.timed is None else self.timed.period
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the answer as plain values, ready for JSON."""
+        out: dict[str, Any] = {
+            "status": self.status,
+            "reason": self.reason or None,
+            "note": self.note or None,
+            "period": self.period,
+            "least_period": self.least,
+            "lower_bound": self.lower_bound,
+            "stretch": self.stretch,
+            "limits": self.limits.as_mapping(),
+            "limit": self.limit,
+            "where": self.where,
+            "rounding": None if self.rounding is None else self.rounding.as_mapping(),
+        }
+        if self.timed is not None:
+            out |= {f"peak_{kind}": float(self.timed.peaks(k).max()) for k, kind in enumerate(RATE_UNITS, start=1)}
+            out["touched"] = [touch.as_mapping() for touch in self.timed.limits_touched()]
+        return out
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.status if self.timed is None else str(self).splitlines()[0]}>"
+
+    def __str__(self) -> str:
+        lines = [self.reason]
+        if self.timed is not None and self.least is not None:
+            found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
+            lines = [f"{found}, none below {self.lower_bound:.4f} s"]
+            lines += [f"  {touch}" for touch in self.timed.limits_touched()]
+        if self.rounding is not None:
+            lines.append(f"  {self.rounding}")
+        return "\n".join(lines + ([f"  {self.note}"] if self.note else []))
+
+
+def least_period(
+    path: Gait | Curve | Rounding,
+    limits: Limits | None = None,
+    *,
+    rounding: float | str | None = None,
+    samples: int | None = None,
+    rate: float | None = None,
+    nodes: int | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> LeastPeriod:
+    """Return the fastest periodic law along a path under limits.
+
+    Parameters
+    ----------
+    path
+        A gait of one color, a curve, or a rounded gait.
+    limits
+        What to keep; those of the vehicle by default.
+    rounding
+        For a gait: round its corners by this tolerance first; radians in the (α1, α2) plane, or a text such as "2deg".
+        Without it the law rests at every corner; only a gait that does nothing but turn back on its line is run
+        without a rest. With it the law is never slower than at rest: where resting is quicker, as it can be with tiny
+        blends, that law is the answer, with a note.
+    samples, rate
+        Even intervals per period, or samples per second, for tables; as for
+        :func:`gaitgraph.timing.timed_gait.parametrize`.
+    nodes
+        Nodes along a curve, 1000 by default and 300 under a jerk limit; the period comes down with 1/nodes. Every piece
+        of the curve has at least eight.
+    progress
+        Called with a line of text now and then; programmes under a jerk limit may take a minute in all.
+
+    Returns
+    -------
+    LeastPeriod
+        Falsy if there is no law: a limit of zero on a joint that moves, a period that no timed gait may have, or a gait
+        that is a point.
+
+    Raises
+    ------
+    InputError
+        If an argument is not what is allowed, or the gait is not on one sheet.
+
+    Notes
+    -----
+    The period is the least of what was searched: laws with constant s̈ between nodes, exactly; under a jerk limit, the
+    best of a few linear programmes. `lower_bound` says how much there is left to find at most. Without a jerk limit the
+    acceleration changes over 0.1 % of the period (a thousandth of a segment's time, where the law rests). With more
+    than 5000 nodes no programmes are solved; a note says so. Not guaranteed: that looser limits take less time.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> there_and_back = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+    >>> found = least_period(there_and_back, Limits(acceleration=20.0))
+    >>> bool(found), round(found.lower_bound, 6), 0.8 <= found.period < 0.801
+    (True, 0.8, True)
+    """
+    along, limits = _asked(path, limits, rounding)
+    if samples is not None or rate is not None:
+        checked_clock(1.0, "smooth", samples=samples, rate=rate)
+    if nodes is None:
+        nodes = _NODES if limits.jerk is None else _NODES_UNDER_JERK
+    elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
+        raise InputError(f"nodes: {shown(nodes)}; allowed is a whole number from 10 to 100000")
+    if along.still:
+        reason = "the gait is a point: it stands still at any period, and none is the least"
+        return LeastPeriod(status="still", reason=reason, limits=limits, least=0.0, rounding=along.rounding)
+    blocked = along.blocked(limits)
+    if blocked is not None:
+        kind, joint, alpha = blocked
+        place = ", ".join(f"{angle:.3f}" for angle in alpha)
+        return LeastPeriod(
+            status="no period",
+            reason=f"no period meets the {kind} limit 0 of α{joint}, which must move from ({place}) on",
+            limits=limits,
+            rounding=along.rounding,
+            limit=kind,
+            where={"alpha": alpha.tolist()},
+        )
+    resting = along.resting(path)
+    bound, _ = _lower_bound(along, resting, limits)
+    if bound > _LONGEST:
+        return _out_of_range(along, limits, bound)
+    if progress is not None:
+        progress("looking for the fastest law")
+    found, note = along.fastest(limits, int(nodes), progress)
+    if resting is not None:
+        at_rest, _ = resting.fastest(limits, int(nodes))
+        if at_rest.period < found.period:
+            slower = f"rests at the corners: {at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
+            along, found, note = resting, at_rest, "; ".join(filter(None, (slower, note)))
+    period = found.period
+    if not _SHORTEST <= period <= _LONGEST:
+        return _out_of_range(along, limits, period)
+    timed = LimitedGait(
+        gait=along.gait,
+        period=period,
+        law="least-period",
+        samples=checked_clock(period, "smooth", samples=samples, rate=rate),
+        curve=along.curve,
+        widths=found.widths,
+        tilts=found.tilts,
+        limits=limits,
+    )
+    return LeastPeriod(
+        status="ok",
+        reason="",
+        limits=limits,
+        timed=timed,
+        least=period,
+        lower_bound=min(bound, period),
+        stretch=found.stretch,
+        rounding=along.rounding,
+        note=note,
+    )
+
+
+def paced(
+    path: Gait | Curve | Rounding,
+    limits: Limits | None = None,
+    period: float = 1.0,
+    *,
+    rounding: float | str | None = None,
+    samples: int | None = None,
+    rate: float | None = None,
+    nodes: int | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> LeastPeriod:
+    """Return a law for a given period, or the reason why there is none.
+
+    Parameters
+    ----------
+    period
+        T [s].
+    path, limits, rounding, samples, rate, nodes, progress
+        As for :func:`least_period`.
+
+    Returns
+    -------
+    LeastPeriod
+        The fastest law with its time stretched to the period: rates fall with 1/T, accelerations with 1/T², jerks
+        with 1/T³. Falsy with status "too short" if the period is below the least found; it is certain that there is
+        no law only below `lower_bound`.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> there_and_back = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+    >>> print(paced(there_and_back, Limits(acceleration=20.0), 0.7))
+    T = 0.7 s is too short: α1 alone needs at least 0.8000 s under the limits
+    """
+    count = checked_clock(period, "smooth", samples=samples, rate=rate)
+    along, limits = _asked(path, limits, rounding)
+    if along.still:
+        timed = LimitedGait(
+            gait=along.gait,
+            period=float(period),
+            law="paced",
+            samples=count,
+            curve=along.curve,
+            widths=np.array([float(period)]),
+            tilts=np.array(along.gait.alpha[None, :1, :2]),
+            limits=limits,
+        )
+        return LeastPeriod(status="ok", reason="", limits=limits, timed=timed, least=0.0, rounding=along.rounding)
+    found = least_period(path, limits, rounding=rounding, nodes=nodes, progress=progress)
+    if found.timed is None or found.least is None:
+        return found
+    if period >= found.least:
+        return replace(found, timed=found.timed.at_period(float(period), count))
+    touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
+    reason = f"T = {period:g} s is too short: "
+    if period < found.lower_bound:
+        bound, joint = _lower_bound(along, along.resting(path), limits)
+        reason += f"α{joint} alone needs" if joint else "any law along this path needs"
+        reason += f" at least {bound:.4f} s under the limits"
+    else:
+        reached = touch.limit * (found.least / period) ** (1 + list(RATE_UNITS).index(touch.kind))
+        reason += (
+            f"the least found is {found.least:.4f} s; at T the {touch.kind} of {touch.names} would reach "
+            f"{reached:.3g} {RATE_UNITS[touch.kind]}, limit {touch.limit:.3g}"
+        )
+    where = {"t": touch.t, "alpha": list(touch.alpha)}
+    return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
+
+
+def _asked(path: object, limits: object, rounding: float | str | None) -> tuple[_Path, Limits]:
+    """Return the path to run and the limits to keep."""
+    along = _Path(path, rounding)
+    if limits is None:
+        return along, limits_of(along.gait.vehicle)
+    if not isinstance(limits, Limits):
+        raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(rate=5, acceleration=60)")
+    return along, limits
+
+
+def _lower_bound(along: _Path, resting: _Path | None, limits: Limits) -> tuple[float, int]:
+    """Return a period below which there is certainly no law along either, and the joint that decides it."""
+    bounds = [one.lower_bound(limits) for one in (along, resting) if one is not None]
+    return min(bounds, key=lambda bound: bound[0])
+
+
+def _out_of_range(along: _Path, limits: Limits, period: float) -> LeastPeriod:
+    """Return the answer where the least period is none that a timed gait may have, with the slowest of the limits."""
+    slowest, kind, words = 0.0, "", ""
+    # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
+    for order, (factor, (name, unit)) in enumerate(zip((2.0, 16.0, 96.0), RATE_UNITS.items(), strict=True), start=1):
+        limit = limits.in_plane(name)
+        for joint in np.flatnonzero((along.extent > 0) & np.isfinite(limit)):
+            bound = (factor * float(along.extent[joint] / limit[joint])) ** (1.0 / order)
+            if bound > slowest:
+                slowest, kind = bound, name
+                words = f"{name} limit {limit[joint]:g} {unit} of α{joint + 1} and α{joint + 3}"
+    beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
+    reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
+    return LeastPeriod(status="no period", reason=reason, limits=limits, rounding=along.rounding, limit=kind)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Intervals of time, (α1, α2) on them, and by what share time was stretched to keep the limits."""
+
+    widths: FloatArray
+    tilts: FloatArray
+    stretch: float
+
+    @property
+    def period(self) -> float:
+        return float(self.widths.sum())
+
+
+class _Path:
+    """What is run: a smooth curve, or a polyline with a rest at each corner, where `curve` is None."""
+
+    def __init__(self, path: object, rounding: float | str | None = None) -> None:
+        if not isinstance(path, (Gait, Curve, Rounding)):
+            raise InputError(f"path: {shown(path)}; allowed is a gait, a curve or a rounded gait")
+        if rounding is not None and not isinstance(path, Gait):
+            raise InputError(f"rounding: {shown(rounding)}; allowed for a gait, since a curve has no corners")
+        self.rounding = path if isinstance(path, Rounding) else None
+        self.curve = path if isinstance(path, Curve) else None
+        if isinstance(path, Gait):
+            # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
+            found = rounded(path, 1e-3 if rounding is None else rounding)
+            if rounding is not None:
+                self.rounding = found
+            elif found.deviation == 0:
+                self.curve = found.curve
+        if self.rounding is not None:
+            self.curve = self.rounding.curve
+        if self.curve is not None:
+            self.gait = self.curve.polyline()
+            self.extent = np.ptp(self.curve.extremes()[:, :2], axis=0)
+        elif isinstance(path, Gait):
+            self.gait = path.merged()
+            self.extent = np.ptp(path.alpha[:, :2], axis=0)
+        if isinstance(path, Gait):
+            self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
+        self.still = bool(self.extent.max() <= _STILL)
+
+    def resting(self, path: object) -> _Path | None:
+        """Return the path along the same gait that rests at its corners, if this one rounds them."""
+        if self.rounding is None or self.rounding.deviation == 0 or not isinstance(path, Gait):
+            return None
+        return _Path(path)
+
+    def blocked(self, limits: Limits) -> tuple[str, int, FloatArray] | None:
+        """Return a limit of zero on a joint that must move: kind, joint and tilt angles there; or None."""
+        for kind in RATE_UNITS:
+            for joint in np.flatnonzero((limits.in_plane(kind) == 0) & (self.extent > _STILL)).tolist():
+                number = joint + 1 if getattr(limits, kind)[joint] == 0 else joint + 3
+                step = np.abs((self.gait.ends - self.gait.alpha)[:, joint])
+                return kind, number, self.gait.alpha[int(np.argmax(step > 0))]
+        return None
+
+    def lower_bound(self, limits: Limits) -> tuple[float, int]:
+        """Return a period below which there is certainly no law, and the joint (1 or 2) that decides it, 0 for both.
+
+        Where a joint turns round its rate is zero, so between two turns it takes at least as long as the fastest
+        motion from rest to rest over that distance. Over any part of the path a law takes at least |Δαᵢ|/rate. And by
+        the inequality of Bohr and Favard half the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
+        """
+        rate, acceleration, jerk = limits.completed(self.extent)
+        bounds = [0.0, 0.0]
+        for joint in np.flatnonzero(self.extent > _STILL).tolist():
+            values = self._turning_values(joint)
+            runs = np.abs(np.diff(np.append(values, values[0])))
+            v, a = float(rate[joint]), float(acceleration[joint])
+            cruise = runs / v + v / a if math.isfinite(v) else np.full_like(runs, np.inf)
+            alone = float(np.where(runs * a > v * v, cruise, 2.0 * np.sqrt(runs / a)).sum())
+            bounds[joint] = max(alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint])))
+        step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
+        moving = self.extent > _STILL
+        together = float((step[:, moving] / rate[moving]).max(axis=1).sum())
+        best = max(*bounds, together)
+        return best, (bounds.index(best) + 1 if best in bounds else 0)
+
+    def _turning_values(self, joint: int) -> FloatArray:
+        """Return the values at which an angle turns round, in order, noise left out."""
+        alpha = self.gait.alpha if self.curve is None else self.curve.at(self.curve.turning_points())
+        values = alpha[:, joint]
+        out: list[float] = []
+        for value in np.roll(values, -int(np.argmin(values))).tolist():
+            if out and abs(value - out[-1]) <= _STILL:
+                continue
+            if len(out) > 1 and (value - out[-1]) * (out[-1] - out[-2]) > 0:
+                out[-1] = value
+            else:
+                out.append(value)
+        if len(out) > 2 and (out[0] - out[-1]) * (out[-1] - out[-2]) > 0:
+            out.pop()
+        return np.array(out)
+
+    def fastest(self, limits: Limits, nodes: int, progress: Callable[[str], None] | None = None) -> tuple[_Found, str]:
+        """Return the fastest law found, and a note of what was left undone, empty as a rule.
+
+        Parameters
+        ----------
+        limits
+            What to keep; positive on every joint that moves.
+        nodes
+            How many intervals the curve is divided into, about.
+        progress
+            Called with a line of text before each programme.
+        """
+        stated = [limits.in_plane(kind) for kind in RATE_UNITS]
+        completed = limits.completed(self.extent)
+        if self.curve is None:
+            plane = np.array(self.gait.alpha[:, :2])
+            return self._kept(*rest_to_rest(plane, stated[0], completed[1], stated[2]), stated), ""
+        # A joint that stands still keeps any limit.
+        rate, acceleration, jerk = (np.where(self.extent > _STILL, limit, 1.0) for limit in completed)
+        s = nodes_along(self.curve, nodes)
+        width, first, second = np.diff(s), *(self.curve.at(s, order)[:, :2] for order in (1, 2))
+        squared = fastest_squared_speeds(first, second, width, rate, acceleration)
+        # A limit that is met for less than a thousandth of the period would be beyond the averages and the nodes below.
+        period = float((2 * width / (np.sqrt(squared[1:]) + np.sqrt(squared[:-1]))).sum())
+        acceleration = np.minimum(acceleration, rate / (_BRIEF * period))
+        jerk = np.minimum(jerk, acceleration / (_BRIEF * period))
+        squared = fastest_squared_speeds(first, second, width, rate, acceleration)
+        if limits.jerk is None:
+            for window in _WINDOWS:
+                found = self._over_time(smoothed_law(s, squared, window), stated)
+                if found.stretch <= _ENOUGH:
+                    break
+            return found, ""
+        laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
+        kept = [self._over_time(law, stated) for law in laws]
+        best = min(range(len(kept)), key=lambda k: kept[k].period)
+        if len(width) > _MOST_NODES_UNDER_JERK:
+            return kept[best], (
+                f"not optimised under the jerk limit: {len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at "
+                f"most {_MOST_NODES_UNDER_JERK} are; for a faster law thin out the table, ask for fewer nodes, "
+                "or drop the jerk limit"
+            )
+        # Programmes start from the speeds of the best law, over three turns so that they cover the path from 0 on.
+        law, span = laws[best], float(s[-1])
+        turns = np.concatenate([law.s[:-1] + turn * span for turn in (-1, 0, 1)])
+        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + kept[best].stretch), 3)) ** 2
+        return self._under_jerk(s, known, (rate, acceleration, jerk), kept[best], stated, progress), ""
+
+    def _under_jerk(
+        self,
+        s: FloatArray,
+        squared: FloatArray,
+        limits: tuple[FloatArray, FloatArray, FloatArray],
+        found: _Found,
+        stated: list[FloatArray],
+        progress: Callable[[str], None] | None,
+    ) -> _Found:
+        """Return the best of some linear programmes and of what was found before.
+
+        A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
+        its law exceeds them, a few times, so that less is left to stretch.
+        """
+        assert self.curve is not None  # noqa: S101
+        rate, acceleration, jerk = (np.tile(limit, (len(s) - 1, 1)) for limit in limits)
+        corrections, before = 0, math.inf
+        for law in laws_under_jerk(self.curve, s, squared, (rate, acceleration, jerk), progress):
+            widths, tilts = tilts_over_time(law, self.curve.breaks, self.curve.pieces)
+            candidate = self._kept(widths, tilts, stated)
+            found = min(found, candidate, key=lambda one: one.period)
+            gains, before = law.period < before * (1 - _SETTLED), law.period
+            if gains and not corrections:
+                continue
+            if corrections == _CORRECTIONS or abs(candidate.stretch) < _ENOUGH:
+                break
+            corrections += 1
+            interval = np.clip(np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1, 0, len(s) - 2)
+            for order, at_nodes in ((2, acceleration), (3, jerk)):
+                excess = np.ones((len(s) - 1, 2))
+                np.maximum.at(excess, interval, peaks_of(widths, tilts, order) / limits[order - 1])
+                np.divide(at_nodes, np.maximum(excess, np.roll(excess, 1, axis=0)), out=at_nodes)
+        return found
+
+    def _over_time(self, law: TimingLaw, stated: list[FloatArray]) -> _Found:
+        assert self.curve is not None  # noqa: S101
+        return self._kept(*tilts_over_time(law, self.curve.breaks, self.curve.pieces), stated)
+
+    def _kept(self, widths: FloatArray, tilts: FloatArray, stated: list[FloatArray]) -> _Found:
+        """Return a law with its time stretched, or shortened, until its certain peaks meet the limits."""
+        factor = 0.0
+        for order, limit in enumerate(stated, start=1):
+            peak = peaks_of(widths, tilts, order).max(axis=0)
+            of = np.isfinite(limit) & (self.extent > _STILL)
+            if of.any():
+                factor = max(factor, float((peak[of] / limit[of]).max()) ** (1.0 / order))
+        return _Found(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)
