@@ -29,8 +29,7 @@ from gaitgraph.validation.checks import check_gait, checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Report
-    from gaitgraph.validation.report import Check
+    from gaitgraph.validation.report import Check, Report
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -292,8 +291,9 @@ class _BesideChords:
 
     def check(self, check: Check, floor: float) -> Check:
         """Return a check of the chords as a check of the curve."""
+        vehicle, limit = self.gait.vehicle, check.limit or 0.0
         if check.name == "tilt_range":
-            value, limit = float(np.abs(self.extremes).max()), check.limit or 0.0
+            value = float(np.abs(self.extremes).max())
             ok = value <= limit + 1e-9
             message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
             return replace(check, ok=ok, value=value, message=message + ("" if ok else ": stay nearer to 0"))
@@ -301,14 +301,12 @@ class _BesideChords:
             return check
         if check.name == "least_singular_value":
             return self._singular_value(check, floor)
-        if check.name == "hover_thrust":
-            return self._hover_thrust(check)
         if check.name == "R_sign" and check.decided:
             return self._level_sign(check)
-        shares, vehicle, limit = None, self.gait.vehicle, check.limit
-        if check.name == "thrust_limit" and limit is not None:
-            shares = self._shares()
-        if shares is None or limit is None:
+        if check.name == "hover_thrust":
+            return self._hover_thrust(check)
+        shares = self._shares() if check.name == "thrust_limit" else None
+        if shares is None:
             return check
         mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
         newtons = shares[1] * mass * gravity

@@ -20,8 +20,8 @@ from gaitgraph.timing.timing_laws import peaks_of
 from gaitgraph.validation.rules import RATE_UNITS
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Report
     from gaitgraph.timing.curve import Curve
+    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -179,7 +179,7 @@ class Touch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class LimitedGait(TimedGait):
-    """A timed gait that keeps limits: its law is closed, twice differentiable, and polynomial between knots.
+    """A timed gait that keeps limits; its law is closed, twice differentiable, and polynomial between knots.
 
     Parameters
     ----------

@@ -97,5 +97,5 @@ def rest_to_rest(
         speed[-1] = 0.0
     pieces = np.stack([step / lengths[:, None], plane])[:, piece]
     # The acceleration is continuous: at the end of a phase it is that at the start of the next.
-    h = np.array(widths)
-    return h, tilts_between(h, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)
+    out = np.array(widths)
+    return out, tilts_between(out, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)

@@ -31,11 +31,11 @@ from gaitgraph.validation.checks import check_gait
 from gaitgraph.validation.rules import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Check, Report
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.io.options import FormatOptions
+    from gaitgraph.validation.report import Check, Report
 
 FloatArray = npt.NDArray[np.float64]
 
