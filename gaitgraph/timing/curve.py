@@ -20,10 +20,13 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
-from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
-from gaitgraph.invertibility.segment_bounds import thrust_shares_along, thrusts_push_up
+from gaitgraph.invertibility.segment_bounds import (
+    least_level_determinant,
+    least_singular_value_of_all,
+    thrust_shares_along,
+    thrusts_push_up,
+)
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
 from gaitgraph.validation.checks import check_gait, checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle

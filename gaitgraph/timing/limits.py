@@ -172,8 +172,8 @@ class Touch:
 
     def __str__(self) -> str:
         return (
-            f"{self.kind} of {self.names} at its limit {self.limit:.4g} {RATE_UNITS[self.kind]} during {self.share:.0%} of "
-            "the period"
+            f"{self.kind} of {self.names} at its limit {self.limit:.4g} {RATE_UNITS[self.kind]} during "
+            f"{self.share:.0%} of the period"
         )
 
 
