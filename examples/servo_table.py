@@ -8,7 +8,7 @@ one servo mounted the other way round, and wants pulse widths over milliseconds.
 
 import gaitgraph as gg
 from gaitgraph.io.writing import write_tables
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 
 plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
 table = table_of(plan.gait.parametrize(period=2.0, samples=8))

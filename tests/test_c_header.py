@@ -19,7 +19,7 @@ from gaitgraph.io.options import FormatOptions
 from gaitgraph.io.reading import provenance_in
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.writing import write_tables
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

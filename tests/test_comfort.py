@@ -686,7 +686,7 @@ def test_a_request_that_cannot_be_read_keeps_its_vehicle(tmp_path: Path) -> None
 
 
 def test_outputs_are_all_kept_if_one_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gaitgraph.timing.tables import pieces_of
+    from gaitgraph.timing.timed_gait import pieces_of
 
     monkeypatch.chdir(tmp_path)
     table = partial(pieces_of, gg.lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))

@@ -24,7 +24,7 @@ from gaitgraph.cli import main
 from gaitgraph.gait.paper_gaits import paper_gait, printed_gait
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 ROOT = Path(__file__).parent.parent

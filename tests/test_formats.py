@@ -40,7 +40,7 @@ from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import exporting
 from gaitgraph.timing.exporting import export
-from gaitgraph.timing.tables import pieces_of, table_of
+from gaitgraph.timing.timed_gait import pieces_of, table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

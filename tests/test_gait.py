@@ -91,7 +91,7 @@ def test_scaling_all_four_keeps_red_on_its_plane_and_not_blue() -> None:
 def test_eta_outside_its_range_is_refused(eta: float) -> None:
     gait = lift([(0.1, 0.2)], "red")
     for scale in (gait.biased, gait.scaled):
-        with pytest.raises(gg.InputError, match=r"eta: .* allowed is a number in \(0, 1\]"):
+        with pytest.raises(gg.InputError, match=r"eta must be a number in \(0, 1\], got"):
             scale(eta)
 
 
@@ -135,11 +135,11 @@ def test_corners_are_copied_and_read_only() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"alpha": np.zeros((0, 4))}, "alpha: an array of shape"),
-        ({"alpha": np.zeros((2, 3))}, "alpha: an array of shape"),
-        ({"alpha": [[0, 0, 0, np.nan]]}, "alpha: .*nan"),
-        ({"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors: 1 for 2 corners"),
-        ({"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors: 'green'"),
+        ({"alpha": np.zeros((0, 4))}, r"alpha must have the shape \(n, 4\) with n at least 1, got \(0, 4\)"),
+        ({"alpha": np.zeros((2, 3))}, r"alpha must have .* got \(2, 3\)"),
+        ({"alpha": [[0, 0, 0, np.nan]]}, "alpha must hold finite angles in radians, got .*nan"),
+        ({"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
+        ({"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', .*, got 'green'"),
     ],
 )
 def test_malformed_gaits_are_refused(arguments, message: str) -> None:  # type: ignore[no-untyped-def]
@@ -150,12 +150,14 @@ def test_malformed_gaits_are_refused(arguments, message: str) -> None:  # type: 
 @pytest.mark.parametrize(
     ("points", "colors", "message"),
     [
-        ([], "red", "points: an array of shape"),
-        ([(0.0, 0.0, 0.0)], "red", "points: an array of shape"),
+        ([], "red", r"points must have the shape \(n, 2\) with n at least 1"),
+        ([(0.0, 0.0, 0.0)], "red", r"points must .* got \(1, 3\)"),
         ([(2.0, 0.0)], "red", "alpha1: 2.0"),
         ([(0.0, float("nan"))], "red", "alpha2: nan"),
-        ([(0.0, 0.0)], ["red", "red"], "colors: 2 for 1 points"),
-        ([(0.0, 0.0)], "green", "colors: 'green'"),
+        ([(0.0, 0.0)], ["red", "red"], "colors must be one for all or one for each of the 1 points, got 2"),
+        ([(0.0, 0.0)], "green", "got 'green'"),
+        ([(0.0, 0.0)], "fiber1", "got 'fiber1': a fibre leaves"),
+        ([("x", 0.0)], "red", "points must be pairs"),
     ],
 )
 def test_malformed_loops_are_refused(points, colors, message: str) -> None:  # type: ignore[no-untyped-def]
@@ -208,7 +210,7 @@ def test_vertex_tolerance_is_checked(tolerance: float) -> None:
 def test_corners_are_counted_in_whole_numbers() -> None:
     gait = lift([(0.1, 0.2), (0.3, 0.4)], "red")
     for corner in (1.5, True, -1, 2, "1"):
-        with pytest.raises(gg.InputError, match="corner: .* allowed is 0 to 1"):
+        with pytest.raises(gg.InputError, match="corner must be a whole number from 0 to 1, got"):
             gait.started_at(corner)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="colors: None"):
+    with pytest.raises(gg.InputError, match="colors must be one for all or one for each point, got None"):
         lift([(0.1, 0.2)], None)  # type: ignore[arg-type]

@@ -22,8 +22,8 @@ from gaitgraph.timing.fastest_speeds import fastest_squared_speeds
 from gaitgraph.timing.limits import Limits, limits_of
 from gaitgraph.timing.rest_to_rest import phases
 from gaitgraph.timing.rounding import rounded
-from gaitgraph.timing.tables import table_of
 from gaitgraph.timing.time_optimal import least_period, paced
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
 from gaitgraph.surface.adjacency import PLANE_TYPES
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from gaitgraph.io.reading import read_table
 from gaitgraph.io.writing import write_tables
 from gaitgraph.optimization.nearest import MOST_ROWS, retarget
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 

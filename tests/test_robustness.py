@@ -19,7 +19,7 @@ from gaitgraph.invertibility.matrices import coefficients_of, determinant, least
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
 from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.robustness.biased import Robustness, robustness_of
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS, PublishedGait
 from tests.test_margins import EXACT, along
 

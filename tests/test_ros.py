@@ -33,7 +33,7 @@ from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.trajectory import points_of, told_after
 from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.exporting import export
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

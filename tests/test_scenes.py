@@ -21,7 +21,7 @@ from gaitgraph.plots.film_settings import MOST_FRAMES
 from gaitgraph.plots.gif_films import frame_delays, provenance_of_gif
 from gaitgraph.plots.scenes import ROTOR_COLORS, Scene, scene_of
 from gaitgraph.plots.svg_films import provenance_of_svg
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 
 if TYPE_CHECKING:
     from pathlib import Path

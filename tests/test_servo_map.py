@@ -18,7 +18,7 @@ from gaitgraph.io.reading import read_table
 from gaitgraph.io.servo_map import PRESETS, Joint, ServoMap, servo_map_from_mapping, servo_map_named
 from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, table_from_joints
 from gaitgraph.io.writing import write_tables
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 
 if TYPE_CHECKING:
     from pathlib import Path

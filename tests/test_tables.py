@@ -23,7 +23,7 @@ from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.planning.planner import plan as planned
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.exporting import export
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

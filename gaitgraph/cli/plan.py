@@ -74,8 +74,7 @@ def plan_command(
     from gaitgraph.planning.planner import plan
     from gaitgraph.planning.request import read_request, request_from_mapping
     from gaitgraph.planning.summary import text_of_plan
-    from gaitgraph.timing.tables import pieces_of
-    from gaitgraph.timing.timed_gait import checked_clock
+    from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     asked = stated(options)
     polygons_from_texts(asked)

@@ -29,7 +29,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.io.formats import FORMATS, known_format
 from gaitgraph.io.reading import gait_of, read_pieces
 from gaitgraph.io.writing import write_tables
-from gaitgraph.timing.tables import table_of
+from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 

@@ -7,7 +7,7 @@ points of one sheet lies on that sheet.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,57 +16,57 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
-    COLORS,
     DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
     FAMILIES,
     FIBERS,
     checked_plane_angles,
     family_codes,
-    family_distances,
     family_types,
     sheet_angles,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
-
-__all__ = ["Gait", "color_of_all", "lift", "vertices"]
 
 FloatArray = npt.NDArray[np.float64]
 
 _STRAIGHT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, init=False)
 class Gait:
     """A closed polyline of tilt angles with the color of each corner and a direction.
 
     Parameters
     ----------
     alpha
-        Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the way back from the last to the first is implied.
+        Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the segment from the last to the first is implied.
         Copied and read-only.
     colors
         The sheet of each corner, "red" or "blue", or the fibre, "fiber1" or "fiber2"; empty for a gait that is off the
         surfaces (a biased one).
     vehicle, coefficients
-        What the gait is for, and the coefficients of the surfaces it lies on.
+        What the gait is for, and the coefficients of the surfaces it lies on; by default those of the vehicle.
     crossing_tolerance
         Distance from a crossing line within which a plane type is `?` [rad].
     request
-        The request that the gait was planned for, as plain values, so that its files tell it; empty if it was not
+        The request that the gait was planned for, as plain values, which its files then state; empty if it was not
         planned. A gait that is made from another has none.
+
+    Raises
+    ------
+    InputError
+        If a shape, an angle or a color is not allowed.
 
     Notes
     -----
-    Nothing about a gait is guaranteed by its existence: :meth:`check` says what holds.
+    Nothing about a gait is guaranteed by its existence: :meth:`check` states what holds.
 
     Examples
     --------
@@ -84,26 +84,43 @@ class Gait:
     """
 
     alpha: FloatArray
-    colors: tuple[str, ...] = ()
-    vehicle: Vehicle = PAPER
-    coefficients: Coefficients = field(default_factory=coefficients_of)
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
-    request: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    colors: tuple[str, ...]
+    vehicle: Vehicle
+    coefficients: Coefficients
+    crossing_tolerance: float
+    request: Mapping[str, Any] = field(compare=False, repr=False)
 
-    def __post_init__(self) -> None:
-        alpha = np.array(self.alpha, dtype=float)
-        if alpha.ndim != 2 or alpha.shape[1] != 4 or not len(alpha):
-            raise InputError(f"alpha: an array of shape {alpha.shape}; allowed is (n, 4) with n at least 1")
-        if not np.isfinite(alpha).all():
-            raise InputError(f"alpha: {alpha[~np.isfinite(alpha)][0]!r}; allowed are finite angles in radians")
-        if self.colors and len(self.colors) != len(alpha):
-            raise InputError(f"colors: {len(self.colors)} for {len(alpha)} corners; allowed is one for each")
-        for color in self.colors:
+    def __init__(
+        self,
+        *,
+        alpha: npt.ArrayLike,
+        colors: Iterable[str] = (),
+        vehicle: Vehicle = PAPER,
+        coefficients: Coefficients | None = None,
+        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+        request: Mapping[str, Any] | None = None,
+    ) -> None:
+        corners, names = np.array(alpha, dtype=float), tuple(colors)
+        if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
+            raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}")
+        if not np.isfinite(corners).all():
+            raise InputError(f"alpha must hold finite angles in radians, got {corners[~np.isfinite(corners)][0]!r}")
+        if names and len(names) != len(corners):
+            raise InputError(f"colors must be one for each of the {len(corners)} corners, got {len(names)}")
+        for color in names:
             if color not in FAMILIES:
-                raise InputError(f"colors: {shown(color)}; allowed are {', '.join(map(repr, FAMILIES))}")
-        alpha.flags.writeable = False
-        object.__setattr__(self, "alpha", alpha)
-        object.__setattr__(self, "colors", tuple(self.colors))
+                raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(color)}")
+        corners.flags.writeable = False
+        fields = {
+            "alpha": corners,
+            "colors": names,
+            "vehicle": vehicle,
+            "coefficients": coefficients or coefficients_of(vehicle),
+            "crossing_tolerance": crossing_tolerance,
+            "request": request or {},
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
 
     @property
     def ends(self) -> FloatArray:
@@ -118,7 +135,9 @@ class Gait:
     @property
     def color(self) -> str | None:
         """The one color of all corners, "mixed", or None off the surfaces."""
-        return color_of_all(self.colors)
+        if not self.colors:
+            return None
+        return self.colors[0] if len(set(self.colors)) == 1 else "mixed"
 
     @property
     def types(self) -> tuple[str, ...]:
@@ -133,40 +152,25 @@ class Gait:
         return np.asarray(level_determinant(self.alpha, self.coefficients))
 
     def merged(self) -> Gait:
-        """Return the gait with straight runs merged; the first point stays, corner or not.
+        """Return the gait without corners on straight runs; the first point stays, corner or not.
 
-        A corner stays if the direction turns there (an out-and-back turn too), or the color changes. Where a fibre
-        only crosses the red sheet, the point gets the color of the fibre.
+        A corner stays if the direction turns there (an out-and-back turn too), or the color changes.
         """
         if len(self.alpha) == 1:
             return self
-        keep = np.linalg.norm(self.ends - self.alpha, axis=1) > 0
-        colors = np.array(self._painted_across()) if self.colors else np.zeros(len(self.alpha), dtype=int)
-        keep |= np.roll(colors, -1) != colors
+        colors = np.array(self.colors if self.colors else [""] * len(self.alpha))
+        # First drop points that repeat the one before, of which the direction is not known.
+        keep = (np.linalg.norm(self.ends - self.alpha, axis=1) > 0) | (np.roll(colors, -1) != colors)
         keep[0] |= not keep.any()
         points, colors = self.alpha[keep], colors[keep]
         step = np.roll(points, -1, axis=0) - points
         size = np.linalg.norm(step, axis=1, keepdims=True)
         unit = step / np.where(size > 0, size, 1.0)
-        turned = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > _STRAIGHT
-        painted = (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
-        corner = turned | painted
+        corner = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > _STRAIGHT
+        corner |= (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
         corner[0] = True
         kept = tuple(map(str, colors[corner])) if self.colors else ()
         return replace(self, alpha=points[corner], colors=kept, request={})
-
-    def _painted_across(self) -> tuple[str, ...]:
-        """Return the colors, with that of a fibre where a point is on it as those before and after are."""
-        if not set(self.colors) & set(FIBERS):
-            return self.colors
-        on = (family_distances(self.alpha, self.coefficients) <= _STRAIGHT).tolist()
-        colors = self.colors
-        out = list(colors)
-        for k, color in enumerate(colors):
-            before, after = colors[k - 1], colors[(k + 1) % len(colors)]
-            if color in COLORS and before == after and before in FIBERS and on[k][FAMILIES.index(before)]:
-                out[k] = before
-        return tuple(out)
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start.
@@ -175,14 +179,13 @@ class Gait:
         >>> np.array_equal(gait.reversed().reversed().alpha, gait.alpha)
         True
         """
-        order = [0, *range(len(self.alpha) - 1, 0, -1)]
-        return self._reordered(order)
+        return self._reordered([0, *range(len(self.alpha) - 1, 0, -1)])
 
     def started_at(self, corner: int) -> Gait:
         """Return the same loop started at another of its corners (0 ≤ corner < n)."""
         n = len(self.alpha)
         if isinstance(corner, bool) or not isinstance(corner, (int, np.integer)) or not 0 <= corner < n:
-            raise InputError(f"corner: {corner!r}; allowed is 0 to {n - 1}")
+            raise InputError(f"corner must be a whole number from 0 to {n - 1}, got {shown(corner)}")
         return self._reordered([(corner + k) % n for k in range(n)])
 
     def _reordered(self, order: list[int]) -> Gait:
@@ -190,17 +193,11 @@ class Gait:
         return replace(self, alpha=self.alpha[order], colors=colors, request={})
 
     def biased(self, eta: float) -> Gait:
-        """Return the gait with α3 and α4 scaled by η, equations (12) to (15); it leaves the surfaces.
-
-        Parameters
-        ----------
-        eta
-            Scaling coefficient η, in (0, 1].
-        """
+        """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
         return self._scaled(eta, [1.0, 1.0, eta, eta])
 
     def scaled(self, eta: float) -> Gait:
-        """Return the gait with all four angles scaled by η, in (0, 1].
+        """Return the gait with all four angles scaled by η in (0, 1].
 
         The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
         """
@@ -209,7 +206,7 @@ class Gait:
 
     def _scaled(self, eta: float, factors: list[float]) -> Gait:
         if not 0 < number_of(eta) <= 1:
-            raise InputError(f"eta: {shown(eta)}; allowed is a number in (0, 1]")
+            raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
         colors = self.colors if eta == 1 else ()
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
@@ -221,42 +218,37 @@ class Gait:
         return vertices(self.alpha, tolerance)
 
     def parametrize(
-        self,
-        period: float = 1.0,
-        *,
-        law: str = "smooth",
-        samples: int | None = None,
-        rate: float | None = None,
+        self, period: float = 1.0, *, law: str = "smooth", samples: int | None = None, rate: float | None = None
     ) -> TimedGait:
-        """Return the gait with a clock; see :func:`gaitgraph.timing.timed_gait.parametrize`."""
+        """Return the gait with times; see :func:`gaitgraph.timing.timed_gait.parametrize`."""
         from gaitgraph.timing.timed_gait import parametrize
 
         return parametrize(self, period, law=law, samples=samples, rate=rate)
 
-    def check(self, **limits: Any) -> Report:
+    def check(
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
+    ) -> Report:
         """Return every check of valid and flyable; see :func:`gaitgraph.validation.checks.check_gait`."""
         from gaitgraph.validation.checks import check_gait
 
-        return check_gait(self, **limits)
+        return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
 
     def __repr__(self) -> str:
-        count = len(self.alpha)
-        size = f"{count} corner{'s' * (count > 1)}, {self.length:.4f} rad around"
-        return f"<Gait: {self.color or 'off the surfaces'}, {size}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.color or 'off the surfaces'}, {self._size_text()}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
-        count = len(self.alpha)
         low, high = float(self.R.min()), float(self.R.max())
-        signs = f"R {low:.3g} to {high:.3g} at its corners" if count > 1 else f"R {low:.3g}"
-        color = self.color or "off the surfaces"
-        return "\n".join(
-            [
-                f"Gait, {color}: {count} corner{'s' * (count > 1)}, {self.length:.4f} rad around, {signs}",
-                self.setting_text(),
-                "",
-                *self.corner_lines(),
-            ]
-        )
+        signs = f"R {low:.3g} to {high:.3g} at its corners" if len(self.alpha) > 1 else f"R {low:.3g}"
+        title = f"Gait, {self.color or 'off the surfaces'}: {self._size_text()}, {signs}"
+        return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
+
+    def _size_text(self) -> str:
+        count = len(self.alpha)
+        return f"{count} corner{'s' * (count > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:
         """Return for which vehicle and with which coefficients the gait is, in one line."""
@@ -277,16 +269,9 @@ class Gait:
         return html_of_gait(self)
 
 
-def color_of_all(colors: Sequence[str]) -> str | None:
-    """Return the one color of a sequence, "mixed" if there are both, None if it is empty."""
-    if not colors:
-        return None
-    return colors[0] if len(set(colors)) == 1 else "mixed"
-
-
 def lift(
     points: npt.ArrayLike,
-    colors: str | Sequence[str],
+    colors: str | Iterable[str],
     *,
     vehicle: Vehicle = PAPER,
     coefficients: Coefficients | None = None,
@@ -300,8 +285,8 @@ def lift(
         The loop, shape (n, 2) [rad]; closed by itself.
     colors
         "red" or "blue" for all, or one for each point.
-    vehicle, coefficients
-        What the gait is for; by default the paper's vehicle with its published coefficients.
+    vehicle, coefficients, crossing_tolerance
+        As for :class:`Gait`.
 
     Raises
     ------
@@ -311,21 +296,18 @@ def lift(
     try:
         plane = np.asarray(points, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(f"points: {shown(points)}; allowed are pairs (α1, α2) of numbers [rad]") from error
+        raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
-        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 1")
-    coefficients = coefficients or coefficients_of(vehicle)
-    checked_plane_angles(plane[:, 0], plane[:, 1])
+        raise InputError(f"points must have the shape (n, 2) with n at least 1, got {plane.shape}")
     if not isinstance(colors, Iterable):
-        raise InputError(f"colors: {shown(colors)}; allowed is one for all, or one for each point")
+        raise InputError(f"colors must be one for all or one for each point, got {shown(colors)}")
     names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
     if len(names) != len(plane):
-        raise InputError(f"colors: {len(names)} for {len(plane)} points; allowed is one for all, or one for each")
-    for name in names:
-        if isinstance(name, str) and name in FIBERS:
-            raise InputError(
-                f"colors: {shown(name)}; allowed are 'red' and 'blue' above (α1, α2): a fibre leaves α3 or α4 open"
-            )
+        raise InputError(f"colors must be one for all or one for each of the {len(plane)} points, got {len(names)}")
+    for name in FIBERS:
+        if name in names:
+            raise InputError(f"colors must be 'red' or 'blue', got {name!r}: a fibre leaves α3 or α4 open")
+    coefficients = coefficients or coefficients_of(vehicle)
     return Gait(
         alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, coefficients),
         colors=names,
@@ -374,9 +356,9 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
-        raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
+        raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
     if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number ≥ 0 (rad)")
+        raise InputError(f"tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
     low, high = points.min(axis=0), points.max(axis=0)
     at_high = points >= high - tolerance
     extreme = (at_high | (points <= low + tolerance)).all(axis=1)

@@ -48,7 +48,7 @@ def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -
     Examples
     --------
     >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.timing.tables import table_of
+    >>> from gaitgraph.timing.timed_gait import table_of
     >>> from gaitgraph.io.servo_map import servo_map_from_mapping
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=2))
     >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 500, "time_unit": "ms"})

@@ -95,7 +95,7 @@ def points_of(table: Table, periods: int = 1) -> Points:
     Examples
     --------
     >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.timing.tables import table_of
+    >>> from gaitgraph.timing.timed_gait import table_of
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(2.0, samples=2))
     >>> points_of(table, 2).times.tolist()
     [0, 1000000000, 2000000000, 3000000000, 4000000000]

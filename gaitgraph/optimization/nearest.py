@@ -34,8 +34,7 @@ from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import types_of
-from gaitgraph.timing.tables import table_of
-from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timed_gait import TimedGait, table_of
 from gaitgraph.validation.checks import checked_limits
 from gaitgraph.validation.validating import validate
 

@@ -27,8 +27,7 @@ from gaitgraph.graph.walks import allowed_edges
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.writing import write_pieces
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.tables import pieces_of
-from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize
+from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:

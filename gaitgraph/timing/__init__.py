@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from gaitgraph.timing.limits import LimitedGait as LimitedGait, Limits as Limits, Touch as Touch
     from gaitgraph.timing.rounding import Rounding as Rounding, rounded as rounded
     from gaitgraph.timing.servo_lag import ServoResponse as ServoResponse, servo_response as servo_response
-    from gaitgraph.timing.tables import table_of as table_of
     from gaitgraph.timing.time_optimal import LeastPeriod as LeastPeriod, least_period as least_period, paced as paced
-    from gaitgraph.timing.timed_gait import TimedGait as TimedGait, parametrize as parametrize
+    from gaitgraph.timing.timed_gait import TimedGait as TimedGait, parametrize as parametrize, table_of as table_of
 else:
     __getattr__, __dir__ = lazy_names(__name__)

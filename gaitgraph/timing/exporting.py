@@ -16,8 +16,7 @@ from gaitgraph.io.options import check_options
 from gaitgraph.io.reading import gait_of, naming_file, read_pieces
 from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces
-from gaitgraph.timing.tables import pieces_of
-from gaitgraph.timing.timed_gait import LAWS, parametrize
+from gaitgraph.timing.timed_gait import LAWS, parametrize, pieces_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

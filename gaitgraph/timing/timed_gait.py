@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
@@ -31,6 +32,7 @@ from gaitgraph.validation.checks import check_gait
 from gaitgraph.validation.rules import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
@@ -273,20 +275,15 @@ class TimedGait:
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`."""
         from gaitgraph.io.writing import write_pieces
-        from gaitgraph.timing.tables import pieces_of
 
         write_pieces(lambda: pieces_of(self), paths, force=force, options=options)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
-        from gaitgraph.timing.tables import table_of
-
         return table_of(self).to_pandas()
 
     def to_polars(self) -> Any:
         """Return the gait table as a polars frame; see :meth:`gaitgraph.gait.table.Table.to_polars`."""
-        from gaitgraph.timing.tables import table_of
-
         return table_of(self).to_polars()
 
     def __repr__(self) -> str:
@@ -385,3 +382,51 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
         raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
     return int(count)
+
+
+def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
+    """Return the table of a timed gait, and what made it.
+
+    >>> from gaitgraph.gait.gait import lift
+    >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
+    >>> len(table), list(table.columns)[:6]
+    (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
+    """
+    return merged(pieces_of(timed, about))
+
+
+def pieces_of(
+    timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
+) -> Iterator[Table]:
+    """Yield the table of a timed gait as consecutive pieces, so that any length fits in memory.
+
+    Parameters
+    ----------
+    timed
+        The gait.
+    about
+        What else the table states about its making.
+    rows
+        Rows of a piece, at least 2; the last piece may have one more.
+    """
+    gait = timed.gait
+    made: dict[str, Any] = {
+        "vehicle": gait.vehicle.as_mapping(),
+        "coefficients": gait.coefficients.kind,
+        "crossing_tolerance": gait.crossing_tolerance,
+        "period": timed.period,
+        "law": timed.law,
+    }
+    by_law = timed.law in LAWS
+    if not by_law:
+        made["made_by"] = "pace"
+    if gait.request:
+        # A request can ask for the timing of a law, and for no other.
+        timing = {"period": timed.period, "law": timed.law, "samples": timed.samples} if by_law else {}
+        made["request"] = {**gait.request, **timing}
+    made |= about or {}
+    end = timed.samples + 1
+    # No piece is one row alone: numpy rounds the product of a single row in another way.
+    for start in range(0, end - 1, rows):
+        stop = end if end - (start + rows) <= 1 else start + rows
+        yield Table(columns=timed.columns(range(start, stop)), about=made)
