@@ -19,7 +19,6 @@ from gaitgraph.planning.request import colorings_of_file
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
 from gaitgraph.surface.loop_colorings import (
     MOST_LISTED,
-    ColorChoices,
     Coloring,
     ColoringCount,
     ColoringListing,
@@ -388,7 +387,7 @@ def test_one_point_at_a_time_over_two_thousand_points() -> None:
 
 def test_a_chain_without_points_has_no_colouring() -> None:
     chain = ColoringCount("negative")
-    nothing = ColorChoices(available=np.zeros((0, 2), dtype=bool), crossing=np.zeros((0, 2), dtype=bool))
+    nothing = np.zeros((0, 4), dtype=bool)
     chain.add(nothing)
     assert (chain.closed(), chain.points, chain.obstacle) == (0, 0, None)
 
@@ -694,8 +693,8 @@ def test_a_table_says_its_vehicle_and_tolerance(tmp_path: Path) -> None:
     expected = gg.colorings(gait.alpha, vehicle=MIRRORED, crossing_tolerance=0.01)
     assert same(found, expected)
     palette, other = found.choices["negative"], colorings_of_file(path, crossing_tolerance=pi / 32)
-    assert not palette.crossing.any()
-    assert other.choices["negative"].crossing.any()
+    assert not palette[:, 2:].any()
+    assert other.choices["negative"][:, 2:].any()
     published = colorings_of_file(path, vehicle=gg.PAPER, coefficients="published")
     assert same(published, gg.colorings(gait.alpha, crossing_tolerance=0.01))
 

@@ -38,15 +38,8 @@ _SAME = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Waves:
-    """A sum of cosines, Σ size·cos(x·first + y·second − phase).
+    """A sum of cosines, Σ size·cos(x·first + y·second − phase), a row (size, first, second, phase) of `terms` each.
 
-    Parameters
-    ----------
-    terms
-        One row (size, first, second, phase) for each cosine, shape (n, 4).
-
-    Examples
-    --------
     >>> product = cosine(1.0, 0.0) * cosine(0.0, 1.0)
     >>> round(float(product.at(np.array([[0.3, 0.4]]))[0] - math.cos(0.3) * math.cos(0.4)), 12)
     0.0
@@ -96,15 +89,10 @@ def cosine(first: float, second: float, phase: float = 0.0, size: float = 1.0) -
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """Where h = squared² + rest vanishes.
+    """Where h = squared² + rest vanishes, P² + Q.
 
-    Parameters
-    ----------
-    rest
-        Q.
-    squared
-        P, zero by default. Kept apart because along a border with small Q both P and its slope along the border are
-        small, so that much longer chords can be certified than from bounds of h as a whole.
+    They are kept apart because along a border with small Q both P and its slope along the border are small, so that
+    much longer chords can be certified than from bounds of h as a whole.
     """
 
     rest: Waves

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -69,19 +70,9 @@ class Root:
 class Fiber:
     """A continuum of solutions: at this (α1, α2) one of α3, α4 is free.
 
-    Parameters
-    ----------
-    name
-        "first" (β1 ≡ 0 mod π/2, α4 free) or "second" (β2 ≡ 0 mod π/2, α3 free).
-    fixed, free
-        The names of the fixed and of the free angle: "alpha3" and "alpha4", or "alpha4" and "alpha3".
-    values
-        The values of the fixed angle in [−π/2, π/2] [rad].
-    singular
-        True on the copies at β = π/2 (mod π), where the decoupling matrix is singular at every attitude
-        whatever the free angle.
-    types
-        Plane types with the free one as ``*``: ``(?,*)`` or ``(*,?)``.
+    The fibre called "first" (β1 ≡ 0 mod π/2) fixes alpha3, of the types ``(?,*)``; "second" (β2 ≡ 0 mod π/2) fixes
+    alpha4, ``(*,?)``. `values` are those of the fixed angle in [−π/2, π/2] [rad]. `singular` are the copies at β = π/2
+    (mod π), where the decoupling matrix is singular at every attitude whatever the free angle.
     """
 
     name: str
@@ -97,27 +88,14 @@ class RootSet(tuple[Root, ...]):
 
     fibers: tuple[Fiber, ...]
 
-    def of(self, color: Color) -> tuple[Root, ...]:
-        """Return the roots of one color."""
-        return tuple(root for root in self if root.color == color)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RootArrays:
-    """The roots of many (α1, α2), padded to five along the last axis.
+    """The roots of many (α1, α2) of the shape (...), padded to five along the last axis.
 
-    Parameters
-    ----------
-    count
-        Number of roots, shape (...).
-    alpha
-        Tilt angles, NaN beyond `count`, shape (..., 5, 4) [rad].
-    sheet
-        +1 red, −1 blue, 0 none, shape (..., 5).
-    types
-        +1, 0 (`?`) or −1 for α3 and for α4, shape (..., 5, 2).
-    R
-        Equation (6), NaN beyond `count`, shape (..., 5).
+    Beside their number `count` (...): the tilt angles `alpha` (..., 5, 4) [rad] and equation (6) `R` (..., 5), both NaN
+    beyond `count`; the `sheet` (..., 5), +1 red, −1 blue, 0 none; and the `types` (..., 5, 2) of α3 and of α4, +1, 0
+    (`?`) or −1.
     """
 
     count: npt.NDArray[np.int64]
@@ -129,24 +107,11 @@ class RootArrays:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SheetGrid:
-    """The roots of one sheet over a grid of (α1, α2), as an outer product.
+    """The roots of one sheet over a grid of (α1, α2), as an outer product of n rows and m columns.
 
     Root (r, s) belongs to the grid node (`row[r]`, `column[s]`) and has tilt angles
-    (α1[row[r]], α2[column[s]], alpha3[r], alpha4[s]). A grid value whose α3 (α4) lies at an end of [−π/2, π/2]
-    appears as two rows (columns).
-
-    Parameters
-    ----------
-    color
-        Which sheet.
-    row, column
-        Indices into the grid's axes, shapes (n,) and (m,).
-    alpha3, alpha4
-        Angles [rad], shapes (n,) and (m,).
-    types3, types4
-        +1, 0 (`?`) or −1, shapes (n,) and (m,).
-    R
-        Equation (6), shape (n, m).
+    (α1[row[r]], α2[column[s]], alpha3[r], alpha4[s]) [rad], plane types (types3[r], types4[s]), each +1, 0 (`?`) or −1,
+    and equation (6) R[r, s]. A grid value whose α3 (α4) lies at an end of [−π/2, π/2] appears as two rows (columns).
     """
 
     color: Color
@@ -265,34 +230,29 @@ def root_arrays(
     """
     coefficients = coefficients or coefficients_of()
     a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
-    shape = a1.shape
-    # The axes before the last one: the sheet, then the lower and the upper end of the range for α3 and for α4.
-    alpha = np.full((*shape, 2, 2, 2, 4), np.nan)
-    sheet = np.zeros((*shape, 2, 2, 2), dtype=np.int8)
-    types = np.zeros((*shape, 2, 2, 2, 2), dtype=np.int8)
-    exists = np.zeros((*shape, 2, 2, 2), dtype=bool)
-    for k, color in enumerate(COLORS):
+    # Eight candidates: on each sheet both ends of the range for α3 and for α4, where they lie at an end.
+    exists, angles, kinds = [], [], []
+    for color in COLORS:
         third, fourth = sheet_angles(color, a1, a2, coefficients)
-        type3, type4 = types_of(color, a1, a2, coefficients, crossing_tolerance)
+        pair = np.stack(types_of(color, a1, a2, coefficients, crossing_tolerance), axis=-1)
         end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
-        for i in range(2):
-            for j in range(2):
-                alpha[..., k, i, j, 0], alpha[..., k, i, j, 1] = a1, a2
-                alpha[..., k, i, j, 2] = np.where(end3, (2 * i - 1) * HALF_PI, third)
-                alpha[..., k, i, j, 3] = np.where(end4, (2 * j - 1) * HALF_PI, fourth)
-                types[..., k, i, j, 0], types[..., k, i, j, 1] = type3, type4
-                exists[..., k, i, j] = (end3 | (i == 0)) & (end4 | (j == 0))
-        sheet[..., k, :, :] = 1 - 2 * k
-    flat = exists.reshape(*shape, 8)
-    order = np.argsort(~flat, axis=-1, kind="stable")[..., :_MOST_ROOTS]
-    taken = np.take_along_axis(flat, order, axis=-1)
-    alpha = np.take_along_axis(alpha.reshape(*shape, 8, 4), order[..., None], axis=-2)
-    types = np.take_along_axis(types.reshape(*shape, 8, 2), order[..., None], axis=-2)
-    sheet = np.where(taken, np.take_along_axis(sheet.reshape(*shape, 8), order, axis=-1), np.int8(0))
+        for side3, side4 in product((-HALF_PI, HALF_PI), repeat=2):
+            exists.append((end3 | (side3 < 0)) & (end4 | (side4 < 0)))
+            angles.append(np.stack([a1, a2, np.where(end3, side3, third), np.where(end4, side4, fourth)], axis=-1))
+            kinds.append(pair)
+    exist = np.stack(exists, axis=-1)
+    order = np.argsort(~exist, axis=-1, kind="stable")[..., :_MOST_ROOTS]
+    taken = np.take_along_axis(exist, order, axis=-1)
+    alpha = np.take_along_axis(np.stack(angles, axis=-2), order[..., None], axis=-2)
+    types = np.take_along_axis(np.stack(kinds, axis=-2), order[..., None], axis=-2)
     alpha[~taken] = np.nan
     types[~taken] = 0
     return RootArrays(
-        count=flat.sum(axis=-1), alpha=alpha, sheet=sheet, types=types, R=level_determinant(alpha, coefficients)
+        count=exist.sum(axis=-1),
+        alpha=alpha,
+        sheet=np.where(taken, np.where(order < 4, 1, -1), 0).astype(np.int8),
+        types=types,
+        R=level_determinant(alpha, coefficients),
     )
 
 

@@ -46,16 +46,10 @@ _EPSILON = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignComponent:
-    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]².
+    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]², and where it is.
 
-    Parameters
-    ----------
-    label
-        The signs of cos β1, cos β2 and the bracket; see :func:`gaitgraph.surface.sheets.red_label`.
-    sign
-        The sign of R, their product.
-    region
-        Where it is.
+    `label` holds the signs of cos β1, cos β2 and the bracket, see :func:`gaitgraph.surface.sheets.red_label`; `sign` is
+    that of R, their product.
     """
 
     label: tuple[int, int, int]
@@ -132,12 +126,10 @@ def sign_region(
 
     Parameters
     ----------
-    sign
-        "positive" or "negative".
     vehicle
-        The vehicle.
+        The vehicle, of which κ and the spin sense count.
     color
-        "red" or "blue". On blue R is zero with exact coefficients, and the region empty; with published ones it is
+        On blue R is zero with exact coefficients, and the region empty; with published ones it is
         what their rounding leaves, and where α3 or α4 wraps by π the region is cut.
     coefficients
         The coefficients of R on blue; on red R is exact. By default those of :func:`coefficients_of`.

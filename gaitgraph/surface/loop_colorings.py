@@ -67,16 +67,9 @@ class Coloring:
 class ColoringObstacle:
     """Why a loop has no colouring with one sign of R.
 
-    Parameters
-    ----------
-    kind
-        "point": a point has no root with this sign; "pair": two neighbours forbid it.
-    points
-        The numbers of the points concerned, from 1, in the order of the loop.
-    types
-        The types of the roots that they can have, e.g. ``("(+,+)", "(-,-)")``; empty for "point".
-    message
-        What is in the way, with the rule of Figure 15 that it breaks.
+    `kind` is "point" if a point has no root with this sign, or "pair" if two neighbours forbid it. `points` are the
+    numbers of the points concerned, from 1, in the order of the loop, and `types` those of the roots that a pair can
+    have, e.g. ``("(+,+)", "(-,-)")``. `message` names the rule of Figure 15 that they break.
     """
 
     kind: Literal["point", "pair"]
@@ -85,59 +78,22 @@ class ColoringObstacle:
     message: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ColorChoices:
-    """Which colors points (α1, α2) can have for one sign of R.
-
-    Parameters
-    ----------
-    available
-        Whether the red and the blue root have that sign, shape (n, 2).
-    crossing
-        Whether the type of α3 and that of α4 is `?`, shape (n, 2).
-    """
-
-    available: BoolArray
-    crossing: BoolArray
-
-    def __len__(self) -> int:
-        return len(self.available)
-
-    def __getitem__(self, part: slice) -> ColorChoices:
-        return ColorChoices(available=self.available[part], crossing=self.crossing[part])
-
-    def followed_by(self, more: ColorChoices) -> ColorChoices:
-        """Return these points and then more."""
-        return ColorChoices(
-            available=np.concatenate([self.available, more.available]),
-            crossing=np.concatenate([self.crossing, more.crossing]),
-        )
-
-    def changes(self) -> BoolArray:
-        """Return whether the color may change from each point to the next, shape (n − 1,)."""
-        return np.asarray((self.crossing[:-1] | self.crossing[1:]).all(axis=1))
-
-    def types_of(self, colors: Sequence[str]) -> list[str]:
-        """Return the plane types, as texts, of the points in these colors."""
-        signs = np.array([1 if color == "red" else -1 for color in colors])[:, None]
-        return [text_from_types(*pair) for pair in np.where(self.crossing, 0, signs).tolist()]
-
-
 def color_choices(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     coefficients: Coefficients,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> dict[Sign, ColorChoices]:
-    """Return which colors points can have, for each sign of R; angles of shape (n,) [rad].
+) -> dict[Sign, BoolArray]:
+    """Return what decides the color of each point, for each sign of R; angles of shape (n,) [rad].
 
-    On the sides of [−π/2, π/2]² a root stands at both ends of its range, once with each sign. With exact
-    coefficients blue has R = 0 and no sign.
+    Each array has the shape (n, 4): whether the red and the blue root have that sign, and whether the type of α3 and
+    that of α4 is `?`. On the sides of [−π/2, π/2]² a root stands at both ends of its range, once with each sign. With
+    exact coefficients blue has R = 0 and no sign.
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
-    crossing = np.stack([part == 0 for part in types_of("red", a1, a2, coefficients, crossing_tolerance)], axis=-1)
-    available = {sign: np.zeros((len(a1), 2), dtype=bool) for sign in SIGNS}
+    crossing = [part == 0 for part in types_of("red", a1, a2, coefficients, crossing_tolerance)]
+    choices = {sign: np.column_stack([np.zeros((len(a1), 2), dtype=bool), *crossing]) for sign in SIGNS}
     for k, color in enumerate(COLORS):
         if color == "blue" and coefficients.kind != "published":
             continue
@@ -145,42 +101,57 @@ def color_choices(
         R = np.asarray(level_determinant(np.stack([a1, a2, a3, a4], axis=-1), coefficients))
         either = at_end_of_range(a3) | at_end_of_range(a4)
         for sign in SIGNS:
-            toward = np.where(either, np.abs(R), R if sign == "positive" else -R)
-            available[sign][:, k] = toward > noise
-    return {sign: ColorChoices(available=available[sign], crossing=crossing) for sign in SIGNS}
+            choices[sign][:, k] = np.where(either, np.abs(R), R if sign == "positive" else -R) > noise
+    return choices
+
+
+def _changes(choices: BoolArray) -> BoolArray:
+    """Return whether the color may change from each point to the next, shape (n − 1,)."""
+    return np.asarray((choices[:-1, 2:] | choices[1:, 2:]).all(axis=1))
+
+
+def _types(colors: Sequence[str], choices: BoolArray) -> list[str]:
+    """Return the plane types, as texts, of points in these colors."""
+    signs = np.array([1 if color == "red" else -1 for color in colors])[:, None]
+    return [text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist()]
+
+
+def _plain_colors(everywhere: BoolArray) -> tuple[str, ...]:
+    return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
 
 
 class ColoringCount:
-    """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle."""
+    """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle.
+
+    `plain` are the colors that the whole loop can have so far.
+    """
 
     def __init__(self, sign: Sign) -> None:
         self.sign = sign
         self.points = 0
         self.obstacle: ColoringObstacle | None = None
         self._everywhere = np.ones(2, dtype=bool)  # whether every point can be red, and blue
-        self._first: ColorChoices | None = None
-        self._last: ColorChoices | None = None
-        self._first_run: BoolArray | None = None  # whether the first run can be red, and blue, as soon as it has ended
+        self._first_run: BoolArray | None = None  # the same of the first run, as soon as it has ended
         self._run = np.ones(2, dtype=bool)  # the same of the run that goes on
-        self._free = 0  # of the runs between them, how many can have both colors
+        self._free = 0  # how many of the runs between them can have both colors
+        self._first = self._last = np.zeros((0, 4), dtype=bool)  # the choices of the first and of the last point
 
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors that the whole loop can have."""
         return _plain_colors(self._everywhere)
 
-    def add(self, points: ColorChoices) -> None:
-        """Append points to the loop."""
-        if self.obstacle is not None or not len(points):
+    def add(self, choices: BoolArray) -> None:
+        """Append points, given by their choices, to the loop."""
+        if self.obstacle is not None or not len(choices):
             return
-        self._everywhere &= points.available.all(axis=0)
-        if self._last is None:
-            self._first = points[:1]
-        else:
-            points = self._last.followed_by(points)
-        offset = max(self.points - 1, 0)
-        starts = np.concatenate([[0], np.flatnonzero(points.changes()) + 1])
-        available = points.available.copy()
+        self._everywhere &= choices[:, :2].all(axis=0)
+        if not self.points:
+            self._first = choices[:1]
+        choices = np.concatenate([self._last, choices])
+        offset = self.points - len(self._last)
+        starts = np.concatenate([[0], np.flatnonzero(_changes(choices)) + 1])
+        available = choices[:, :2].copy()
         available[0] &= self._run  # this run began in an earlier piece
         shared = np.logical_and.reduceat(available, starts, axis=0)
         empty = np.flatnonzero(~shared.any(axis=1))
@@ -189,29 +160,29 @@ class ColoringCount:
             start = int(starts[empty[0]])
             left = np.logical_and.accumulate(available[start:], axis=0)
             k = start + int(np.argmin(left.any(axis=1)))
-            if points.available[k].any():
-                self.obstacle = self._pair(
-                    (offset + k, offset + k + 1), left[k - 1 - start], points.available[k], points[k - 1 : k + 1]
-                )
+            number = offset + k + 1
+            if choices[k, :2].any():
+                before = left[k - 1 - start]
+                self.obstacle = self._pair((number - 1, number), before, choices[k, :2], choices[k - 1 : k + 1])
             else:
-                message = f"point {offset + k + 1} has no root with {RELATION[self.sign]}, neither red nor blue"
-                self.obstacle = ColoringObstacle(kind="point", points=(offset + k + 1,), types=(), message=message)
+                message = f"point {number} has no root with {RELATION[self.sign]}, neither red nor blue"
+                self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
             return
         if len(shared) > 1:
             between = shared[:-1]
             if self._first_run is None:
                 self._first_run, between = shared[0], shared[1:-1]
             self._free += int(between.all(axis=1).sum())
-        self._run, self._last, self.points = shared[-1], points[-1:], offset + len(points)
+        self._run, self._last, self.points = shared[-1], choices[-1:], offset + len(choices)
 
     def closed(self) -> int:
         """Close the loop and return the exact number of its colourings."""
-        if self.obstacle is not None or self._first is None or self._last is None:
+        if self.obstacle is not None or not self.points:
             return 0
         if self._first_run is None:
             return int(self._run.sum())
-        closing, ends = self._last.followed_by(self._first), [self._first_run, self._run]
-        if not closing.changes()[0]:
+        closing, ends = np.concatenate([self._last, self._first]), [self._first_run, self._run]
+        if not _changes(closing)[0]:
             ends = [self._first_run & self._run]  # the last run goes on in the first one
             if not ends[0].any():
                 self.obstacle = self._pair((self.points, 1), self._run, self._first_run, closing)
@@ -219,12 +190,12 @@ class ColoringCount:
         return 1 << (self._free + sum(bool(one.all()) for one in ends))
 
     def _pair(
-        self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: ColorChoices
+        self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray
     ) -> ColoringObstacle:
         """Return the obstacle between neighbours of which each can have one color only."""
         colors = COLORS[0 if before[0] else 1], COLORS[0 if after[0] else 1]
-        types = tuple(choices.types_of(colors))
-        broken = [f"α{k + 3}" for k in range(2) if not choices.crossing[:, k].any()]
+        types = tuple(_types(colors, choices))
+        broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
             f"{RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
@@ -237,16 +208,8 @@ class ColoringCount:
 class ColoringListing:
     """The first colourings of a loop, and how many there are.
 
-    Parameters
-    ----------
-    counts
-        The exact number of colourings for each sign of R.
-    plain
-        The colors that the whole loop can have, for each sign.
-    first
-        The first of them, at most 16; none for a loop that is too long to be listed.
-    obstacles
-        Why there is none, for each sign without one.
+    For each sign of R, `counts` is their exact number, `plain` the colors that the whole loop can have, and `obstacles`
+    states why there is none. `first` holds at most 16 of them, and none of a loop that is too long to be listed.
     """
 
     counts: dict[Sign, int]
@@ -293,7 +256,8 @@ class Colorings:
     points
         The loop, shape (n, 2) [rad]; closed by itself.
     choices
-        Which colors its points can have, for each sign of R that was asked for.
+        For each sign of R that was asked for, whether each point can be red and blue, and whether the type of its α3
+        and of its α4 is `?`, shape (n, 4).
     counts
         The exact number of colourings for each sign.
     obstacles
@@ -301,7 +265,7 @@ class Colorings:
     """
 
     points: FloatArray
-    choices: dict[Sign, ColorChoices]
+    choices: dict[Sign, BoolArray]
     counts: dict[Sign, int]
     obstacles: dict[Sign, ColoringObstacle]
 
@@ -321,13 +285,13 @@ class Colorings:
         if not self.counts[sign]:
             return
         choices = self.choices[sign]
-        changes = choices.followed_by(choices[:1]).changes()
+        changes = _changes(np.concatenate([choices, choices[:1]]))
         # The number of the run that each point belongs to, from 0; that of the first point goes on from the last one
         # unless the color may change between them.
         runs = max(int(changes.sum()), 1)
         run = (np.cumsum(np.roll(changes, 1)) - changes[-1]) % runs
         shared = np.ones((runs, 2), dtype=bool)
-        np.logical_and.at(shared, run, choices.available)
+        np.logical_and.at(shared, run, choices[:, :2])
         for chosen in product(*([color for color in range(2) if can[color]] for can in shared)):
             yield Coloring(colors=tuple(COLORS[chosen[k]] for k in run.tolist()), sign=sign)
 
@@ -335,14 +299,14 @@ class Colorings:
         """Return the first colourings and their number."""
         return ColoringListing(
             counts=self.counts,
-            plain={sign: _plain_colors(choices.available.all(axis=0)) for sign, choices in self.choices.items()},
+            plain={sign: _plain_colors(choices[:, :2].all(axis=0)) for sign, choices in self.choices.items()},
             first=tuple(islice(self, MOST_LISTED)),
             obstacles=self.obstacles,
         )
 
     def types_of(self, coloring: Coloring) -> list[str]:
         """Return the plane types of every point in a colouring."""
-        return self.choices[coloring.sign].types_of(coloring.colors)
+        return _types(coloring.colors, self.choices[coloring.sign])
 
     def as_mapping(self) -> dict[str, Any]:
         """Return how many there are, and why there are none, as plain values, ready for JSON."""
@@ -359,10 +323,6 @@ class Colorings:
         ]
         lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
-
-
-def _plain_colors(everywhere: BoolArray) -> tuple[str, ...]:
-    return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
 
 
 def _count_as_text(count: int) -> str:
@@ -432,7 +392,7 @@ def colorings(
         raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive{hint}")
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     every = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
-    wanted: dict[Sign, ColorChoices] = {one: every[one] for one in SIGNS if sign in ("auto", one)}
+    wanted: dict[Sign, BoolArray] = {one: every[one] for one in SIGNS if sign in ("auto", one)}
     counts: dict[Sign, int] = {}
     obstacles: dict[Sign, ColoringObstacle] = {}
     for one, choices in wanted.items():

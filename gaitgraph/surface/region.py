@@ -43,14 +43,9 @@ _FARTHEST = 1e6  # beyond it that border would be lost in rounding [rad]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """One of the conditions of a region.
+    """One of the conditions of a region, by name.
 
-    Parameters
-    ----------
-    name
-        What has to hold.
-    broken_at
-        Returns why the condition does not hold at a point (α1, α2) [rad], in words and numbers, or None if it holds.
+    `broken_at` returns why it does not hold at a point (α1, α2) [rad], in words and numbers, or None if it holds.
     """
 
     name: str
@@ -250,12 +245,12 @@ def _points(points: npt.ArrayLike) -> FloatArray:
 
 
 def region_between(inner: BaseGeometry, outer: BaseGeometry, accuracy: float, *conditions: Condition) -> Region:
-    """Return the region between two shapes, without the points and lines that overlaying leaves."""
+    """Return the region between the polygons of two shapes."""
     return Region(inner=polygons_of(inner), outer=polygons_of(outer), accuracy=accuracy, conditions=conditions)
 
 
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
-    """Return the polygons of a shape."""
+    """Return the polygons of a shape, without the points and lines that overlaying leaves."""
     parts = shapely.get_parts(shapely.get_parts(np.array([shape], dtype=object)))
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
