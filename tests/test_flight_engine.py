@@ -55,7 +55,7 @@ VEHICLES = {
     "paper": PAPER,
     "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
     "paper with arms": PAPER.replace(arm_inertia=_INERTIA),
-    **{f"drawn {k}": drawn_vehicle(RNG) for k in range(4)},
+    **{f"drawn {k}": drawn_vehicle(RNG) for k in range(2)},
     "drawn with arms": drawn_vehicle(RNG).replace(mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3),
 }
 
@@ -104,13 +104,6 @@ def mass_matrix(engine: Engine) -> FloatArray:
     return full
 
 
-def energy_of(engine: Engine) -> tuple[float, float]:
-    """Return potential and kinetic energy [J]."""
-    vehicle, speed = engine.vehicle, engine.data.qvel
-    (mass,) = vehicle.require("mass", purpose="test")
-    return mass * vehicle.gravity * float(engine.data.qpos[2]), float(speed @ mass_matrix(engine) @ speed) / 2
-
-
 @pytest.mark.parametrize("name", VEHICLES)
 class TestWrench:
     def test_force_and_torque_are_those_of_the_control_matrices(self, name: str) -> None:
@@ -125,7 +118,8 @@ class TestWrench:
             accelerations(engine)
             force = control_force_matrix(alpha, vehicle) @ inputs
             torque = control_moment_matrix(alpha, vehicle) @ inputs
-            wrench = engine.wrench()
+            applied = engine.data.qfrc_actuator
+            wrench = np.concatenate([turned(engine).T @ applied[:3], applied[3:6]])
             np.testing.assert_allclose(wrench[:3], force, rtol=0, atol=1e-9 * float(np.linalg.norm(force)))
             np.testing.assert_allclose(wrench[3:], torque, rtol=0, atol=1e-9 * float(np.linalg.norm(torque)))
             # Neither thrust nor drag turns an arm about its hinge.
@@ -234,20 +228,6 @@ class TestMechanics:
             lost.append(np.linalg.norm(angular_momentum(engine) - before) / np.linalg.norm(before))
         assert lost[1] < 0.7 * lost[0] < 0.01
 
-    def test_energy_drifts_little_and_less_with_smaller_steps(self) -> None:
-        drift = []
-        for every in (1e-3, 2.5e-4):
-            engine = Engine(PAPER, step=every)
-            engine.place([0.0, 0.0, 0.0, 0.0])
-            engine.data.qvel[:6] = 1.0, 0.0, 5.0, 4.0, 0.3, -3.0
-            accelerations(engine)
-            potential, kinetic = energy_of(engine)
-            before, scale = potential + kinetic, kinetic
-            step(engine, round(1.0 / every))
-            accelerations(engine)
-            drift.append(abs(sum(energy_of(engine)) - before) / scale)
-        assert drift[1] < 0.4 * drift[0] < 0.01
-
     def test_a_swinging_arm_pushes_back_on_the_body(self) -> None:
         """Arms 1 and 3 swing alike in their own outward senses, arms 2 and 4 are held: I·ω̇ = −J·α̈·(axis), summed."""
         arm, (ix, iy, _) = 1e-4, PAPER.inertia or (0.0, 0.0, 0.0)
@@ -263,28 +243,12 @@ class TestMechanics:
             assert swing[k] == pytest.approx(np.dot(total, axis), rel=0.2)
             np.testing.assert_allclose(qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12)
 
-    def test_light_arms_do_not(self) -> None:
-        engine = Engine(PAPER)
-        engine.place(np.zeros(4))
-        engine.data.ctrl[4] = 1e-3
-        qacc = accelerations(engine)
-        assert abs(qacc[3]) < 2e-6 * abs(qacc[6])
-
     def test_without_wind_there_is_no_air(self) -> None:
         for air, drags in ((False, False), (True, True)):
             engine = Engine(PAPER, air=air)
             engine.place(np.zeros(4))
             engine.data.qvel[0] = 20.0
             assert bool(accelerations(engine)[0] < -1e-3) is drags
-
-    def test_wind_pushes_along_itself(self) -> None:
-        engine = Engine(PAPER, air=True)
-        engine.model.opt.wind[:] = 3.0, -4.0, 0.0
-        engine.place(np.zeros(4))
-        pushed = accelerations(engine)
-        assert pushed[0] > 0 > pushed[1]
-        assert pushed[2] == pytest.approx(-PAPER.gravity)
-        np.testing.assert_allclose(pushed[3:6], 0.0, atol=1e-9)
 
 
 class TestServos:
@@ -319,10 +283,6 @@ class TestServos:
         assert off < 1e-8
         assert fastest < 1e-3
 
-    def test_two_angles_are_enough(self) -> None:
-        engine = Engine(PAPER)
-        np.testing.assert_allclose(engine.servo_commands(np.zeros((2, 4))), np.zeros((1, 4)))
-
 
 class TestModels:
     def test_the_same_vehicle_is_the_same_text(self) -> None:
@@ -330,8 +290,23 @@ class TestModels:
         assert "density" not in mjcf_of(PAPER)
         assert "density" in mjcf_of(PAPER, air=True)
 
+    @pytest.mark.parametrize("inertia", [(2e-3, 2e-3, 4e-3), (1e-3, 7e-3, 8e-3)])
+    def test_a_flat_body_is_the_limit(self, inertia: tuple[float, float, float]) -> None:
+        engine = Engine(PAPER.replace(inertia=inertia))
+        moments = engine.model.body_inertia[1] + 4 * engine.model.body_inertia[2]
+        np.testing.assert_allclose(np.sort(moments), np.sort(inertia), rtol=5e-6)
+        with pytest.raises(InputError, match="is not that of a rigid body"):
+            Engine(PAPER.replace(inertia=(*inertia[:2], 1.0005 * inertia[2])))
+        with pytest.raises(InputError, match="for four arms is not that of a rigid body"):
+            Engine(PAPER.replace(inertia=inertia, arm_inertia=1e-5))
+
+    @pytest.mark.parametrize("step", [0, -1, math.nan, 1.1, "a", None, True])
+    def test_bad_steps_are_refused(self, step: object) -> None:
+        with pytest.raises(InputError, match="^step must be between 1e-06 and 1 s, got"):
+            Engine(PAPER, step=step)  # type: ignore[arg-type]
+
     @pytest.mark.parametrize("constant", ["mass", "inertia", "arm_length"])
-    def test_what_is_missing_is_named(self, constant: str) -> None:
+    def test_a_missing_constant_is_named(self, constant: str) -> None:
         vehicle = PAPER.replace(**{constant: None, "drag_ratio": 0.17})
         with pytest.raises(MissingConstant, match=f"states no {constant}.*flight needs"):
             Engine(vehicle)
@@ -339,13 +314,13 @@ class TestModels:
     @pytest.mark.parametrize(
         ("changes", "said"),
         [
-            ({"inertia": (1.0, 1.0, 3.0)}, "not that of a rigid body; allowed are three positive moments"),
-            ({"arm_inertia": 1e-3}, "not that of a rigid body; four arms take 0.004 of each"),
-            ({"inertia": (1e-10, 1e-10, 1e-10)}, "too small for the physics engine; allowed is 1e-09"),
-            ({"mass": 1e-18}, "the physics engine does not take its constants .*; allowed are"),
+            ({"inertia": (1.0, 1.0, 3.0)}, "must be three positive moments .* is not that of a rigid body"),
+            ({"arm_inertia": 1e-3}, "without 0.004 of each for four arms is not that of a rigid body"),
+            ({"inertia": (1e-10, 1e-10, 1e-10)}, "must be at least 1e-09 kg m² in the physics engine, got"),
+            ({"mass": 1e-18}, "the physics engine does not take the constants of .*; mass, inertia"),
         ],
     )
-    def test_what_cannot_be_built_is_refused_in_one_line(self, changes: dict[str, Any], said: str) -> None:
+    def test_bad_constants_are_refused_in_one_line(self, changes: dict[str, Any], said: str) -> None:
         with pytest.raises(InputError, match=said) as caught:
             Engine(PAPER.replace(**changes))
         assert "\n" not in str(caught.value)
@@ -359,7 +334,7 @@ class TestModels:
 
 
 class TestWarnings:
-    """The engine writes a file into the working folder when something is too fast, unless somebody listens."""
+    """The engine writes a file into the working folder when something is too fast, unless they are collected."""
 
     @staticmethod
     def diverge(engine: Engine, thrust: float = 9e9) -> None:
@@ -368,24 +343,24 @@ class TestWarnings:
         step(engine)
 
     @pytest.mark.parametrize("thrust", [9e9, 1e13, math.nan])
-    def test_they_are_heard_and_written_nowhere(
+    def test_they_are_collected_and_written_nowhere(
         self, thrust: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)
         engine, calm = Engine(PAPER), Engine(PAPER)
         before = engine.mujoco.get_mju_user_warning()
-        with engine_warnings() as heard:
+        with engine_warnings() as collected:
             self.diverge(engine, thrust)
             step(calm)
         assert engine.gave_up
         assert not calm.gave_up
-        assert "unstable" in heard[0]
+        assert "unstable" in collected[0]
         assert list(tmp_path.iterdir()) == []
         assert engine.mujoco.get_mju_user_warning() is before
         engine.place(np.zeros(4))
         assert not engine.gave_up
 
-    def test_flights_side_by_side_do_not_unhear_each_other(
+    def test_flights_in_two_threads_do_not_disturb_each_other(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)
@@ -399,7 +374,7 @@ class TestWarnings:
                 done.wait()
 
         thread = threading.Thread(target=other)
-        with engine_warnings() as heard:
+        with engine_warnings() as collected:
             thread.start()
             inside.wait()
         done.set()
@@ -410,5 +385,5 @@ class TestWarnings:
                 pass
             self.diverge(engine)
         assert len(outer) == 1
-        assert heard == []
+        assert collected == []
         assert list(tmp_path.iterdir()) == []

@@ -119,7 +119,7 @@ def fly_command(
     from gaitgraph.flight.course import from_hover
     from gaitgraph.flight.engine import mujoco_library
     from gaitgraph.flight.gait_file import biased_timed_gait
-    from gaitgraph.flight.record import refused_flight
+    from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.plots.flight_outputs import FILM, check_flight_outputs, write_flight
 
@@ -162,7 +162,9 @@ def fly_command(
             timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
         except Infeasible as error:
             nothing = _hovering(vehicle)
-            flight = refused_flight(nothing, settings, start or (0.0, 0.0), f"there is no gait to fly: {error}")
+            flight = record_of(
+                nothing, settings, start or (0.0, 0.0), failure=("refused", f"there is no gait to fly: {error}")
+            )
         else:
             flown: Course | TimedGait = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
@@ -177,8 +179,11 @@ def fly_command(
                     settings = settings if settings.duration is not None else replace(settings, duration=way.duration)
             progress("flying")
             if refusal:
-                flight = refused_flight(
-                    _course(flown), settings, start or (0.0, 0.0), f"refused before take-off: {refusal}"
+                flight = record_of(
+                    _course(flown),
+                    settings,
+                    start or (0.0, 0.0),
+                    failure=("refused", f"refused before take-off: {refusal}"),
                 )
             else:
                 flight = fly(flown, attitude=start, settings=settings, anyway=anyway, progress=progress.part)

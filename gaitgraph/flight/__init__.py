@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.flight.basins import Basin as Basin, basin_of as basin_of, basins_of as basins_of
+    from gaitgraph.flight.basins import Basin as Basin, basins_of as basins_of
     from gaitgraph.flight.course import Course as Course, from_hover as from_hover
     from gaitgraph.flight.engine import Engine as Engine
     from gaitgraph.flight.gait_file import timed_gait_from_file as timed_gait_from_file

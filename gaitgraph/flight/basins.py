@@ -204,25 +204,25 @@ class Basin:
         return "\n".join(lines)
 
 
-def basin_of(
+def basins_of(
     timed: TimedGait,
     *,
-    eta: float = 1.0,
+    biases: Iterable[float] = (1.0, 0.9, 0.8),
     settings: FlightSettings | None = None,
     resolution: int = DEFAULT_RESOLUTION,
     extent: float | str = DEFAULT_EXTENT,
     begins: int = 1,
     anyway: bool = False,
     progress: Callable[[float], None] | None = None,
-) -> Basin:
-    """Fly a gait from every attitude of a grid, and return where it settled.
+) -> tuple[Basin, ...]:
+    """Fly a gait and its biased gaits from every attitude of a grid, and return where each settled.
 
     Parameters
     ----------
     timed
         The gait.
-    eta
-        Fly the biased gait instead: α3 and α4 scaled by it, in (0, 1].
+    biases
+        The factors η of α3 and α4, each in (0, 1]; 1 is the gait itself.
     settings
         How to fly. Where they state no duration, a flight may take two seconds more than the gait's period, and 3 s at
         least. It ends once it has settled, but not before one period: what a thrust limit or a slow servo allows at one
@@ -254,34 +254,10 @@ def basin_of(
     --------
     >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-    >>> basin = basin_of(gait.parametrize(1.0), resolution=3, extent="20deg")
+    >>> (basin,) = basins_of(gait.parametrize(1.0), biases=[1.0], resolution=3, extent="20deg")
     >>> basin.fraction, basin.cases["inside_settled"]
     (1.0, 9)
     """
-    return basins_of(
-        timed,
-        biases=[eta],
-        settings=settings,
-        resolution=resolution,
-        extent=extent,
-        begins=begins,
-        anyway=anyway,
-        progress=progress,
-    )[0]
-
-
-def basins_of(
-    timed: TimedGait,
-    *,
-    biases: Iterable[float] = (1.0, 0.9, 0.8),
-    settings: FlightSettings | None = None,
-    resolution: int = DEFAULT_RESOLUTION,
-    extent: float | str = DEFAULT_EXTENT,
-    begins: int = 1,
-    anyway: bool = False,
-    progress: Callable[[float], None] | None = None,
-) -> tuple[Basin, ...]:
-    """Return the basin of a gait for each η of `biases`, 1 being the gait itself; the rest as for :func:`basin_of`."""
     if not isinstance(timed, TimedGait):
         raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     etas = list(biases) if isinstance(biases, Iterable) and not isinstance(biases, str) else []

@@ -127,53 +127,39 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reference:
-    """The wanted place at every time; :class:`~gaitgraph.flight.settings.FlightSettings` describes the kinds.
+def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return wanted places [m], velocities [m/s] and accelerations [m/s²] at times of shape (n,), each of shape (n, 3).
 
-    >>> Reference(kind="circle", size=2.0, lap=6.0).at([0.0, 3.0, 9.0])[0][:, 0].round(9).tolist()
+    >>> from gaitgraph.flight.settings import FlightSettings
+    >>> reference_at(FlightSettings(reference="circle", size=2.0), [0.0, 3.0, 9.0])[0][:, 0].round(9).tolist()
     [0.0, 4.0, 0.0]
     """
-
-    kind: str
-    size: float
-    lap: float
-
-    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return places [m], velocities [m/s] and accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
-        t = np.asarray(t, dtype=float)
-        place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
-        if self.kind == "step":
-            place[:, 0] = self.size
-        elif self.kind in ("line", "circle"):
-            part = np.clip(t / self.lap, 0.0, 1.0)
-            share = part**3 * (10 - 15 * part + 6 * part**2)
-            first = 30 * part**2 * (1 - part) ** 2 / self.lap
-            second = 60 * part * (1 - part) * (1 - 2 * part) / self.lap**2
-            if self.kind == "line":
-                place[:, 0], velocity[:, 0], acceleration[:, 0] = (self.size * one for one in (share, first, second))
-            else:
-                angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
-                sine, cosine = np.sin(angle), np.cos(angle)
-                place[:, 0], place[:, 1] = self.size * (1 - cosine), self.size * sine
-                velocity[:, 0], velocity[:, 1] = self.size * turn * sine, self.size * turn * cosine
-                acceleration[:, 0] = self.size * (faster * sine + turn**2 * cosine)
-                acceleration[:, 1] = self.size * (faster * cosine - turn**2 * sine)
-        return place, velocity, acceleration
-
-    def rows(self, t: FloatArray, ahead: float = 0.0) -> list[list[float]]:
-        """Return (x, y, z, ẋ, ẏ, ẍ, ÿ) at times of shape (n,) as plain numbers; ẍ, ÿ are those of `ahead` later [s]."""
-        place, velocity, _ = self.at(t)
-        acceleration = self.at(t + ahead)[2]
-        rows: list[list[float]] = np.hstack([place, velocity[:, :2], acceleration[:, :2]]).tolist()
-        return rows
+    t = np.asarray(t, dtype=float)
+    kind, size, lap = settings.reference, settings.size, settings.lap
+    place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
+    part = np.clip(t / lap, 0.0, 1.0)
+    share = part**3 * (10 - 15 * part + 6 * part**2)
+    first = 30 * part**2 * (1 - part) ** 2 / lap
+    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
+    if kind == "step":
+        place[:, 0] = size
+    elif kind == "line":
+        place[:, 0], velocity[:, 0], acceleration[:, 0] = size * share, size * first, size * second
+    elif kind == "circle":
+        angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        place[:, 0], place[:, 1] = size * (1 - cosine), size * sine
+        velocity[:, 0], velocity[:, 1] = size * turn * sine, size * turn * cosine
+        acceleration[:, 0] = size * (faster * sine + turn**2 * cosine)
+        acceleration[:, 1] = size * (faster * cosine - turn**2 * sine)
+    return place, velocity, acceleration
 
 
 def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., tuple[float, ...]]:
     """Return the controller of one flight, to be called at every control step.
 
     It takes the time [s]; the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; a row of
-    :meth:`Allocation.rows`; the direction N to lean by; and a row of :meth:`Reference.rows`. It returns four thrusts
+    :meth:`Allocation.rows`; the direction N to lean by; and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
     [N], a number between half the least singular value and all of it, and the wanted roll and pitch.
 
     It raises :class:`Stopped` where the decoupling matrix nears a singular one or its determinant has changed sign

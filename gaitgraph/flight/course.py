@@ -84,11 +84,6 @@ class Course:
                 alpha[mine] = timed.at(t[mine] - begin + own)[0]
         return alpha
 
-    def phase_at(self, t: float) -> str:
-        """Return the name of the piece at a time."""
-        begun = [phase for (begin, _, _), phase in zip(self.pieces, self.phases, strict=True) if begin <= t]
-        return begun[-1] if begun else self.phases[0]
-
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     """Return the course of a gait that is flown again and again, from a moment of it [s]; the first by default."""

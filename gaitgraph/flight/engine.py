@@ -299,9 +299,7 @@ def check_rendering(vehicle: Vehicle) -> None:
     _rendered(vehicle, upright[None, :], (0.0, 0.0))
 
 
-def rendered_frames(
-    flight: Flight, times: npt.ArrayLike, *, view: tuple[float, float] = (0.0, 0.0)
-) -> npt.NDArray[np.uint8]:
+def rendered_frames(flight: Flight, times: npt.ArrayLike, *, view: tuple[float, float]) -> npt.NDArray[np.uint8]:
     """Return pictures of a flight that the engine renders off-screen, shape (n, 360, 480, 3).
 
     The variable ``MUJOCO_GL`` selects OpenGL as it does for the engine; otherwise EGL and OSMesa are tried on Linux.

@@ -262,13 +262,16 @@ class Flight:
 
 
 def record_of(
-    rows: FloatArray,
     course: Course,
     settings: FlightSettings,
     attitude: tuple[float, float],
+    *,
+    rows: FloatArray | None = None,
     failure: tuple[Outcome, str] | None = None,
+    warnings: tuple[str, ...] = (),
 ) -> Flight:
-    """Return the record of rows that were flown; `failure` is the outcome and the reason if it could not go on."""
+    """Return the record of a flight: its rows, none if it was refused, and the outcome and the reason if it failed."""
+    rows = np.empty((0, len(COLUMNS))) if rows is None else rows
     since, worst = settled_since(rows, settings)
     outcome: Outcome = "settled"
     reason = ""
@@ -285,26 +288,6 @@ def record_of(
         reason=reason,
         settling_time=since,
         least_singular_value=_least_singular_value(rows, course.vehicle, settings) if len(rows) else None,
-    )
-
-
-def refused_flight(
-    course: Course,
-    settings: FlightSettings,
-    attitude: tuple[float, float],
-    reason: str,
-    warnings: tuple[str, ...] = (),
-) -> Flight:
-    """Return the record of a flight that was not begun."""
-    return Flight(
-        course=course,
-        settings=settings,
-        attitude=attitude,
-        rows=np.empty((0, len(COLUMNS))),
-        outcome="refused",
-        reason=reason,
-        settling_time=None,
-        least_singular_value=None,
         warnings=warnings,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -19,33 +19,14 @@ ARMS = ("served", "planned")
 
 MOST_STEPS = 1_000_000  # which take about 1.5 GB
 
-_RANGES = {
-    "duration": (1e-3, 1e4, "s"),
-    "tolerance": (1e-9, 10.0, "rad and m"),
-    "step": (1e-5, 0.02, "s"),
-    "control_rate": (1.0, 1e5, "Hz"),
-    "attitude_stiffness": (1e-6, 1e8, "1/s²"),
-    "attitude_damping": (1e-6, 1e6, "1/s"),
-    "altitude_stiffness": (1e-6, 1e8, "1/s²"),
-    "altitude_damping": (1e-6, 1e6, "1/s"),
-    "position_stiffness": (1e-6, 1e8, "1/s²"),
-    "position_damping": (1e-6, 1e6, "1/s"),
-    "floor": (0.0, 1.0, "dimensionless"),
-    "size": (1e-6, 1e4, "m"),
-    "lap": (1e-3, 1e4, "s"),
-    "thrust_limit": (1e-9, 1e9, "N"),
-    "servo_lag": (0.0, 1e3, "s"),
-    "servo_rate": (1e-6, 1e9, "rad/s"),
-    "attitude_noise": (0.0, 1.0, "rad"),
-    "rate_noise": (0.0, 100.0, "rad/s"),
-    "position_noise": (0.0, 100.0, "m"),
-    "velocity_noise": (0.0, 100.0, "m/s"),
-    "gust": (0.0, 100.0, "m/s"),
-}
-_OPTIONAL = frozenset({"duration", "thrust_limit", "servo_lag", "servo_rate"})
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
 _MOST_WIND = 100.0  # m/s
 _SAMPLING = 1e-6  # by which control steps may miss a whole number of engine steps, as a fraction
+
+
+def _number(default: float | None, least: float, most: float, unit: str) -> Any:
+    """Return the field of a number with its range; one without a default may be None."""
+    return field(default=default, metadata={"range": (least, most, unit)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,42 +91,43 @@ class FlightSettings:
     >>> FlightSettings(attitude_damping=3000.0)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.InputError: attitude_damping must be less than 1949.95 1/s to be stable at 1000 Hz, got 3000.0; or
-    raise control_rate
+    gaitgraph.errors.InputError: attitude_damping must be between 0.05125 and 1949.95 1/s to be stable at 1000 Hz with
+    attitude_stiffness 100.0, got 3000.0; or raise control_rate
     """
 
-    duration: float | None = None
-    tolerance: float = 0.02
-    step: float = 1e-3
-    control_rate: float = 1000.0
-    attitude_stiffness: float = 100.0
-    attitude_damping: float = 20.0
-    altitude_stiffness: float = 100.0
-    altitude_damping: float = 20.0
-    position_stiffness: float = 2.25
-    position_damping: float = 3.0
+    duration: float | None = _number(None, 1e-3, 1e4, "s")
+    tolerance: float = _number(0.02, 1e-9, 10.0, "rad and m")
+    step: float = _number(1e-3, 1e-5, 0.02, "s")
+    control_rate: float = _number(1000.0, 1.0, 1e5, "Hz")
+    attitude_stiffness: float = _number(100.0, 1e-6, 1e8, "1/s²")
+    attitude_damping: float = _number(20.0, 1e-6, 1e6, "1/s")
+    altitude_stiffness: float = _number(100.0, 1e-6, 1e8, "1/s²")
+    altitude_damping: float = _number(20.0, 1e-6, 1e6, "1/s")
+    position_stiffness: float = _number(2.25, 1e-6, 1e8, "1/s²")
+    position_damping: float = _number(3.0, 1e-6, 1e6, "1/s")
     reference: str = "attitude"
-    size: float = 1.0
-    lap: float = 6.0
+    size: float = _number(1.0, 1e-6, 1e4, "m")
+    lap: float = _number(6.0, 1e-3, 1e4, "s")
     saturation: bool = True
-    thrust_limit: float | None = None
-    servo_lag: float | None = None
-    servo_rate: float | None = None
+    thrust_limit: float | None = _number(None, 1e-9, 1e9, "N")
+    servo_lag: float | None = _number(None, 0.0, 1e3, "s")
+    servo_rate: float | None = _number(None, 1e-6, 1e9, "rad/s")
     arms: str = "served"
-    floor: float = 0.01
-    attitude_noise: float = 0.0
-    rate_noise: float = 0.0
-    position_noise: float = 0.0
-    velocity_noise: float = 0.0
+    floor: float = _number(0.01, 0.0, 1.0, "dimensionless")
+    attitude_noise: float = _number(0.0, 0.0, 1.0, "rad")
+    rate_noise: float = _number(0.0, 0.0, 100.0, "rad/s")
+    position_noise: float = _number(0.0, 0.0, 100.0, "m")
+    velocity_noise: float = _number(0.0, 0.0, 100.0, "m/s")
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    gust: float = 0.0
+    gust: float = _number(0.0, 0.0, 100.0, "m/s")
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, (low, high, unit) in _RANGES.items():
-            value = getattr(self, name)
-            if not (value is None and name in _OPTIONAL) and not low <= number_of(value) <= high:
-                raise InputError(f"{name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
+        for one in fields(self):
+            low, high, unit = one.metadata.get("range", (0.0, 0.0, ""))
+            value = getattr(self, one.name)
+            if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
+                raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
         for name, known in (("reference", REFERENCES), ("arms", ARMS)):
             value = getattr(self, name)
             if value not in known:
@@ -181,10 +163,9 @@ class FlightSettings:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        values |= {name: float(values[name]) for name in _RANGES if values[name] is not None}
-        values["wind"] = [float(part) for part in self.wind]
-        return {name: value for name, value in values.items() if value is not None}
+        stated = {one: getattr(self, one.name) for one in fields(self) if getattr(self, one.name) is not None}
+        values = {one.name: float(value) if "range" in one.metadata else value for one, value in stated.items()}
+        return values | {"wind": [float(part) for part in self.wind]}
 
     def _check_sampling(self) -> None:
         between = 1.0 / (self.control_rate * self.step)
@@ -200,7 +181,6 @@ class FlightSettings:
     def _check_gains(self) -> None:
         """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
         interval = 1.0 / self.control_rate
-        rate = f"at {self.control_rate:g} Hz"
         for loop in ("attitude", "altitude"):
             stiffness, damping = getattr(self, f"{loop}_stiffness"), getattr(self, f"{loop}_damping")
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
@@ -212,18 +192,14 @@ class FlightSettings:
             stiffest = 1.95 / interval**2  # where the least damping is the largest
             if stiffness >= stiffest:
                 raise InputError(
-                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² to be stable {rate}, got {stiffness!r}; or "
-                    "raise control_rate"
+                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² to be stable at {self.control_rate:g} Hz, "
+                    f"got {stiffness!r}; or raise control_rate"
                 )
-            if damping >= largest:
+            if not least < damping < largest:
                 raise InputError(
-                    f"{loop}_damping must be less than {largest:g} 1/s to be stable {rate}, got {damping!r}; or raise "
+                    f"{loop}_damping must be between {least:g} and {largest:g} 1/s to be stable at "
+                    f"{self.control_rate:g} Hz with {loop}_stiffness {stiffness!r}, got {damping!r}; or raise "
                     "control_rate"
-                )
-            if damping <= least:
-                raise InputError(
-                    f"{loop}_damping must be more than {least:g} 1/s to be stable {rate} with {loop}_stiffness "
-                    f"{stiffness!r}, got {damping!r}"
                 )
         if self.reference == "attitude":
             return
@@ -244,7 +220,7 @@ class FlightSettings:
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
                 f"control_rate must be higher for position_stiffness {self.position_stiffness!r} and position_damping "
-                f"{self.position_damping!r}, or these smaller: the loop is unstable {rate}"
+                f"{self.position_damping!r}, or these smaller: the loop is unstable at {self.control_rate:g} Hz"
             )
 
 

@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.controller import Reference, Stopped, allocation_of, controller_of
+from gaitgraph.flight.controller import Stopped, allocation_of, controller_of, reference_at
 from gaitgraph.flight.course import Course, before_take_off, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.flight.record import COLUMNS, Flight, record_of, refused_flight, settled_since
+from gaitgraph.flight.record import COLUMNS, Flight, Outcome, record_of, settled_since
 from gaitgraph.flight.servos import servo_response
 from gaitgraph.flight.settings import MOST_STEPS, FlightSettings
 from gaitgraph.invertibility.matrices import arm_angles, thrust_signs
@@ -118,8 +118,10 @@ class Simulation:
         every = settings.steps_per_control
         interval = every * settings.step
         low, high = self._limits
-        reference = Reference(kind=settings.reference, size=settings.size, lap=settings.lap)
-        wanted = reference.rows(np.arange(count + 1, dtype=float) * interval, ahead=self._ahead * interval)
+        t_wanted = np.arange(count + 1, dtype=float) * interval
+        place, velocity, _ = reference_at(settings, t_wanted)
+        acceleration = reference_at(settings, t_wanted + self._ahead * interval)[2]
+        wanted = np.hstack([place, velocity[:, :2], acceleration[:, :2]]).tolist()
         leading = self._allocation.direction[self._ahead :].tolist()
         noise, gusts = sensor_noise(settings, count), gusts_of(settings, count)
         thrusts_of, apply_gyroscopic = controller_of(settings, self.course.vehicle), gyroscopic_of(self.course.vehicle)
@@ -170,7 +172,7 @@ class Simulation:
                         progress((k + 1) / count)
             except Stopped as stop:
                 failure = stop.outcome, stop.reason
-        return record_of(table[:kept].copy(), self.course, settings, attitude, failure)
+        return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
 
 
 def _check_steps(course: Course, settings: FlightSettings, seconds: float) -> None:
@@ -317,7 +319,8 @@ def fly(
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     refusal, warnings = before_take_off(course, settings, anyway=anyway)
     if refusal:
-        return refused_flight(course, settings, start, f"refused before take-off: {refusal}", warnings)
+        failure: tuple[Outcome, str] = "refused", f"refused before take-off: {refusal}"
+        return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
     return replace(simulation.run(start, progress), warnings=(*warnings, *simulation.warnings))
 

@@ -1,0 +1,568 @@
+"""Flights: repeatable, within limits, with the right outcome and record; courses and the checks before take-off."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings as effort, strategies as st
+
+from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
+from gaitgraph.flight.course import Course, from_hover, refusal_and_warnings, repeated
+from gaitgraph.flight.engine import Engine
+from gaitgraph.flight.record import COLUMNS, Flight
+from gaitgraph.flight.settings import ARMS, REFERENCES, FlightSettings, settings_from_mapping
+from gaitgraph.flight.simulation import Simulation, fly, gusts_of, gyroscopic_of, sensor_noise
+from gaitgraph.gait.gait import lift
+from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.invertibility.matrices import (
+    arm_angles,
+    coefficients_of,
+    control_moment_matrix,
+    decoupling_matrix,
+    least_singular_value,
+    level_determinant,
+    thrust_signs,
+)
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import least_period
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.timing.timed_gait import TimedGait
+
+pytest.importorskip("mujoco")
+
+RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
+HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
+BEETLE = vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5)
+ALPHA = slice(COLUMNS.index("alpha1"), COLUMNS.index("alpha4") + 1)
+ROUGH: dict[str, Any] = {
+    "attitude_noise": 0.003, "rate_noise": 0.02, "position_noise": 0.01, "velocity_noise": 0.02,
+    "wind": (2.0, -1.0, 0.5), "gust": 0.5, "servo_lag": 0.02, "servo_rate": 2.0,
+}  # fmt: skip
+
+
+def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
+    """Return the same angles and times for another vehicle."""
+    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+
+
+def short(**changes: Any) -> FlightSettings:
+    return FlightSettings(**{"duration": 0.3, **changes})
+
+
+def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER) -> Gait:
+    return paper_gait(number, vehicle, coefficients_of(vehicle, kind))
+
+
+class TestDisturbances:
+    def test_a_seed_is_a_flight(self) -> None:
+        first, again, other = (fly(RED, settings=short(seed=seed, **ROUGH), anyway=True) for seed in (3, 3, 4))
+        np.testing.assert_array_equal(first.rows, again.rows)
+        assert first.rows.shape == other.rows.shape
+        assert not np.array_equal(first.rows, other.rows)
+
+    def test_a_simulation_keeps_nothing_of_the_flights_before(self) -> None:
+        simulation = Simulation(repeated(RED), short(**ROUGH))
+        first = simulation.run((0.3, -0.2))
+        simulation.run((-0.4, 0.1))
+        np.testing.assert_array_equal(simulation.run((0.3, -0.2)).rows, first.rows)
+
+    def test_a_longer_flight_begins_with_the_shorter_one(self) -> None:
+        changes = ROUGH | {"reference": "circle"}
+        brief, long = (fly(RED, settings=short(duration=seconds, **changes), anyway=True) for seconds in (0.2, 0.4))
+        np.testing.assert_allclose(long.rows[: len(brief.rows)], brief.rows, rtol=0, atol=1e-12)
+
+    def test_noise_and_gusts_have_their_stated_sizes(self) -> None:
+        noise = np.array(sensor_noise(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
+        np.testing.assert_allclose(noise.std(axis=0), [0] * 3 + [0.1] * 3 + [2.0] * 3 + [0] * 3, rtol=0.05)
+        gusts = gusts_of(short(wind=(5.0, 0.0, -1.0), gust=0.7, duration=400), 400_000)
+        assert gusts is not None
+        np.testing.assert_allclose(gusts.mean(axis=0), [5, 0, -1], atol=0.15)
+        np.testing.assert_allclose(gusts.std(axis=0), 0.7, rtol=0.15)
+        off = gusts[:, 0] - gusts[:, 0].mean()
+        assert np.mean(off[1000:] * off[:-1000]) / off.var() == pytest.approx(math.exp(-1), abs=0.12)
+        assert gusts_of(short(), 10) is None
+        assert sensor_noise(short(), 10) is None
+
+    def test_wind_moves_the_vehicle(self) -> None:
+        still, blown = (
+            fly(HOVER, attitude=(0, 0), settings=short(wind=wind)) for wind in ((0.0,) * 3, (0.0, 8.0, 0.0))
+        )
+        assert np.abs(still.column("y")).max() < 1e-9
+        assert blown.column("y")[-1] > 1e-3
+
+    @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+    def test_spinning_rotors_have_a_gyroscopic_torque(self, spin: Any) -> None:
+        """−ω × h of each arm, with h of the rotor along its tilted axis."""
+        inertia, coefficient = 3e-5, PAPER.thrust_coefficient or 0.0
+        vehicle = PAPER.replace(rotor_inertia=inertia, first_rotor_spin=spin, first_arm_angle=0.3)
+        engine, rng = Engine(vehicle), np.random.default_rng(9)
+        apply = gyroscopic_of(vehicle)
+        assert apply is not None
+        alpha, rates, omega, thrusts = (rng.normal(size=size) for size in (4, 4, 3, 4))
+        engine.place(alpha, rates=rates)
+        engine.data.qvel[3:6] = omega
+        apply(engine, engine.data.qpos[7:].tolist(), engine.data.qvel.tolist(), tuple(thrusts))
+        total = np.zeros(3)
+        senses = np.array([-1, 1, -1, 1]) * (1 if spin == "clockwise" else -1)
+        for k, arm in enumerate(arm_angles(vehicle)):
+            out = np.array([math.cos(arm), math.sin(arm), 0.0])
+            axis = math.cos(alpha[k]) * np.array([0, 0, 1.0]) + math.sin(alpha[k]) * np.cross(out, [0, 0, 1.0])
+            speed = senses[k] * np.sign(thrusts[k]) * math.sqrt(abs(thrusts[k]) / coefficient)
+            total -= np.cross(omega + rates[k] * out, inertia * speed * axis)
+        np.testing.assert_allclose(engine.data.qfrc_applied, [0, 0, 0, *total, 0, 0, 0, 0], rtol=1e-12, atol=1e-12)
+        turned = fly(flown_by(RED, vehicle), settings=short(), anyway=True)
+        plain = fly(flown_by(RED, vehicle.replace(rotor_inertia=None)), settings=short(), anyway=True)
+        assert 1e-6 < np.abs(turned.column("roll") - plain.column("roll")).max() < 0.05
+
+
+def test_a_controller_that_assumes_the_plan_errs_by_the_lag() -> None:
+    lagging = {arms: Simulation(repeated(RED), short(servo_lag=0.0125, duration=1.5, arms=arms)) for arms in ARMS}
+    flights = {arms: simulation.run((0.0, 0.0)) for arms, simulation in lagging.items()}
+    assert flights["served"].settled
+    np.testing.assert_array_equal(lagging["served"].actual, lagging["planned"].actual)
+    # Held still, the yaw that the spring kp allows is the torque by which the plan's thrusts miss, over kp·Iz.
+    planned = flights["planned"]
+    inputs = thrust_signs(PAPER) * planned.thrusts / PAPER.require("thrust_coefficient", purpose="inputs")[0]
+    missed = (control_moment_matrix(planned.rows[:, ALPHA]) @ inputs[..., None])[:, 2, 0]
+    yaw = np.abs(missed).max() / (100.0 * PAPER.inertia[2])  # type: ignore[index]
+    assert 0.02 < np.abs(planned.column("yaw")).max() < 2.0 * yaw
+    assert not planned.settled
+    assert "yaw" in planned.reason
+    everywhere = least_singular_value(planned.rows[:, ALPHA], PAPER, planned.column("roll"), planned.column("pitch"))
+    assert planned.least_singular_value == pytest.approx(everywhere.min(), rel=1e-12)
+
+
+class TestThrusts:
+    def test_limits_are_kept_and_counted(self) -> None:
+        weight = (PAPER.mass or 0.0) * PAPER.gravity
+        flight = fly(RED, settings=short(thrust_limit=0.6 * weight, duration=0.5), anyway=True)
+        assert flight.thrusts.min() >= 0.0
+        assert flight.peak_thrust == pytest.approx(0.6 * weight)
+        at_limit = (flight.thrusts <= 0.0) | (flight.thrusts >= 0.6 * weight)
+        np.testing.assert_array_equal(flight.column("saturated") == 1, at_limit.any(axis=1))
+        assert flight.saturated_fraction == pytest.approx(at_limit.any(axis=1).mean())
+        assert 0 < at_limit.any(axis=1).mean() < 1
+
+    def test_the_limit_of_the_settings_counts_before_the_vehicles(self) -> None:
+        strong = flown_by(RED, PAPER.replace(max_thrust=2.0))
+        assert fly(strong, anyway=True, settings=short()).peak_thrust == 2.0
+        assert fly(strong, anyway=True, settings=short(thrust_limit=1.9)).peak_thrust == 1.9
+        stiff = {"attitude_stiffness": 2500.0, "attitude_damping": 100.0}
+        free = fly(RED, settings=short(saturation=False, **stiff))
+        assert free.thrusts.min() < 0
+        assert free.saturated_fraction == 0
+
+    def test_they_change_at_the_control_rate_and_energy_counts_each(self) -> None:
+        flight = fly(RED, settings=short(control_rate=100.0))
+        np.testing.assert_allclose(np.diff(flight.column("t")), 0.01)
+        assert len(flight.rows) == 31
+        speed = np.sqrt(flight.thrusts / (PAPER.thrust_coefficient or 1.0))
+        power = (PAPER.drag_coefficient or 0.0) * (speed**3).sum(axis=1)
+        assert flight.energy == pytest.approx(0.01 * power[:-1].sum(), rel=1e-12)
+        assert fly(flown_by(HOVER, PAPER.replace(thrust_coefficient=None)), settings=short()).energy is None
+
+
+class TestOutcomes:
+    """Each way to stop has an outcome and one line that states the reason."""
+
+    @staticmethod
+    def check(flight: Flight, outcome: str, reason: str) -> None:
+        assert (flight.outcome, flight.settled, flight.failed) == (outcome, False, True)
+        assert reason in flight.reason
+        assert "\n" not in flight.reason
+        assert flight.settling_time is None
+        assert np.isfinite(flight.rows).all()
+
+    def test_near_a_singularity(self) -> None:
+        timed = flown_by(RED, PAPER.replace(drag_ratio=1.0))
+        for floor in (0.01, 0.3):
+            flight = fly(timed, settings=short(duration=1.0, floor=floor), anyway=True)
+            self.check(flight, "near singular", f"and flight stops where it may be below {floor:g}")
+            # The last row is still allowed, and the next one, a millisecond later, was not.
+            assert floor <= flight.column("nearness").min() < floor + 0.01
+
+    def test_at_once(self) -> None:
+        blue = lift(GAITS[1].angles, "blue", coefficients=coefficients_of(PAPER, "exact")).parametrize(1.0)
+        flight = fly(blue, anyway=True)
+        self.check(flight, "near singular", "nears singularity at 0.000 s")
+        assert (len(flight.rows), flight.flown, flight.peak_thrust, flight.energy) == (0, 0.0, None, None)
+        json.dumps(flight.as_mapping(), allow_nan=False)
+        assert "nears singularity" in str(flight)
+
+    @pytest.mark.parametrize(
+        ("timed", "changes", "outcome", "reason"),
+        [
+            # Sensors that err by a radian have the vertical on the other side of the singular plane.
+            (RED, {"attitude_noise": 1.0, "floor": 0.0}, "sign change", "its determinant has changed sign"),
+            (flown_by(RED, PAPER.replace(rotor_inertia=1e-2)), {}, "tumbling", "turns by more than 200 rad/s"),
+            (flown_by(HOVER, PAPER.replace(gravity=1e7)), {"thrust_limit": 1.0}, "tumbling", "farther than 100000 m"),
+        ],
+    )
+    def test_other_ends(self, timed: TimedGait, changes: dict[str, Any], outcome: str, reason: str) -> None:
+        attitude = (0, 0) if len(timed.gait.alpha) == 1 else None
+        self.check(fly(timed, settings=short(**changes), attitude=attitude, anyway=True), outcome, reason)
+
+    def test_with_its_nose_up(self) -> None:
+        flight = fly(HOVER, attitude=(0.0, math.pi / 2 - 1e-4))
+        self.check(flight, "upended", "nose points straight up or down at 0.000 s")
+
+    @pytest.mark.parametrize("constant", ["rotor_inertia", "mass", "gravity"])
+    def test_when_the_engine_gives_up_no_log_is_left(
+        self, constant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        flight = fly(flown_by(RED, PAPER.replace(**{constant: 1e20})), settings=short(), anyway=True)
+        self.check(flight, "tumbling", "beyond what the physics engine can follow")
+        assert list(tmp_path.iterdir()) == []
+        assert capfd.readouterr() == ("", "")
+
+    def test_being_slow_is_no_failure(self) -> None:
+        flight = fly(RED, settings=short(duration=0.1))
+        assert (flight.outcome, flight.failed) == ("not settled", False)
+        assert "did not settle within 0.1 s: roll (rad) is still off by" in flight.reason
+
+
+class TestRecord:
+    def test_to_settle_is_to_come_within_tolerance_and_stay(self) -> None:
+        flight = fly(RED, settings=short(duration=1.0))
+        errors = np.stack([np.abs(flight.column(name)) for name in ("roll", "pitch", "yaw", "z")])
+        inside: list[bool] = (errors.max(axis=0) <= 0.02).tolist()
+        since = float(flight.column("t")[next(k for k in range(len(inside)) if all(inside[k:]))])
+        assert flight.settling_time == since
+        assert 0.2 < since < 0.7
+        assert not fly(RED, settings=short(duration=1.05 * since)).settled
+        assert fly(RED, settings=short(duration=round(since + 0.21, 3))).settling_time == since
+
+    @pytest.mark.parametrize("changes", [{}, {"attitude_noise": 0.02, "floor": 0.0}, {"servo_lag": 0.1}])
+    @pytest.mark.parametrize("vehicle", [PAPER, BEETLE], ids=["paper", "beetle"])
+    def test_the_least_singular_value_is_that_of_all_rows(self, vehicle: Vehicle, changes: dict[str, Any]) -> None:
+        flight = fly(flown_by(RED, vehicle), settings=short(**changes), anyway=True)
+        each = least_singular_value(flight.rows[:, ALPHA], vehicle, flight.column("roll"), flight.column("pitch"))
+        assert flight.least_singular_value == float(each.min())
+        if not changes.get("attitude_noise"):
+            near = flight.column("nearness")
+            assert (near <= each * (1 + 1e-3)).all()
+            assert (near >= each / 2 * (1 - 1e-3)).all()
+
+    def test_the_first_thrusts_make_the_wanted_accelerations(self) -> None:
+        flight = fly(RED, settings=short(saturation=False))
+        inputs = flight.thrusts[0] * thrust_signs(PAPER) / (PAPER.thrust_coefficient or 0.0)
+        made = decoupling_matrix(RED.at(0.0)[0], PAPER, 0.3, -0.2) @ inputs - [PAPER.gravity, 0, 0, 0]
+        np.testing.assert_allclose(made, [0.0, -30.0, 20.0, 0.0], atol=1e-9)
+
+    def test_tables_are_written_and_pictures_refused(self, tmp_path: Path) -> None:
+        flight = fly(RED, settings=short(duration=0.05))
+        assert list(flight.table().columns) == list(COLUMNS)
+        flight.write(tmp_path / "flight.npz")
+        with np.load(tmp_path / "flight.npz") as archive:
+            np.testing.assert_array_equal(archive["thrust3"], flight.column("thrust3"))
+        with pytest.raises(InputError, match="output must be a table of a flight"):
+            flight.write(tmp_path / "flight.png")
+        with pytest.raises(InputError, match="nothing was flown"):
+            fly(gait_of_paper(1).parametrize(1.0)).write(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize("ratio", [0.01, 5.0])
+@pytest.mark.parametrize(("mass", "length"), [(1e-6, 0.01), (1e-3, 0.05), (1e3, 10.0), (1e20, 1e3)])
+def test_extreme_vehicles_fly_or_are_refused(mass: float, length: float, ratio: float) -> None:
+    moments = tuple(part * mass * length**2 for part in (0.1, 0.12, 0.18))
+    vehicle = Vehicle(
+        name="extreme", mass=mass, arm_length=length, drag_ratio=ratio, inertia=moments, thrust_coefficient=1e-6
+    )
+    for gait in (RED, HOVER):
+        if mass == 1e-6:
+            with pytest.raises(InputError, match="inertia of .* must be at least 1e-09"):
+                fly(flown_by(gait, vehicle), settings=short(duration=0.1), anyway=True)
+            continue
+        flight = fly(flown_by(gait, vehicle), settings=short(duration=0.1), anyway=True)
+        json.dumps(flight.as_mapping(), allow_nan=False)
+        assert np.isfinite(flight.rows).all()
+        assert str(flight).count("\n") >= (5 if len(flight.rows) else 0)
+
+
+class TestDuration:
+    """A verdict is on the whole gait, or a warning names the part."""
+
+    SLOW = RED.gait.parametrize(4.0)
+
+    def test_a_period_is_flown_where_no_duration_is_stated(self) -> None:
+        rough = FlightSettings(step=0.005, control_rate=200.0)
+        assert fly(self.SLOW, settings=rough).flown == pytest.approx(4.0)
+        assert fly(RED, settings=rough).flown == pytest.approx(3.0)
+        # Every moment of a point is like the others.
+        assert Simulation(repeated(HOVER.gait.parametrize(1e6)), rough).controls == 600
+        assert Simulation(repeated(RED.gait.parametrize(9.0)), replace(rough, reference="hover")).controls == 1800
+
+    def test_a_part_has_a_warning(self) -> None:
+        flight = fly(self.SLOW, settings=FlightSettings(duration=1.2))
+        assert flight.settled
+        assert flight.warnings == (
+            "1.2 s are 0.3 of a period of 4 s: what holds at one moment of it need not hold at another",
+        )
+        circle = FlightSettings(duration=1.0, reference="circle", lap=2.0, size=0.1)
+        course = from_hover(ASCENDING, periods=1, pause=0.1)
+        assert isinstance(course, Course)
+        for flown, settings, part in (
+            (RED, circle, "1 s are 0.5 of a lap of 2 s"),
+            (course, short(duration=0.32), "0.32 s are 0.1 of a course of 3.2 s"),
+        ):
+            (warning,) = fly(flown, settings=settings).warnings
+            assert warning.partition(":")[0] == part
+        assert fly(HOVER, settings=short(duration=0.05)).warnings == ()
+
+    def test_too_many_steps_and_too_few_are_refused(self) -> None:
+        with pytest.raises(InputError, match=r"^period must be at most 1000000 steps of 0.001 s, got 2000 s, which is"):
+            fly(RED.gait.parametrize(2000.0))
+        with pytest.raises(InputError, match=r"^lap must be at most 1000000 steps of 0.001 s, got 9000 s"):
+            FlightSettings(reference="line", lap=9000.0)
+        course = from_hover(ASCENDING, periods=9999)
+        assert isinstance(course, Course)
+        with pytest.raises(InputError, match=r"^duration must be at most 1000000 steps of 0.001 s, got 10003 s"):
+            fly(course)
+        with pytest.raises(InputError, match=r"^period must be at least 20 steps of 0.001 s \(0.02 s\), got 0.019 s"):
+            fly(RED.gait.parametrize(0.019), anyway=True)
+        assert len(fly(RED.gait.parametrize(0.02), settings=short(duration=0.02)).rows) == 21
+
+    @pytest.mark.parametrize("changes", [{"servo_lag": 0.3}, {"servo_rate": 0.1}])
+    def test_arms_that_do_not_follow_have_a_warning(self, changes: dict[str, Any]) -> None:
+        flight = fly(RED, settings=short(duration=1.0, **changes), anyway=True)
+        (warning,) = [one for one in flight.warnings if "do not follow" in one]
+        spans, planned = np.ptp(flight.rows[:, ALPHA], axis=0), np.ptp(RED.gait.alpha, axis=0)
+        numbers = re.search(r"arm (\d) swings by (\S+) of the (\S+) rad", warning)
+        assert numbers is not None
+        arm, swing, plan = int(numbers[1]) - 1, float(numbers[2]), float(numbers[3])
+        assert (swing, plan) == pytest.approx((spans[arm], planned[arm]), rel=0.01)
+        assert swing / plan == pytest.approx((spans / planned).min(), rel=0.01)
+        assert fly(RED, settings=short(duration=1.0, servo_lag=0.01)).warnings == ()
+
+
+class TestTakeOff:
+    """Before take-off the limits of the flight are checked, not those of the vehicle."""
+
+    def test_thrusts_and_tilt_rates(self) -> None:
+        weak = flown_by(RED, PAPER.replace(max_thrust=1.5))
+        assert "largest hover thrust 2.75 N, limit 1.5 N" in fly(weak, settings=short()).reason
+        assert not fly(weak, settings=short(thrust_limit=9.0)).refused
+        assert not fly(weak, settings=short(saturation=False)).refused
+        assert "limit 1 N" in fly(weak, settings=short(thrust_limit=1.0)).reason
+        slow = flown_by(RED, PAPER.replace(max_tilt_rate=1.0))
+        assert "limit 1" in fly(slow, settings=short()).reason
+        assert not fly(slow, settings=short(servo_rate=9.0)).refused
+        assert "limit 2" in fly(RED, settings=short(servo_rate=2.0)).reason
+
+    def test_rotors_that_may_pull_need_no_positive_thrusts(self) -> None:
+        pulling = replace(RED, gait=replace(RED.gait, alpha=np.array([[0.0, 0.0, 1.2, 0.0]]), colors=()))
+        assert "push down" in fly(pulling, settings=short()).reason
+        free = fly(pulling, settings=short(saturation=False))
+        assert not free.refused
+        assert any("push down" in one for one in free.warnings)
+
+    def test_each_reason_is_a_warning_of_what_flies_anyway(self) -> None:
+        both = flown_by(RED, PAPER.replace(max_thrust=1.5, max_tilt_rate=1.0))
+        warnings = fly(both, settings=short(duration=0.02), anyway=True).warnings
+        flown = [one for one in warnings if one.startswith("flown although it is not flyable: ")]
+        assert len(flown) == 2
+        assert "limit 1.5 N" in flown[0]
+        assert "limit 1" in flown[1]
+
+    def test_physics_alone_refuses(self) -> None:
+        """A biased gait is off the surfaces, which the paper forbids but physics does not."""
+        biased = gait_of_paper(3).biased(0.8).parametrize(1.0)
+        refusal, warnings = refusal_and_warnings(biased.check())
+        assert refusal == ""
+        assert any("max(|Rφ|, |Rθ|) = 0.71" in warning for warning in warnings)
+        flight = fly(biased)
+        assert flight.settled
+        assert flight.warnings == warnings
+        for number in (1, 2):
+            flight = fly(gait_of_paper(number).parametrize(1.0))
+            assert (flight.refused, flight.outcome) == (True, "refused")
+            assert flight.reason.startswith("refused before take-off: ")
+
+
+def course_of(timed: TimedGait, **options: Any) -> Course:
+    found = from_hover(timed, **options)
+    assert isinstance(found, Course), found
+    # The angles are continuous where the pieces meet.
+    begins = np.array([begin for begin, _, _ in found.pieces[1:]])
+    assert np.abs(found.at(begins + 1e-9) - found.at(begins - 1e-9)).max() < 1e-6
+    return found
+
+
+class TestCourse:
+    @pytest.mark.parametrize("kind", ["published", "exact"])
+    @pytest.mark.parametrize("law", ["smooth", "constant-speed"])
+    @pytest.mark.parametrize(("periods", "pause", "duration"), [(1, 0.0, None), (3, 0.2, 0.7)])
+    def test_its_length_and_the_gait_in_it(
+        self, kind: Any, law: str, periods: int, pause: float, duration: float | None
+    ) -> None:
+        timed = gait_of_paper(4, kind).parametrize(1.3, law=law)
+        course = course_of(timed, periods=periods, pause=pause, duration=duration)
+        assert course.phases == ("hover", "entry", "gait", "exit", "hover")
+        assert course.duration == pytest.approx(2 * (pause + (duration or 1.0)) + periods * 1.3)
+        assert np.abs(course.at(np.array([0.0, course.duration]))).max() < 1e-12
+        begin, joined, _ = course.pieces[2]
+        t = np.linspace(0, periods * 1.3, 50, endpoint=False)
+        assert np.abs(course.at(begin + t) - timed.at(t + joined)[0]).max() < 1e-12
+
+    @pytest.mark.parametrize(
+        "timed",
+        [
+            pytest.param(lambda: least_period(gait_of_paper(4), Limits(rate=5, acceleration=60)).timed, id="paced"),
+            pytest.param(
+                lambda: least_period(gait_of_paper(4), Limits(rate=5, acceleration=60), rounding=0.1).timed,
+                id="rounded",
+            ),
+            pytest.param(lambda: HOVER, id="hover itself"),
+            pytest.param(lambda: gait_of_paper(4).biased(0.8).parametrize(1.0), id="off the surfaces"),
+        ],
+    )
+    def test_gaits_of_every_kind_are_entered_and_left(self, timed: Any) -> None:
+        course = course_of(timed(), periods=1, pause=0.1)
+        flight = fly(course, settings=FlightSettings(control_rate=500.0))
+        assert flight.settled, flight.reason
+        assert flight.flown == pytest.approx(course.duration, abs=2e-3)  # all of it, where no duration is stated
+
+    @pytest.mark.parametrize("number", [1, 2, 3])
+    def test_none_leads_from_hover_to_another_sign_of_r_or_to_blue(self, number: int) -> None:
+        found = from_hover(gait_of_paper(number, "exact" if number < 3 else "published").parametrize(1.0))
+        assert isinstance(found, str)
+        assert found.startswith("no flyable path from hover: ")
+        assert ("R = +4 at the start and -5.559 at the end" in found) == (number == 3)
+
+    def test_off_the_surfaces_the_reason_is_that_of_the_straight_path(self) -> None:
+        found = from_hover(gait_of_paper(3).biased(0.8).parametrize(1.0))
+        assert isinstance(found, str)
+        assert found.startswith("no flyable path from hover: off the surfaces it is straight, and R changes its sign")
+
+    def test_flown_anyway_it_ends_where_the_determinant_vanishes(self) -> None:
+        course = course_of(gait_of_paper(3).parametrize(1.0), anyway=True)
+        flight = fly(course, anyway=True)
+        assert flight.outcome in ("near singular", "sign change")
+        assert course.pieces[1][0] < flight.flown < course.pieces[2][0]  # on the entry
+        ends = course.at(np.array([0.0, flight.flown]))
+        first, last = level_determinant(ends, coefficients_of(PAPER, "exact"))
+        assert first > 0
+        assert abs(last) < 0.1 * first
+
+    def test_a_slow_vehicle_has_a_longer_entry(self) -> None:
+        slow = PAPER.replace(name="slow", max_tilt_rate=0.5)
+        course = course_of(gait_of_paper(4, "exact", slow).parametrize(20.0), periods=1)
+        assert course.pieces[2][0] - course.pieces[1][0] > 1.4  # s, for 0.39 rad with the smooth law's peak of 15/8
+        t = np.arange(0.0, course.duration, 0.01)
+        assert (np.abs(np.diff(course.at(t), axis=0)).max() / 0.01) <= 0.5 + 1e-6
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            ({"periods": 0}, "periods must be a whole number from 1 to 10000, got 0"),
+            ({"periods": True}, "periods must be a whole number from 1 to 10000, got True"),
+            ({"periods": 2.0}, "periods must be a whole number from 1 to 10000, got 2.0"),
+            ({"pause": -1.0}, "pause must be between 0 and 10000 s, got -1.0"),
+            ({"pause": math.nan}, "pause must be between 0 and 10000 s, got nan"),
+        ],
+    )
+    def test_bad_values_are_refused(self, options: dict[str, Any], message: str) -> None:
+        with pytest.raises(InputError, match=message):
+            from_hover(ASCENDING, **options)
+        with pytest.raises(InputError, match="^gait must be a timed gait"):
+            from_hover(None)  # type: ignore[arg-type]
+
+    def test_a_gait_may_be_repeated_from_any_moment(self) -> None:
+        t = np.linspace(0.0, 3.0, 7)
+        assert np.array_equal(repeated(RED, begin=0.5).at(t), RED.at(t + 0.5)[0])
+
+
+class TestSettings:
+    NUMBERS = sorted(FlightSettings().as_mapping().keys() - {"reference", "arms", "saturation", "seed", "wind"})
+
+    @effort(max_examples=60)
+    @given(
+        st.sampled_from([*NUMBERS, "duration", "thrust_limit", "servo_lag", "servo_rate"]),
+        st.sampled_from(
+            [math.nan, math.inf, -math.inf, -1.0, 1e300, True, "fast", [], 1j, b"1", {}, (1.0,), -(10**400)]
+        ),
+    )
+    def test_bad_numbers_are_refused_by_name(self, name: str, value: object) -> None:
+        with pytest.raises(GaitgraphError) as caught:
+            settings_from_mapping({name: value})
+        assert str(caught.value).startswith(name)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("name", "value", "message"),
+        [
+            ("tolerance", 10.1, "tolerance must be between 1e-09 and 10 (rad and m), got 10.1"),
+            ("reference", "hoover", "one of attitude, hover, step, line, circle, got 'hoover'; did you mean 'hover'"),
+            ("reference", 3, "one of attitude, hover, step, line, circle, got 3"),
+            ("saturation", 1, "must be true or false, got 1"),
+            ("seed", -1, "must be a whole number from 0 to 18446744073709551615, got -1"),
+            ("seed", True, "got True"),
+            ("seed", 1.0, "got 1.0"),
+            ("wind", 3.0, "must be two or three numbers"),
+            ("wind", (1, math.nan), "must be two or three numbers"),
+            ("wind", (1, 2, 100.1), "each from -100 to 100"),
+            ("wind", "12", "must be two or three numbers"),
+            ("control_rate", 300.0, "must be 1000 Hz divided by a whole number, for steps of 0.001 s, got 300 Hz"),
+            ("control_rate", 2000.0, "must be 1000 Hz divided by a whole number"),
+            ("duration", 9000.0, "must be at most 1000000 steps"),
+            ("atitude_noise", 0.1, "is no setting of a flight; did you mean 'attitude_noise'"),
+        ],
+    )
+    def test_other_bad_values_are_refused(self, name: str, value: object, message: str) -> None:
+        with pytest.raises(InputError) as caught:
+            settings_from_mapping({name: value})
+        assert str(caught.value).startswith(name)
+        assert message in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize("content", [None, [], {1: 2}])
+    def test_they_are_a_table(self, content: object) -> None:
+        with pytest.raises(InputError, match="^flight must be a table of settings by name"):
+            settings_from_mapping(content)
+
+    @effort(max_examples=20)
+    @given(
+        st.fixed_dictionaries(
+            {},
+            optional={
+                "duration": st.floats(0.01, 100) | st.integers(1, 100),
+                "reference": st.sampled_from(REFERENCES),
+                "wind": st.tuples(*[st.floats(-100, 100)] * 3),
+                "seed": st.integers(0, 2**64 - 1),
+                "servo_lag": st.none() | st.floats(0, 1),
+                "saturation": st.booleans(),
+            },
+        )
+    )
+    def test_they_come_back_from_their_mapping(self, values: dict[str, Any]) -> None:
+        settings = FlightSettings(**values)
+        assert settings_from_mapping(json.loads(json.dumps(settings.as_mapping()))) == settings
+
+    @pytest.mark.parametrize("attitude", [(0.1,), 0.1, "level", (math.nan, 0), (4.0, 0.0), (0.0, 1.6), (0, None)])
+    def test_bad_attitudes_are_refused(self, attitude: Any) -> None:
+        with pytest.raises(InputError, match="^attitude"):
+            fly(RED, attitude=attitude)
+
+    def test_only_timed_gaits_and_courses_fly(self) -> None:
+        with pytest.raises(InputError, match="^gait must be a timed gait"):
+            fly(RED.gait)  # type: ignore[arg-type]
+        with pytest.raises(InputError, match="^settings must be FlightSettings"):
+            fly(RED, settings={"duration": 1.0})  # type: ignore[arg-type]
+
+    def test_spinning_rotors_need_their_thrust_coefficient(self) -> None:
+        vehicle = PAPER.replace(thrust_coefficient=None, rotor_inertia=1e-5)
+        with pytest.raises(MissingConstant, match="states no thrust_coefficient .*gyroscopic"):
+            fly(flown_by(RED, vehicle), anyway=True)

@@ -1,0 +1,221 @@
+"""Basins: from where gaits settle in flight, beside the sign of their determinant, and the command basin."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.pace import least_period
+from gaitgraph.vehicle import PAPER
+
+pytest.importorskip("mujoco")
+
+from gaitgraph.flight.basins import CASES, Basin, basins_of, table_of_basins
+from gaitgraph.flight.course import repeated
+from gaitgraph.flight.gait_file import biased_timed_gait
+from gaitgraph.flight.record import OUTCOMES
+from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.simulation import Simulation
+
+if TYPE_CHECKING:
+    from gaitgraph.timing.timed_gait import TimedGait
+
+PAGE = (Path(__file__).parent.parent / "docs" / "basins.md").read_text()
+SHARE = (PAPER.mass or 0.0) * PAPER.gravity / 4
+
+
+def timed_gait(number: int = 3, **changes: Any) -> TimedGait:
+    vehicle = PAPER.replace(**changes) if changes else PAPER
+    return paper_gait(number, vehicle, coefficients_of(vehicle, "published")).parametrize(1.0)
+
+
+def basin_of(timed: TimedGait, eta: float = 1.0, **options: Any) -> Basin:
+    return basins_of(timed, biases=[eta], **options)[0]
+
+
+@pytest.fixture(scope="module")
+def biased() -> Basin:
+    return basin_of(timed_gait(), 0.8, resolution=5, begins=2)
+
+
+# The rows of the page's first table: gait, thrust limit in shares, η, acceptable, settled, settled but not acceptable.
+ROWS = re.findall(r"^\| Gait (\d) \| (\w+) \| ([\d.]+) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$", PAGE, re.M)
+
+
+# One row is flown again here; the others take as long and test no more.
+@pytest.mark.parametrize("row", [row for row in ROWS if row[:3] == ("4", "4", "0.8")], ids="-".join)
+def test_the_numbers_of_the_page_are_flown_again(row: tuple[str, ...]) -> None:
+    assert {row[:3] for row in ROWS} == {
+        (g, limit, eta) for g in "34" for limit in ("none", "4") for eta in ("1", "0.9", "0.8")
+    }
+    basin = basin_of(timed_gait(4), 0.8, settings=FlightSettings(thrust_limit=4 * SHARE), resolution=9)
+    cases = basin.cases
+    assert (int(basin.inside.sum()), int(basin.settled.sum())) == (int(row[3]), int(row[4]))
+    assert (cases["inside_lost"], cases["outside_settled"]) == (int(row[5]), int(row[6]))
+    assert not (basin.outcome == 0)[~basin.same_side].any()
+
+
+def test_a_red_gait_settles_from_everywhere_without_a_thrust_limit() -> None:
+    basin = basin_of(timed_gait(3), resolution=5)
+    assert basin.fraction == basin.acceptable_fraction == 1.0
+    assert basin.cases == dict(zip(CASES, (25, 0, 0, 0), strict=True))
+    assert basin.outcomes == {"settled": 25}
+    assert 100 < basin.peak_share.max() < 200  # which no rotor has
+    assert basin.seconds.max() < 0.7
+    assert not basin.warnings
+
+
+def test_attitudes_on_the_other_side_of_the_singular_ones_at_take_off_are_lost(biased: Basin) -> None:
+    """Level flight has the other sign of the determinant, so it is zero somewhere between."""
+    assert 0 < (~biased.same_side).sum() < biased.same_side.size
+    assert not (biased.outcome == 0)[~biased.same_side].any()
+    # An attitude that is never singular is on the same side at all times.
+    assert biased.same_side[:, biased.inside].all()
+    assert biased.warnings
+
+
+def test_moments_of_take_off_are_flown_one_by_one(biased: Basin) -> None:
+    assert biased.begins.tolist() == [0.0, 0.5]
+    assert biased.outcome.shape == (2, 5, 5)
+    assert np.array_equal(biased.settled, (biased.outcome == 0).all(axis=0))
+    assert biased.settled.sum() < (biased.outcome[1] == 0).sum()
+    assert np.array_equal(biased.worst == 0, biased.settled)
+    columns = biased.columns()
+    assert [len(values) for values in columns.values()] == [50] * len(columns)
+    row = {name: values[25 + 3 * 5 + 1] for name, values in columns.items()}  # second moment, fourth roll, second pitch
+    assert (row["eta"], row["begin"]) == (0.8, 0.5)
+    assert (row["roll"], row["pitch"]) == pytest.approx((math.radians(40), math.radians(-40)))
+    assert row["outcome"] == OUTCOMES[biased.outcome[1, 3, 1]]
+    assert len(table_of_basins([biased, biased])) == 100
+
+
+def test_flights_that_end_once_settled_end_as_whole_ones_do() -> None:
+    """A period has all moments of the gait, so a flight that has settled by then stays so."""
+    timed = timed_gait(4)
+    basin = basin_of(timed, 0.8, resolution=3, extent="60deg", settings=FlightSettings(thrust_limit=4 * SHARE))
+    simulation = Simulation(repeated(biased_timed_gait(timed, 0.8)), basin.settings)
+    for i, j in np.ndindex(3, 3):
+        flight = simulation.run((float(basin.angles[i]), float(basin.angles[j])))
+        assert flight.outcome == OUTCOMES[basin.outcome[0, i, j]]
+        if flight.settled:
+            assert flight.settling_time == basin.seconds[0, i, j]
+            assert flight.peak_thrust_share == basin.peak_share[0, i, j]
+
+
+def test_gaits_that_physics_forbids_are_refused_and_fail_anyway() -> None:
+    refused = basins_of(timed_gait(1), biases=(1.0, 0.8), resolution=3)
+    assert [basin.outcomes for basin in refused] == [{"refused": 9}] * 2
+    assert "undecided" in refused[0].refusal
+    assert "R changes its sign" in refused[1].refusal
+    assert not any(basin.settled.any() or basin.inside.any() for basin in refused)
+    assert "refused before take-off" in str(refused[0])
+    flown = basin_of(timed_gait(1), resolution=3, anyway=True)
+    assert (flown.refusal, flown.outcomes) == ("", {"near singular": 9})
+    assert "9 near singular" in str(flown)
+
+
+def test_progress_comes_to_one_and_never_goes_back() -> None:
+    parts: list[float] = []
+    basins_of(timed_gait(), biases=(1.0, 0.9), resolution=2, extent=0.3, progress=parts.append)
+    assert parts == sorted(parts)
+    assert (len(parts), parts[-1]) == (8, 1.0)
+
+
+def test_paced_gaits_are_flown_but_not_biased() -> None:
+    timed = least_period(timed_gait(3).gait, Limits(rate=5, acceleration=60), rounding=0.1).timed
+    assert timed is not None
+    assert basin_of(timed, resolution=1).fraction == 1.0
+    with pytest.raises(InputError, match="^law must be one of .* to bias the gait"):
+        basin_of(timed, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"resolution": 0}, "resolution must be a whole number from 1 to 100000, got 0"),
+        ({"resolution": 2.5}, "resolution must be a whole number from 1 to 100000, got 2.5"),
+        ({"resolution": 317}, "resolution must make at most 100000 flights, got 301467"),
+        ({"begins": -1}, "begins must be a whole number from 1 to 100000, got -1"),
+        ({"extent": "90deg"}, "extent must be an angle above 0 and below pi/2, got '90deg'"),
+        ({"extent": 0.0}, "extent must be an angle above 0"),
+        ({"extent": math.nan}, "extent"),
+        ({"settings": FlightSettings(duration=0.99)}, "duration must be at least the gait's period, 1 s, got 0.99 s"),
+        ({"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
+        ({"biases": [0.0]}, "bias must be a number above 0, up to 1, got 0.0"),
+        ({"biases": [1.01]}, "bias must be a number above 0, up to 1, got 1.01"),
+        ({"biases": []}, "biases must be one or more numbers, got []"),
+        ({"biases": "0.8"}, "biases must be one or more numbers, got '0.8'"),
+        ({"biases": [0.8, 1.0, 0.8]}, "bias must be given once, got 0.8 twice"),
+    ],
+)
+def test_bad_values_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match="^" + re.escape(message)):
+        basins_of(timed_gait(), **options)
+
+
+def test_it_warns_as_a_flight_does_and_needs_a_mass() -> None:
+    basin = basin_of(timed_gait(), resolution=1, settings=FlightSettings(servo_lag=1.0))
+    assert ["the servos do not follow" in one for one in basin.warnings] == [True]
+    with pytest.raises(InputError, match="gait must be a timed gait"):
+        basins_of(timed_gait().gait)  # type: ignore[arg-type]
+    with pytest.raises(MissingConstant, match="mass"):
+        basins_of(timed_gait(mass=None))
+
+
+def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
+    options = ["basin", "gait3", "--bias", 0.8, "--resolution", 3]
+    done = run(*options, "--output", "basin.csv", "--thrust-limit", 4 * SHARE)
+    assert (done.code, done.err) == (0, "")
+    assert "Basin of the gait itself: 3 by 3 attitudes, roll and pitch up to 80°: " in done.out
+    assert "Basin of biased by 0.8" in done.out
+    assert "wrote basin.csv" in done.out
+    assert done.out.count("warning: ") == 1
+    assert "warning: biased by 0.8 it is off the surfaces: max(|Rφ|, |Rθ|) = 0.71, allowed 0.002\n" in done.out
+    assert len((tmp_path / "basin.csv").read_text().splitlines()) == 1 + 18
+    answer = run(*options, "--json", "--begins", 2).json
+    gait, biased = answer["basins"]
+    assert (gait["eta"], gait["period"], gait["warnings"]) == (1.0, 1.0, [])
+    assert sum(biased[case] for case in CASES) == 9
+    assert len(biased["flights"]["outcome"]) == 18
+    assert answer["settings"]["control_rate"] == 1000.0
+
+
+def test_the_command_says_no_with_exit_code_1(run: Any, tmp_path: Path) -> None:
+    done = run("basin", "gait2", "--resolution", 3)
+    assert done.code == 1
+    assert "refused before take-off: " in done.out
+    assert run("basin", "gait2", "--resolution", 1, "--anyway").code == 0
+    (tmp_path / "none.toml").write_text('waypoints = [["0.1", "0.1"], ["1.2", "-1.2"]]\ncolor = "red"\n')
+    assert run("basin", "none.toml").out.startswith("there is no gait to fly: ")
+    none = run("basin", "none.toml", "--json")
+    assert (none.code, none.json["basins"]) == (1, [])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--resolution", "0"], "--resolution must be"),
+        (["--extent", "2"], "--extent must be an angle above 0 and below pi/2, got '2'"),
+        (["--bias", "2"], "--bias must be a number above 0, up to 1, got 2.0"),
+        (["--bias", "1"], "--bias: 1"),
+        (["--duration", "0.5"], "--duration must be at least the gait's period"),
+        (["--thrust-limit", "-1"], "--thrust-limit must be between 1e-09 and 1e+09 (N), got -1.0"),
+        (["--servo-rate", "x"], "--servo-rate: 'x'"),
+        (["--output", "basin.gif"], "output: 'basin.gif'; allowed for a basin are .csv"),
+        (["--settings", "hover.toml"], "settings file 'hover.toml': reference: 'hover'"),
+    ],
+)
+def test_wrong_options_are_one_line(run: Any, tmp_path: Path, options: list[str], message: str) -> None:
+    (tmp_path / "hover.toml").write_text('[flight]\nreference = "hover"\n')
+    done = run("basin", "gait3", *options)
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+    assert message in done.err

@@ -1,0 +1,373 @@
+"""The flight controller and the servos against independent mathematics: linear loops, decompositions, quadratures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gaitgraph.errors import InputError
+from gaitgraph.flight.controller import Allocation, allocation_of, reference_at, wanted_attitude
+from gaitgraph.flight.course import repeated
+from gaitgraph.flight.engine import Engine
+from gaitgraph.flight.servos import servo_response
+from gaitgraph.flight.settings import REFERENCES, FlightSettings
+from gaitgraph.flight.simulation import Simulation
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import body_vertical, coefficients_of, scaled_decoupling_matrix, thrust_signs
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from gaitgraph.timing.timed_gait import TimedGait
+
+    FloatArray = npt.NDArray[np.float64]
+
+pytest.importorskip("mujoco")
+
+RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
+HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
+VEHICLES = {
+    "paper": PAPER,
+    "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
+    "strong drag": PAPER.replace(drag_ratio=1.3, first_arm_angle=0.4),
+}
+
+
+def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
+    """Return the same angles and clock for another vehicle."""
+    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+
+
+class TestServos:
+    T = np.linspace(0.0, 1.0, 401)
+    COMMAND = np.sin(2 * math.pi * T)[:, None] * [1.0, 0.5, 0.2, -1.0] + [0.0, 0.1, 0.0, 0.3]
+
+    def integrated(self, lag: float, rate: float, parts: int = 20) -> FloatArray:
+        """Return the solution of lag·α̇ = commanded − α, its rate limited, by Runge–Kutta in parts of a step."""
+
+        def slope(commanded: FloatArray, angle: FloatArray) -> FloatArray:
+            return np.asarray(np.clip((commanded - angle) / lag, -rate, rate))
+
+        h, angle = 0.0025 / parts, self.COMMAND[0]
+        out = [angle]
+        for before, after in zip(self.COMMAND[:-1], self.COMMAND[1:], strict=True):
+            for k in range(parts):
+                first, middle, last = (before + (after - before) * (k + part) / parts for part in (0, 0.5, 1))
+                k1 = slope(first, angle)
+                k2 = slope(middle, angle + h / 2 * k1)
+                k3 = slope(middle, angle + h / 2 * k2)
+                k4 = slope(last, angle + h * k3)
+                angle = angle + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            out.append(angle)
+        return np.array(out)
+
+    def test_a_lag_is_exact(self) -> None:
+        np.testing.assert_allclose(
+            servo_response(self.COMMAND, 0.0025, lag=0.05), self.integrated(0.05, math.inf, 2), atol=1e-9
+        )
+
+    def test_a_lag_with_a_limit_is_right_to_first_order(self) -> None:
+        exact = self.integrated(0.05, 3.0)
+        coarse, fine = (
+            np.abs(servo_response(self.COMMAND[::k], 0.0025 * k, lag=0.05, rate=3.0) - exact[::k]).max() for k in (4, 1)
+        )
+        assert coarse < 0.01
+        assert fine < 0.5 * coarse
+        assert np.abs(
+            np.diff(servo_response(self.COMMAND, 0.0025, lag=0.05, rate=3.0), axis=0)
+        ).max() <= 3.0 * 0.0025 * (1 + 1e-12)
+
+    def test_a_limit_alone_follows_as_fast_as_it_may(self) -> None:
+        out = servo_response(self.COMMAND, 0.0025, rate=2.0)
+        moved = np.diff(out, axis=0)
+        there = np.abs(out[1:] - self.COMMAND[1:]) < 1e-12
+        assert there.any()
+        assert not there.all()
+        np.testing.assert_allclose(np.abs(moved[~there]), 2.0 * 0.0025, rtol=1e-9)
+        assert (np.sign(moved[~there]) == np.sign((self.COMMAND[1:] - out[:-1])[~there])).all()
+
+    def test_what_is_not_limited_passes_unchanged(self) -> None:
+        np.testing.assert_array_equal(servo_response(self.COMMAND, 0.0025), self.COMMAND)
+        np.testing.assert_array_equal(servo_response(self.COMMAND, 0.0025, rate=100.0), self.COMMAND)
+        np.testing.assert_array_equal(
+            servo_response(self.COMMAND, 0.0025, lag=0.05, rate=100.0), servo_response(self.COMMAND, 0.0025, lag=0.05)
+        )
+
+    def test_a_tiny_lag_is_none(self) -> None:
+        np.testing.assert_allclose(servo_response(self.COMMAND, 0.0025, lag=1e-9), self.COMMAND, atol=1e-7)
+
+
+def nearness(allocation: Allocation, vertical: FloatArray) -> FloatArray:
+    """Return 1/|A⁻¹| (Frobenius) at n places, as the allocation's docstring has it."""
+    along = np.sum(allocation.direction * vertical, axis=-1) ** 2
+    across = np.sum((vertical[:, None, :] @ allocation.force) ** 2, axis=(1, 2))
+    with np.errstate(invalid="ignore"):
+        bottom = np.where(along > 0, allocation.squared * along, 0.0) + across + 1.0
+    return np.asarray(np.sqrt(along / bottom))
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+class TestAllocation:
+    ALPHA = np.random.default_rng(5).uniform(-math.pi, math.pi, (2000, 4))
+
+    def matrices(self, vehicle: Vehicle, roll: Any = 0.0, pitch: Any = 0.0) -> FloatArray:
+        """Return the scaled decoupling matrix for thrusts along the axes instead of rotor inputs."""
+        return np.asarray(scaled_decoupling_matrix(self.ALPHA, vehicle, roll, pitch) * thrust_signs(vehicle))
+
+    def test_it_is_the_pseudo_inverse_and_the_null_direction(self, name: str) -> None:
+        vehicle = VEHICLES[name]
+        allocation, moment = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle)[:, :3]
+        inverse = np.linalg.pinv(moment)
+        scale = np.linalg.norm(inverse, axis=(1, 2))
+        assert (np.abs(allocation.thrusts - inverse).max(axis=(1, 2)) <= 1e-11 * scale**2).all()
+        np.testing.assert_allclose(allocation.squared, scale**2, rtol=1e-6)
+        np.testing.assert_allclose(np.linalg.norm(allocation.free, axis=1), 1.0, rtol=1e-12)
+        np.testing.assert_allclose((moment @ allocation.free[..., None])[..., 0], 0.0, atol=1e-12 * scale.max())
+        assert allocation.direction[0, 2] >= 0
+
+    def test_thrusts_are_those_of_the_inverse(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(6)
+        roll, pitch = rng.uniform(-1.5, 1.5, (2, len(self.ALPHA)))
+        allocation, matrix = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle, roll, pitch)
+        regular = np.linalg.svd(matrix, compute_uv=False)[:, -1] > 1e-3
+        assert regular.mean() > 0.9
+        torque, lift = rng.normal(size=(len(self.ALPHA), 3)), rng.normal(size=len(self.ALPHA))
+        up = body_vertical(roll, pitch)
+        along = np.sum(up * allocation.direction, axis=-1)
+        across = np.sum((up[:, None] @ allocation.force)[:, 0] * torque, axis=-1)
+        got = (allocation.thrusts @ torque[..., None])[..., 0] + ((lift - across) / along)[:, None] * allocation.free
+        expected = np.linalg.solve(matrix, np.hstack([torque, lift[:, None]])[..., None])[..., 0]
+        np.testing.assert_allclose(got[regular], expected[regular], rtol=1e-6, atol=1e-6)
+
+    def test_nearness_is_between_half_the_least_singular_value_and_all_of_it(self, name: str) -> None:
+        vehicle, rng = VEHICLES[name], np.random.default_rng(7)
+        roll, pitch = rng.uniform(-math.pi, math.pi, len(self.ALPHA)), rng.uniform(-1.5, 1.5, len(self.ALPHA))
+        near = nearness(allocation_of(self.ALPHA, vehicle), body_vertical(roll, pitch))
+        least = np.linalg.svd(self.matrices(vehicle, roll, pitch), compute_uv=False)[:, -1]
+        assert (near <= least * (1 + 1e-7)).all()
+        assert (near >= least / 2 * (1 - 1e-7)).all()
+        inverse = 1.0 / np.linalg.norm(np.linalg.inv(self.matrices(vehicle, roll, pitch)), axis=(1, 2))
+        np.testing.assert_allclose(near, inverse, rtol=1e-6)
+
+
+def test_nothing_is_divided_where_the_moment_matrix_has_lost_rank() -> None:
+    quarter = math.pi / 2
+    delta = math.atan(PAPER.drag_ratio)
+    alpha = np.array([[quarter + delta, quarter - delta, quarter + delta, quarter - delta]])
+    allocation = allocation_of(alpha, PAPER)
+    assert allocation.squared[0] == math.inf
+    assert not allocation.free.any()
+    assert not allocation.thrusts.any()
+    assert nearness(allocation, np.array([[0.0, 0.0, 1.0]])) == 0.0
+
+
+def sampled(stiffness: float, damping: float, start: float, speed: float, step: float, count: int) -> FloatArray:
+    """Return the exact solution of ë = −kp·e − kd·ė, sampled at each step and integrated as the engine does."""
+    x, v, out = start, speed, [start]
+    for _ in range(count):
+        v += step * (-stiffness * x - damping * v)
+        x += step * v
+        out.append(x)
+    return np.array(out)
+
+
+def continuous(stiffness: float, damping: float, start: float, t: FloatArray) -> FloatArray:
+    done = solve_ivp(
+        lambda _, e: [e[1], -stiffness * e[0] - damping * e[1]],
+        (0, t[-1]),
+        [start, 0.0],
+        t_eval=t,
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    return np.asarray(done.y[0])
+
+
+class TestLinearisation:
+    """Roll, pitch, yaw and altitude each obey their own linear equation, whatever the gait does."""
+
+    START: ClassVar = {"roll": 0.3, "pitch": -0.2, "yaw": 0.25, "z": -0.15}
+
+    def flight(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait, **changes: Any) -> Any:
+        place = Engine.place
+
+        def elsewhere(engine: Engine, alpha: Any, **others: Any) -> None:
+            place(engine, alpha, **{**others, "yaw": self.START["yaw"]})
+            engine.data.qpos[2] = self.START["z"]
+
+        monkeypatch.setattr(Engine, "place", elsewhere)
+        settings = FlightSettings(
+            duration=0.5, saturation=False, altitude_stiffness=60.0, altitude_damping=9.0, **changes
+        )
+        return Simulation(repeated(timed), settings).run((self.START["roll"], self.START["pitch"]))
+
+    @pytest.mark.parametrize(
+        "timed", [RED, ASCENDING, flown_by(ASCENDING, VEHICLES["beetle"])], ids=["3", "4", "beetle"]
+    )
+    def test_each_error_obeys_its_own_linear_equation(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait) -> None:
+        worst: dict[str, list[float]] = {name: [] for name in self.START}
+        for every in (1e-3, 2.5e-4):
+            flight = self.flight(monkeypatch, timed, step=every, control_rate=1 / every)
+            t = flight.column("t")
+            for name, start in self.START.items():
+                gains = (60.0, 9.0) if name == "z" else (100.0, 20.0)
+                off = np.abs(flight.column(name) - sampled(*gains, start, 0.0, every, len(t) - 1))
+                worst[name].append(float(off.max()))
+                exact = np.abs(flight.column(name) - continuous(*gains, start, t)).max()
+                assert exact < 12 * every * abs(start)
+        # What is left vanishes with the step, to first order at least.
+        for name, (coarse, fine) in worst.items():
+            assert coarse < 2e-3, name
+            assert fine < 0.3 * coarse, name
+
+    def test_a_slower_controller_still_does_to_first_order(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        flight = self.flight(monkeypatch, RED, control_rate=250.0)
+        assert len(flight.rows) == 126
+        for name in ("roll", "pitch", "yaw"):
+            exact = continuous(100.0, 20.0, self.START[name], flight.column("t"))
+            assert np.abs(flight.column(name) - exact).max() < 0.1 * abs(self.START[name])
+
+
+def turned(roll: float, pitch: float, yaw: float) -> FloatArray:
+    (cr, cp, cy), (sr, sp, sy) = ([f(a) for a in (roll, pitch, yaw)] for f in (math.cos, math.sin))
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+class TestDecoupler:
+    def test_the_force_points_where_it_is_wanted(self) -> None:
+        rng = np.random.default_rng(8)
+        for _ in range(200):
+            ax, ay, yaw = *rng.uniform(-5, 5, 2), rng.uniform(-3, 3)
+            force = rng.normal(size=3) * 0.3 + [0, 0, 2]
+            roll, pitch = wanted_attitude(ax, ay, 9.8, yaw, tuple(force))
+            pushed = turned(roll, pitch, yaw) @ force
+            np.testing.assert_allclose(pushed / pushed[2] * 9.8, [ax, ay, 9.8], rtol=1e-9, atol=1e-9)
+
+    def test_it_leans_by_45_degrees_at_most(self) -> None:
+        roll, pitch = wanted_attitude(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0))
+        pushed = turned(roll, pitch, 0.0) @ [0, 0, 1.0]
+        np.testing.assert_allclose(pushed, np.array([0.6, -0.8, 1.0]) / math.sqrt(2), atol=1e-12)
+
+    @pytest.mark.parametrize("eta", [1.0, 0.9])
+    def test_red_and_biased_gaits_are_held_in_place(self, eta: float) -> None:
+        timed = replace(ASCENDING, gait=ASCENDING.gait.biased(eta), period=4.0)
+        flight = Simulation(repeated(timed), FlightSettings(reference="line", lap=2.0, size=0.5, duration=2.5)).run()
+        assert flight.tracking_error is not None
+        assert flight.tracking_error < 0.03
+        assert flight.column("x_wanted").max() == pytest.approx(0.5)
+        assert flight.column("x")[-1] == pytest.approx(0.5, abs=0.02)
+        if eta < 1:
+            # N is not along body z: it hovers askew.
+            assert np.abs(flight.column("roll")[-300:]).max() + np.abs(flight.column("pitch")[-300:]).max() > 0.01
+
+
+@pytest.mark.parametrize("kind", REFERENCES)
+def test_references_have_their_derivatives_and_rest_at_both_ends(kind: str) -> None:
+    settings, h = FlightSettings(reference=kind, size=1.7, lap=5.0), 1e-4
+    t = np.linspace(0.05, 4.95, 99)
+    before, now, after = (reference_at(settings, t + by) for by in (-h, 0.0, h))
+    np.testing.assert_allclose((after[0] - before[0]) / (2 * h), now[1], atol=1e-6)
+    np.testing.assert_allclose((after[0] - 2 * now[0] + before[0]) / h**2, now[2], atol=1e-5)
+    place, velocity, acceleration = reference_at(settings, [0.0, 5.0, 9.0])
+    first = 1.7 if kind == "step" else 0.0
+    last = 1.7 if kind in ("step", "line") else 0.0
+    np.testing.assert_allclose(place, [[first, 0, 0], [last, 0, 0], [last, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose([velocity, acceleration], 0, atol=1e-12)
+    if kind == "circle":
+        np.testing.assert_allclose(np.hypot(now[0][:, 0] - 1.7, now[0][:, 1]), 1.7, rtol=1e-12)
+
+
+class TestGains:
+    @pytest.mark.parametrize("loop", ["attitude", "altitude"])
+    @pytest.mark.parametrize(
+        ("changes", "message"),
+        [
+            ({"damping": 2100.0}, "damping must be between 0.05125 and 1949.95 1/s to be stable at 1000 Hz"),
+            ({"stiffness": 5e6, "damping": 100.0}, "stiffness must be less than 1.95e+06 1/s² to be stable at 1000 Hz"),
+            ({"stiffness": 1.95e6, "damping": 999.0}, "stiffness must be less than 1.95e+06"),
+            ({"damping": 1e-3, "control_rate": 100.0}, "damping must be between 0.5125 and"),
+            ({"damping": 0.6, "control_rate": 50.0}, "damping must be between 1.025 and"),
+            # As many steps as control steps: the engine alone would be stable.
+            ({"damping": 0.6, "control_rate": 50.0, "step": 0.02}, "damping must be between 1.025 and"),
+        ],
+    )
+    def test_unstable_ones_are_refused_by_name(self, loop: str, changes: dict[str, Any], message: str) -> None:
+        named = {name if "step" in name or "rate" in name else f"{loop}_{name}": v for name, v in changes.items()}
+        with pytest.raises(InputError) as caught:
+            FlightSettings(**named)
+        assert str(caught.value).startswith(f"{loop}_{message}")
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize("every", [1, 4, 20])
+    def test_the_limit_is_that_of_the_sampled_loop(self, every: int) -> None:
+        """Poles of the map from one setting to the next, by brute force: steps of an engine under a held input.
+
+        Of this engine, of one with a single step, and of one that has no steps: what is stable in all is allowed.
+        """
+        rng, rate = np.random.default_rng(10), 1000.0 / every
+        maps = []
+        for steps in (every, 1):
+            h = 1 / (rate * steps)
+            one = np.array([[1, h], [0, 1.0]]), np.array([h * h, h])
+            move, push = np.eye(2), np.zeros(2)
+            for _ in range(steps):
+                move, push = one[0] @ move, one[0] @ push + one[1]
+            maps.append((move, push))
+        maps.append((maps[-1][0], np.array([0.5 / rate**2, 1 / rate])))
+        allowed = 0
+        for _ in range(200):
+            kp, kd = 10 ** rng.uniform(0, math.log10(6 * rate**2)), rate * rng.uniform(0, 2.2)
+            radii = [np.abs(np.linalg.eigvals(move - np.outer(push, [kp, kd]))).max() for move, push in maps]
+            try:
+                FlightSettings(attitude_stiffness=kp, attitude_damping=kd, control_rate=rate, saturation=False)
+            except InputError:
+                assert max(radii) > 0.98
+            else:
+                allowed += 1
+                assert max(radii) < 1
+        assert allowed > 20
+
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {"attitude_damping": 1900.0},
+            {"attitude_stiffness": 1.9e6, "attitude_damping": 1000.0},
+            {"attitude_damping": 0.5, "altitude_damping": 0.5},
+            {"control_rate": 50.0, "attitude_damping": 90.0},
+        ],
+    )
+    def test_those_just_stable_fly(self, changes: dict[str, Any]) -> None:
+        flight = Simulation(repeated(HOVER), FlightSettings(duration=0.3, saturation=False, **changes)).run(
+            (0.01, -0.01)
+        )
+        assert flight.outcome in ("settled", "not settled")
+        assert np.abs(flight.column("roll")).max() < 0.05
+
+    def test_position_gains_must_be_slower_than_attitude(self) -> None:
+        with pytest.raises(
+            InputError, match="position_damping must make x and y slower than roll and pitch: 30.0 with"
+        ):
+            FlightSettings(reference="hover", position_stiffness=900.0, position_damping=30.0)
+        assert FlightSettings(position_stiffness=900.0, position_damping=30.0).reference == "attitude"
+        slow: dict[str, Any] = {
+            "control_rate": 10.0,
+            "attitude_stiffness": 100.0,
+            "attitude_damping": 12.0,
+            "altitude_stiffness": 4.0,
+            "altitude_damping": 4.0,
+            "position_stiffness": 4.9,
+            "position_damping": 10.0,
+        }
+        with pytest.raises(InputError, match=r"control_rate must be higher for position_stiffness 4\.9"):
+            FlightSettings(reference="hover", **slow)
+        assert FlightSettings(reference="hover", **{**slow, "control_rate": 100.0}).is_calm
