@@ -14,7 +14,7 @@ from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.pace import least_period
+from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.vehicle import PAPER
 
 pytest.importorskip("mujoco")
