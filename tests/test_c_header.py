@@ -15,7 +15,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.options import FormatOptions
+from gaitgraph.io.formats import FormatOptions
 from gaitgraph.io.reading import provenance_in
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.writing import write_tables
@@ -309,15 +309,23 @@ def table_with(**columns: Sequence[float] | FloatArray) -> Table:
 @pytest.mark.parametrize(
     ("table", "number", "told"),
     [
-        (table_with(t=np.arange(16_386.0)), "float", "rows: more than 16385; allowed are that many in a C header"),
-        (table_with(alpha1=[0, 1]), "float", "column 't' is missing; allowed is a table with a clock"),
-        (table_with(t=[0, 1, 3]), "fixed", "number: 'fixed' of rows that are not evenly spaced; allowed is float"),
+        (table_with(t=np.arange(16_386.0)), "float", "rows must be at most 16385 in a C header"),
+        (table_with(alpha1=[0, 1]), "float", "column 't' is missing; a C header needs a table with a clock"),
+        (
+            table_with(t=[0, 1, 3]),
+            "fixed",
+            "number must be float or double for rows that are not",
+        ),
         (
             table_with(t=[0, 1, 1 + 1e-9, 2]),
             "float",
-            "number: 'float' of rows too near in time for it; allowed is double",
+            "number must be double for rows so near in time, got 'float'",
         ),
-        (table_with(t=[0, 1], alpha3=[0, 4e4]), "fixed", "number: 'fixed' of an angle of 40000 rad; allowed is up to"),
+        (
+            table_with(t=[0, 1], alpha3=[0, 4e4]),
+            "fixed",
+            "number must be float for an angle of 40000 rad",
+        ),
     ],
 )
 def test_what_a_header_cannot_hold_is_refused(tmp_path: Path, table: Table, number: str, told: str) -> None:

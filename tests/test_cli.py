@@ -395,7 +395,7 @@ class TestValidate:
             ("time.csv", "t,alpha1,alpha2,color\n1,0,0,red\n1,0,0,red\n", "row 2: t = 1.0 does not increase"),
             ("semi.csv", "alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
             ("tabs.csv", "alpha1\talpha2\talpha3\talpha4\n0\t0\t0\t0\n", "separated by tabs; allowed are commas"),
-            ("suffix.xlsx", "", "allowed are the suffixes .csv, .json"),
+            ("suffix.xlsx", "", "must have one of the suffixes .csv, .json"),
             ("deep.json", "[" * 100_000, "nested too deeply"),
             ("deep_object.json", '{"columns": ' * 100_000, "nested too deeply"),
             ("utf16.csv", "alpha1".encode("utf-16"), "not UTF-8 text"),

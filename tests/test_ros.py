@@ -1,14 +1,11 @@
-"""ROS 2: bags and action goals, read by ROS's own readers; and bags from elsewhere, broken, or made to do harm."""
+"""ROS 2: bags and action goals, read by ROS's own readers; bags from elsewhere, and broken ones."""
 
 from __future__ import annotations
 
 import shutil
 import sqlite3
-import struct
-import sys
-import zlib
+from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
 from itertools import count
 from math import nan
 from typing import TYPE_CHECKING, Any
@@ -24,16 +21,15 @@ import gaitgraph as gg
 from gaitgraph.errors import MissingExtra
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
-from gaitgraph.io import bag_storage as storages, rosbag as bags
-from gaitgraph.io.formats import FORMATS
-from gaitgraph.io.options import FormatOptions
+from gaitgraph.io import binary_tables, ros as bags
+from gaitgraph.io.formats import FORMATS, FormatOptions
 from gaitgraph.io.reading import provenance_in, read_table
-from gaitgraph.io.rosbag import STATE, STRING, TRAJECTORY
+from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
-from gaitgraph.io.trajectory import points_of, told_after
 from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of
+from tests.mutated import check_mutations
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -274,9 +270,9 @@ def replace_clock(timed: TimedGait, period: float, samples: int) -> TimedGait:
 @pytest.mark.parametrize(
     ("timed", "periods", "message"),
     [
-        (TIMED, 5000, "periods: 5000 of 21 rows; allowed are 100000 points"),
-        (replace_clock(TIMED, 1e9, 10), 3, "periods: 3 of 1e+09 s; allowed are 2147483646 s in all"),
-        (replace_clock(TIMED, 1e-6, 1000), 1, "t: steps under 2 ns"),
+        (TIMED, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
+        (replace_clock(TIMED, 1e9, 10), 3, "time must be at most 2147483646 s in all, got 3 periods of 1e+09 s"),
+        (replace_clock(TIMED, 1e-6, 1000), 1, "t must have steps of at least 2 ns"),
     ],
 )
 def test_what_ros_cannot_hold_is_refused(timed: TimedGait, periods: int, message: str, tmp_path: Path) -> None:
@@ -290,7 +286,7 @@ def test_a_table_needs_a_clock_and_an_end(tmp_path: Path) -> None:
     way = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
     write_tables(way, [tmp_path / "way.mcap"])
     assert (read_table(tmp_path / "way.mcap").alpha == way.alpha).all()
-    with pytest.raises(gg.InputError, match="periods: 2 of a table that does not end where it starts"):
+    with pytest.raises(gg.InputError, match="periods must be 1 for a table that does not end where it starts, got 2"):
         write_tables(way, [tmp_path / "ways.mcap"], options=FormatOptions(periods=2))
     still = Table(columns={name: way[name] for name in ANGLES})
     with pytest.raises(gg.InputError, match="column 't' is missing"):
@@ -305,7 +301,7 @@ def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
             next(seen)
             yield Table(columns={name: np.zeros(60_000) for name in ("t", *ANGLES)})
 
-    with pytest.raises(gg.InputError, match="rows: more than 100000; allowed are that many in a ROS 2 bag"):
+    with pytest.raises(gg.InputError, match="rows must be at most 100000 in a ROS 2 bag"):
         FORMATS[".mcap"].writer()(pieces(), tmp_path / "g.mcap")
     assert next(seen) == 2
 
@@ -313,18 +309,27 @@ def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["g.csv", "--periods", "3"], "periods: 3; allowed is with an output .mcap, .db3, .yaml"),
-        (["g.mcap", "--number", "fixed"], "number: 'fixed'; allowed is with an output .h"),
-        (["g.mcap", "--periods", "0"], "periods: 0; allowed is a whole number from 1 to 100000"),
-        (["g.mcap", "--joint-names", "a,b,c"], "joint_names: ('a', 'b', 'c'); allowed are four names"),
-        (["g.mcap", "--joint-names", "a,b,c,b"], "joint_names: ['a', 'b', 'c', 'b']; allowed are four that differ"),
-        (["g.mcap", "--joint-names", "a,b,c,"], "joint_names: ''; allowed is a printable text of up to 100"),
-        (["g.mcap", "--states-topic", "a b"], "states_topic: 'a b'; allowed is a topic such as '/arm/joint_states'"),
-        (["g.mcap", "--trajectory-topic", "/joint_states"], "states_topic: '/joint_states' is trajectory_topic too"),
-        (["g.mcap", "--states-topic", "/gaitgraph"], "states_topic: '/gaitgraph' tells what made the bag; allowed is"),
-        (["g.db3", "--trajectory-topic", "/gaitgraph"], "trajectory_topic: '/gaitgraph' tells what made the bag"),
-        (["g.h", "--number", "flaot"], "number: 'flaot'; allowed are float, double, fixed; did you mean 'float'?"),
-        (["g.h", "--c-name", "3a"], "c_name: '3a'; allowed are up to 60 letters"),
+        (["g.csv", "--periods", "3"], "periods needs an output .mcap, .db3, .yaml, got 3 without one"),
+        (["g.mcap", "--number", "fixed"], "number needs an output .h, got 'fixed' without one"),
+        (["g.mcap", "--periods", "0"], "periods must be a whole number from 1 to 100000, got 0"),
+        (
+            ["g.mcap", "--joint-names", "a,b,c"],
+            "joint_names must be four names, for rotors 1 to 4, got ('a', ",
+        ),
+        (["g.mcap", "--joint-names", "a,b,c,b"], "joint_names must differ, got ('a', 'b', 'c', 'b')"),
+        (["g.mcap", "--joint-names", "a,b,c,"], "joint_names must be printable texts of up to 100 characters, got ''"),
+        (["g.mcap", "--states-topic", "a b"], "states_topic must be a topic such as '/arm/joint_states', got 'a b'"),
+        (
+            ["g.mcap", "--trajectory-topic", "/joint_states"],
+            "states_topic must differ from trajectory_topic",
+        ),
+        (["g.mcap", "--states-topic", "/gaitgraph"], "states_topic must not be '/gaitgraph'"),
+        (["g.db3", "--trajectory-topic", "/gaitgraph"], "trajectory_topic must not be '/gaitgraph'"),
+        (["g.h", "--number", "flaot"], "number must be float, double or fixed, got 'flaot'; did you mean 'float'?"),
+        (
+            ["g.h", "--c-name", "3a"],
+            "c_name must be up to 60 letters, digits and underscores, a letter first",
+        ),
     ],
 )
 def test_wrong_options_are_told_in_one_line(
@@ -428,7 +433,7 @@ def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
     names = ["arm", "alpha3", "alpha1", "alpha4", "alpha2"]
     rows: list[Any] = [(time, [9.0, p[2], p[0], p[3], p[1]], []) for time, p, _ in ROWS]
     assert (read_table(bag_of(tmp_path / "a.mcap", [("/j", 1, trajectory(names, rows))])).alpha == TIMED.alpha).all()
-    assert "joints: ['arm', 'x']; allowed are four, or alpha1 to alpha4 among them" in refused(
+    assert "joints must be four, or alpha1 to alpha4 among them, got ['arm', 'x']" in refused(
         bag_of(tmp_path / "b.mcap", [("/j", 1, trajectory(["arm", "x"], rows))])
     )
 
@@ -437,7 +442,7 @@ def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
 def test_joint_states_alone_are_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, stamped: bool
 ) -> None:
-    monkeypatch.setattr(bags, "_ROWS", 8)  # 21 rows are three pieces
+    monkeypatch.setattr(bags, "ROWS_OF_A_PIECE", 8)  # 21 rows are three pieces
     start = 1_700_000_000_123_456_789
     messages = [
         (
@@ -459,26 +464,23 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     whole = tmp_path / "rosbag2_2024"
     whole.mkdir()
     for k, (time, p, _) in enumerate(ROWS[:12]):
-        part = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, ["a", "b", "c", "d"], p))])
-        shutil.move(next(part.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
-    table = read_table(whole)
-    assert (table.alpha == TIMED.alpha[:12]).all()
-    (whole / "notes.txt").touch()
+        one = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, ["a", "b", "c", "d"], p))])
+        shutil.move(next(one.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
+    assert "it must have a metadata.yaml, got none: ros2 bag reindex writes one" in refused(whole)
+    names = [f"rosbag2_2024_{k}.mcap" for k in range(12)]
+    text = (tmp_path / "p0" / "metadata.yaml").read_text()
+    (whole / "metadata.yaml").write_text(text.replace("- p0.mcap", "\n  - ".join(["", *names]).lstrip()))
+    assert (read_table(whole).alpha == TIMED.alpha[:12]).all()
     assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
-    assert "is a folder, and no ROS 2 bag; allowed are the suffixes" in refused(tmp_path / "p3")  # its file is gone
-    assert "is a folder, and no ROS 2 bag" in refused(tmp_path)  # there are bags in it
-    (tmp_path / "outer.mcap").mkdir()
-    shutil.move(whole, tmp_path / "outer.mcap" / "inner.mcap")
-    assert "a folder without a .mcap file; allowed is a ROS 2 bag" in refused(tmp_path / "outer.mcap")
+    (whole / names[5]).unlink()
+    assert "files are missing" in refused(whole)
+    assert ", a folder that is no ROS 2 bag" in refused(tmp_path / "p3")  # its file is gone
 
 
 @pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
 def test_compressed_bags(tmp_path: Path, how: CompressionMode) -> None:
     path = bag_of(tmp_path / "packed.mcap", [("/j", 1, trajectory(["a", "b", "c", "d"], ROWS))], mode=how)
-    if how == CompressionMode.STORAGE:
-        assert (read_table(path).alpha == TIMED.alpha).all()
-    else:
-        assert ("zstd -d unpacks" if how == CompressionMode.FILE else "compressed one by one") in refused(path)
+    assert (read_table(path).alpha == TIMED.alpha).all()
 
 
 FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
@@ -487,22 +489,22 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
 @pytest.mark.parametrize(
     ("messages", "told"),
     [
-        ([("/odom", 1, TYPES[STRING](data="x"))], "topics: /odom (std_msgs/msg/String); allowed is a bag with one of"),
-        ([("/joint_trajectory", 1, TYPES[STRING](data="x"))], "topics: /joint_trajectory (std_msgs/msg/String)"),
-        ([("/j", 1, trajectory(FOUR, ROWS)), ("/j", 2, trajectory(FOUR, ROWS))], "topic '/j': several messages"),
-        ([("/j", 1, trajectory(FOUR, ROWS)), ("/k", 2, trajectory(FOUR, ROWS))], "topics: /j, /k are all of traj"),
-        ([("/j", 1, trajectory(FOUR, []))], "a trajectory without points; allowed is one or more"),
-        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, nan, 0], [])]))], "row 1: positions of alpha3 is nan; allowed"),
-        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, 0], [])]))], "row 1: 3 positions of 4 joints; allowed is one a joint"),
-        ([("/j", 1, trajectory(FOUR, [(0, [0] * 4, []), (9, [0] * 4, [1] * 4)]))], "row 1: 0 velocities of 4 joints"),
-        ([("/j", 1, trajectory(FOUR, [(0, [2, 0, 0, 0], [])]))], "row 1: alpha1 is 2.0 rad; allowed is"),
-        ([("/j", 1, trajectory(FOUR, [ROWS[1], ROWS[0]]))], "row 2: t = -0.25 does not increase"),
-        ([("/s", 1, state(1, FOUR, STILL)), ("/s", 2, state(2, FOUR[::-1], STILL))], "joints: ['d', 'c', 'b', 'a']"),
-        ([("/s", 2, state(5, FOUR, STILL)), ("/s", 3, state(4, FOUR, STILL))], "row 2: t = -1e-09 does not increase"),
-        ([("/gaitgraph", 1, TYPES[STRING](data="{}"))], "what made the file is not told by gaitgraph"),
+        ([("/odom", 1, TYPES[STRING](data="x"))], "msg/JointState, got /odom (std_msgs/msg/String)"),
+        ([("/joint_trajectory", 1, TYPES[STRING](data="x"))], "got /joint_trajectory (std_msgs/msg/String)"),
+        ([("/j", 1, trajectory(FOUR, ROWS)), ("/j", 2, trajectory(FOUR, ROWS))], "must have one message, got several"),
+        ([("/j", 1, trajectory(FOUR, ROWS)), ("/k", 2, trajectory(FOUR, ROWS))], "among them, got /j, /k"),
+        ([("/j", 1, trajectory(FOUR, []))], "a trajectory must have at least one point, got none"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, nan, 0], [])]))], "row 1: alpha3"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0, 0, 0], [])]))], "row 1 must have 4 positions, one a joint, got 3"),
+        ([("/j", 1, trajectory(FOUR, [(0, [0] * 4, []), (9, [0] * 4, [1] * 4)]))], "row 1 must have 4 velocities"),
+        ([("/j", 1, trajectory(FOUR, [(0, [2, 0, 0, 0], [])]))], "row 1: alpha1"),
+        ([("/j", 1, trajectory(FOUR, [ROWS[1], ROWS[0]]))], "row 2: t"),
+        ([("/s", 1, state(1, FOUR, STILL)), ("/s", 2, state(2, FOUR[::-1], STILL))], "joints must be the same"),
+        ([("/s", 2, state(5, FOUR, STILL)), ("/s", 3, state(4, FOUR, STILL))], "row 2: t"),
+        ([("/gaitgraph", 1, TYPES[STRING](data="{}"))], "gaitgraph"),
         (
             [("/joint_states", 1, state(1, ["alpha1"] * 4, [0.1] * 4))],
-            "joints: ['alpha1', 'alpha1', 'alpha1', 'alpha1']; allowed are names that differ",
+            "joints must have names that differ, got ['alpha1', 'alpha1', 'alpha1', 'alpha1']",
         ),
     ],
 )  # fmt: skip
@@ -510,13 +512,11 @@ def test_bags_of_something_else_are_told(tmp_path: Path, messages: list[tuple[st
     assert told in refused(bag_of(tmp_path / "theirs.mcap", messages))
 
 
-@pytest.mark.parametrize("kind", [TRAJECTORY, STATE])
-def test_topics_without_messages_and_of_other_encodings_are_told(tmp_path: Path, kind: str) -> None:
-    for name, encoding in (("empty.mcap", "cdr"), ("coded.mcap", "json")):
-        with Writer(tmp_path / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-            bag.add_connection("/t", kind, typestore=STORE, serialization_format=encoding)
-    assert "topic '/t': no messages; allowed is one" in refused(tmp_path / "empty.mcap")
-    assert "topic '/t': serialised as 'json'; allowed is 'cdr'" in refused(tmp_path / "coded.mcap")
+@pytest.mark.parametrize(("kind", "wanted"), [(TRAJECTORY, "one message"), (STATE, "at least one message")])
+def test_topics_without_messages_are_refused(tmp_path: Path, kind: str, wanted: str) -> None:
+    with Writer(tmp_path / "empty.mcap", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        bag.add_connection("/t", kind, typestore=STORE)
+    assert f"topic '/t' must have {wanted}, got none" in refused(tmp_path / "empty.mcap")
 
 
 def test_what_is_there_is_not_written_into(tmp_path: Path) -> None:
@@ -527,141 +527,51 @@ def test_what_is_there_is_not_written_into(tmp_path: Path) -> None:
 
 
 def test_no_bag_at_all(tmp_path: Path) -> None:
-    assert "No such file" in refused(tmp_path / "none.mcap")
-    assert "No such file" in refused(tmp_path / "none.db3")
+    for name in ("none.mcap", "none.db3"):
+        assert "No such file" in refused(tmp_path / name)
     (tmp_path / "empty.mcap").mkdir()
-    assert "a folder without a .mcap file" in refused(tmp_path / "empty.mcap")
+    assert "it must have a metadata.yaml" in refused(tmp_path / "empty.mcap")
     for name, content in (("a.mcap", b""), ("b.mcap", b"t,alpha1"), ("c.db3", b""), ("d.db3", b"x" * 5000)):
         (tmp_path / name).write_bytes(content)
-        assert "allowed is a ROS 2 bag" in refused(tmp_path / name)
-    (tmp_path / "e.mcap" / "e.mcap").mkdir(parents=True)
-    assert "a folder without a .mcap file" in refused(tmp_path / "e.mcap")
+        assert "it is not a ROS 2 bag, or it is broken (" in refused(tmp_path / name)
     for name in ("a.yaml", "b.h"):
         (tmp_path / name).write_text("trajectory: {}\n")
-        with pytest.raises(gg.InputError, match=f"{name}': it does not tell what made it"):
+        with pytest.raises(gg.InputError, match=f"{name}': it does not state what made it"):
             provenance_in(tmp_path / name)
-    with pytest.raises(gg.errors.FileProblem, match="No such file"):
-        told_after("# ", tmp_path / "none.yaml", end="# end")
+        with pytest.raises(gg.errors.FileProblem, match="No such file"):
+            provenance_in(tmp_path / f"none{name}")
 
 
-def record(kind: int, content: bytes) -> bytes:
-    return struct.pack("<BQ", kind, len(content)) + content
-
-
-def chunk(content: bytes, *, size: int, packing: bytes = b"", checksum: int = 0) -> bytes:
-    head = struct.pack("<QQQII", 0, 0, size, checksum, len(packing)) + packing
-    return record(0x06, head + struct.pack("<Q", len(content)) + content)
-
-
-END = record(0x0F, bytes(4)) + record(0x02, bytes(20)) + b"\x89MCAP0\r\n"
-
-
-@pytest.mark.parametrize(
-    ("records", "told"),
-    [
-        (struct.pack("<BQ", 5, 1 << 62), "a record of 4611686018427387904 bytes at byte 17 of a file of"),
-        (record(5, bytes(30)), "it ends in the middle, at byte 47"),
-        (chunk(b"", size=1 << 40), "a chunk that unpacks to 1099511627776 bytes"),
-        (chunk(bytes(99), size=98), "a chunk of 99 bytes that states 98"),
-        (chunk(bytes(99), size=99, checksum=zlib.crc32(bytes(99)) ^ 1), "a chunk whose checksum is wrong"),
-        (chunk(b"junk", size=4, packing=b"zstd"), "a chunk packed with zstd cannot be unpacked"),
-        (chunk(b"no frame", size=4, packing=b"lz4"), "a chunk packed with lz4 cannot be unpacked"),
-        (chunk(b"junk", size=4, packing=b"xz"), "a chunk packed with 'xz'; allowed are lz4, zstd, or none"),
-        (chunk(chunk(b"", size=0), size=len(chunk(b"", size=0))), "a chunk within a chunk"),
-        (record(6, bytes(20)), "a record of 20 bytes that ends too early"),
-        (record(3, struct.pack("<HI", 1, 99)), "a record of 6 bytes that ends too early"),
-        (record(4, struct.pack("<HHI", 1, 1, 2) + b"\xff\xfe"), "that is no text; allowed is UTF-8"),
-    ],
-    ids=count(),
-)
-def test_lengths_in_an_mcap_file_are_not_believed(tmp_path: Path, records: bytes, told: str) -> None:
-    path = tmp_path / "bad.mcap"
-    path.write_bytes(b"\x89MCAP0\r\n" + records + (b"" if "middle" in told else END))
-    assert told in refused(path)
-
-
-def test_what_is_compressed_is_unpacked_no_further_than_it_states(tmp_path: Path) -> None:
-    zstd = import_module("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd")
-    for packing, pack in (("zstd", zstd.compress), ("lz4", import_module("lz4.frame").compress)):
-        bomb = pack(bytes(1 << 24))
-        assert len(bomb) < 1 << 17
-        path = tmp_path / f"{packing}.mcap"
-        path.write_bytes(b"\x89MCAP0\r\n" + chunk(bomb, size=100, packing=packing.encode()) + END)
-        assert "a chunk of 101 bytes that states 100" in refused(path)
-
-
-def test_long_messages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(storages, "MOST_MESSAGE", 1000)
-    for suffix in BAGS:
-        path = bag_of(tmp_path / f"a{suffix}", [("/j", 1, trajectory(FOUR, ROWS))], suffix)
-        assert ("allowed are 1000" if suffix == ".mcap" else "too big") in refused(path)
-    monkeypatch.setattr(storages, "MOST_BYTES", 100)
-    for suffix in BAGS:
-        assert "more than 0 MiB; allowed is a bag up to that" in refused(tmp_path / f"a{suffix}")
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ("CREATE VIEW messages AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) "
-         "SELECT x AS id, 2 AS topic_id, x AS timestamp, zeroblob(1000) AS data FROM n", "it has no table 'messages'"),
-        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
-         "data BLOB AS (zeroblob(1000000000)))", "its table 'messages' has no plain column 'data'"),
-        ("CREATE VIRTUAL TABLE messages USING fts5(id, topic_id, timestamp, data)", "it has no table 'messages'"),
-        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, data BLOB)", "no plain column 'timestamp'"),
-        ("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
-         "INSERT INTO messages VALUES (1, 1, 5, 'text'), (2, 2, 'x', 7), (3, 3, 1.5, NULL)", "a message is"),
-    ],
-)  # fmt: skip
-def test_a_database_holds_plain_tables_only(written: dict[str, Path], tmp_path: Path, change: str, told: str) -> None:
-    path = tmp_path / "evil.db3"
-    shutil.copy(next(written[".db3"].glob("*.db3")), path)
-    connection = sqlite3.connect(path)
-    connection.executescript(f"DROP TABLE messages; {change}")
-    connection.commit()
-    connection.close()
-    assert told in refused(path)
-
-
-def test_a_bag_that_is_cut_off_is_refused_wherever(written: dict[str, Path], tmp_path: Path) -> None:
-    for suffix in BAGS:
-        content = next(written[suffix].glob(f"*{suffix}")).read_bytes()
-        path = tmp_path / f"cut{suffix}"
-        end = content.index(record(0x0F, bytes(4))) if suffix == ".mcap" else len(content)
-        for length in np.linspace(0, end - 1, 40).astype(int).tolist():
-            path.write_bytes(content[:length])
-            refused(path)
-
-
-SMALL: dict[str, bytes] = {}
-
-
-@settings(deadline=None, max_examples=100)
-@given(data=st.data(), suffix=st.sampled_from(sorted(BAGS)))
-def test_whatever_the_bytes_there_is_a_table_or_one_line(
-    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject, suffix: str
+@pytest.mark.parametrize("suffix", BAGS)
+def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_line(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if suffix not in SMALL:
-        source = tmp_path_factory.mktemp("small") / f"s{suffix}"
-        replace_clock(TIMED, 1.0, 3).write(source)
-        SMALL[suffix] = next(source.glob(f"*{suffix}")).read_bytes()
-    content = bytearray(SMALL[suffix])
-    for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.integers(0, len(content) - 1))
-        new = data.draw(st.binary(max_size=8))
-        kind = data.draw(st.sampled_from(["change", "insert", "remove"]))
-        content[place : place + (0 if kind == "insert" else max(len(new), 1))] = (
-            b"" if kind == "remove" else new or b"\xff"
-        )
-    path = tmp_path_factory.getbasetemp() / f"mutated{suffix}"
+    path = tmp_path / f"small{suffix}"
+    replace_clock(TIMED, 1.0, 3).write(tmp_path / f"bag{suffix}")
+    content = next((tmp_path / f"bag{suffix}").glob(f"*{suffix}")).read_bytes()
+    for length in np.linspace(0, len(content) - 1, 40).astype(int).tolist():
+        path.write_bytes(content[:length])
+        if suffix == ".mcap":
+            refused(path)
+        else:  # sqlite does not miss pages that it does not need
+            with suppress(gg.InputError):
+                assert (read_table(path).alpha == replace_clock(TIMED, 1.0, 3).alpha).all()
+    assert check_mutations(content, path, count=300) > 50
     path.write_bytes(content)
-    try:
-        table = read_table(path)
-    except gg.GaitgraphError as error:
-        assert "\n" not in str(error)
-        assert str(path) in str(error)
-    else:
-        assert np.isfinite(table.alpha).all()
+    for most in (len(content), len(content) - 1):
+        monkeypatch.setattr(binary_tables, "MOST_BYTES", most)
+        if most == len(content):
+            assert len(read_table(path)) == 4
+        else:
+            assert f"it must have at most 0 MiB, got {len(content)} bytes" in refused(path)
+
+
+def test_chunks_that_state_too_much_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    message = trajectory(["a", "b", "c", "d"], [(k, [0.0] * 4, [0.0] * 4) for k in range(20_000)])
+    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, message)], mode=CompressionMode.STORAGE)
+    monkeypatch.setattr(binary_tables, "MOST_BYTES", 1 << 20)
+    assert sum(one.stat().st_size for one in path.iterdir()) < 1 << 20
+    assert "its chunks must have at most 1 MiB, got" in refused(path)
 
 
 @pytest.mark.parametrize("suffix", BAGS)

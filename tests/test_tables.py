@@ -242,7 +242,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(gg.errors.FileProblem, match="Is a directory"):
         read_table(tmp_path / "folder.csv")
-    with pytest.raises(gg.InputError, match="allowed are the suffixes .csv, .json"):
+    with pytest.raises(gg.InputError, match="must have one of the suffixes .csv, .json"):
         read_table(tmp_path / "gait.xlsx")
     (tmp_path / "latin.csv").write_bytes(b"alpha1,\xff\n")
     with pytest.raises(gg.InputError, match="not UTF-8 text"):
@@ -316,7 +316,7 @@ def test_what_is_no_regular_file_is_not_replaced(tmp_path: Path, force: bool) ->
 def test_outputs_that_cannot_be(tmp_path: Path) -> None:
     timed = lift(G3.angles, "red").parametrize()
     for path, message in (
-        (tmp_path / "x.txt", "allowed are the suffixes"),
+        (tmp_path / "x.txt", "must have one of the suffixes"),
         (tmp_path / "no" / "x.csv", "does not exist"),
     ):
         with pytest.raises(gg.GaitgraphError, match=message):

@@ -25,7 +25,7 @@ from gaitgraph.cli.terminal import print_json, working
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.timing.exporting import Exported
 
@@ -54,7 +54,7 @@ def _format_options(command: Callable[..., int]) -> Callable[..., int]:
 
 def _taken_format_options(options: dict[str, Any]) -> Any:
     """Take the choices of formats out of a command's options, and return them as the library wants them."""
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import FormatOptions
 
     names = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
     chosen = {name: value for name in names if (value := options.pop(name)) is not None}

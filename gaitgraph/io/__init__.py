@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
+    from gaitgraph.io.formats import FormatOptions as FormatOptions
     from gaitgraph.io.frames import table_from_frame as table_from_frame
-    from gaitgraph.io.options import FormatOptions as FormatOptions
     from gaitgraph.io.reading import gait_of as gait_of, read_gait as read_gait, read_table as read_table
     from gaitgraph.io.servo_map import (
         Joint as Joint,

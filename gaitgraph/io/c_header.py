@@ -1,7 +1,7 @@
 """A gait as one C header: a table of its angles, and a function that returns them at any time.
 
 The header is C99 and C++11, needs no library but <stdint.h>, allocates nothing, and takes any time: before 0, after
-many periods, not a number. What made it is told in its first comment.
+many periods, not a number. Its first comment states what made it.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from textwrap import wrap
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,34 +18,36 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError
 from gaitgraph.gait.rows import is_closed
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, provenance_text
-from gaitgraph.io.options import FormatOptions
-from gaitgraph.io.trajectory import merged_up_to, told_after
+from gaitgraph.io.ros import merged_up_to
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-__all__ = ["MOST_ROWS", "provenance_of_h", "write_h"]
+    from gaitgraph.io.formats import FormatOptions
 
 FloatArray = npt.NDArray[np.float64]
 
 MOST_ROWS = 16_384
 """A C header may have this many rows at most: as floats with rates, half a megabyte."""
 
-_MARK = " * made_by: "
-_END = "#endif"
+MARK = " * made_by: "
+END = "#endif"
+
 _LARGEST = 32_767
 _EVEN = 1e-6
 _NANOSECOND = 1e-9
 _CUBIC_SHARE = 128.0
-"""What a cubic is off by, as a part of step² times the largest second difference of the accelerations: 1/384 where the
-fourth derivative is steady, and up to thrice that where the third one jumps."""
+"""The error of a cubic is step² times the largest second difference of the accelerations, divided by this: by 384 where
+the fourth derivative is steady, and thrice as much where the third one jumps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Curve:
     """What a header has: rows at times, joined by straight lines or cubics; a closed one without its last row."""
 
+    name: str
+    number: str
     times: FloatArray
     angles: FloatArray
     rates: FloatArray | None
@@ -57,15 +60,38 @@ class _Curve:
         return float(self.times[-1])
 
     @property
-    def intervals(self) -> int:
-        return len(self.times) - 1
+    def rows(self) -> int:
+        return len(self.times) - self.closed
 
     @property
-    def rows(self) -> int:
-        return self.intervals if self.closed else len(self.times)
+    def real(self) -> str:
+        """The type of angles and times."""
+        return "double" if self.number == "double" else "float"
+
+    @property
+    def cubic(self) -> bool:
+        """Whether rows are joined by cubics."""
+        return self.number != "fixed" and self.rates is not None
+
+    @property
+    def bits(self) -> int:
+        """How many bits of a fixed-point number are behind the point: as many as its largest angle leaves."""
+        largest = float(np.abs(self.angles).max())
+        bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
+        if bits is None:
+            raise InputError(f"number must be float for an angle of {largest:g} rad; 'fixed' goes up to {_LARGEST} rad")
+        return bits
+
+    def literal(self, value: float) -> str:
+        """Return a number as the compiler reads the same one again."""
+        return repr(float(value)) if self.real == "double" else f"{np.float32(value)!s}f"
+
+    def units(self) -> npt.NDArray[np.int64]:
+        """Return the angles in fixed point."""
+        return np.rint(self.angles * 2.0**self.bits).astype(np.int64)
 
 
-def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions | None = None) -> None:
+def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new C header.
 
     Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
@@ -75,31 +101,21 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions | None =
     InputError
         If the table has no clock, has too many rows, or has what the numbers asked for cannot hold.
     """
-    options = options or FormatOptions()
     table = merged_up_to(pieces, MOST_ROWS + 1, "a C header")
-    curve = _curve_of(table, options.number)
     name = options.c_name or _identifier(path.stem)
-    text = _FIXED if options.number == "fixed" else _FLOATING
-    parts = _Parts(name=name, number=options.number, curve=curve)
+    curve = _curve_of(table, name, options.number)
     lines = [
-        *_comment(path.name, table, options, parts),
+        *_comment(path.name, table, options, curve),
         f"#ifndef GAITGRAPH_{name.upper()}_H",
         f"#define GAITGRAPH_{name.upper()}_H",
         "",
         "#include <stdint.h>",
         "",
-        *parts.constants(),
-        "",
-        *parts.tables(),
-        _filled(text, parts),
-        _END,
+        *_tables(curve),
+        _functions(curve),
+        END,
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def provenance_of_h(path: Path) -> str:
-    """Return the text of what made a C header."""
-    return told_after(_MARK, path, end=_END)
 
 
 def _identifier(stem: str) -> str:
@@ -112,150 +128,64 @@ def _identifier(stem: str) -> str:
     return name if name[:1].isalpha() else f"gait_{name.strip('_')}"[:60].rstrip("_")
 
 
-def _curve_of(table: Table, number: str) -> _Curve:
-    if "t" not in table or "alpha3" not in table:
-        missing = "t" if "t" not in table else "alpha3"
-        raise InputError(f"column {missing!r} is missing; allowed is a table with a clock and four angles")
-    times = table["t"] - table["t"][0]
-    smooth = ACCELERATIONS[0] in table and RATES[0] in table
-    angles = table.alpha
-    rates = _rows_of(table, RATES) if smooth else None
-    accelerations = _rows_of(table, ACCELERATIONS) if smooth else None
-    closed = is_closed(table)
+def _curve_of(table: Table, name: str, number: str) -> _Curve:
+    times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table)
+    rates = accelerations = None
     if len(times) == 1:  # a gait that is a point, once more
         times, angles, closed = np.array([0.0, 1.0]), np.vstack([angles, angles]), True
-        rates = accelerations = None
+    elif ACCELERATIONS[0] in table and RATES[0] in table and any(table[one].any() for one in ACCELERATIONS):
+        rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
     step = times[-1] / (len(times) - 1)
     even = bool(np.abs(times - step * np.arange(len(times))).max() <= max(_EVEN * step, _NANOSECOND))
-    if rates is None or accelerations is None or not accelerations.any():
-        rates = accelerations = None
     if number == "fixed" and not even:
-        raise InputError(
-            "number: 'fixed' of rows that are not evenly spaced; allowed is float, or even rows: a new clock"
-        )
+        raise InputError("number must be float or double for rows that are not evenly spaced, got 'fixed'")
     if number == "float" and not even and np.diff(times.astype(np.float32)).min() <= 0:
-        raise InputError("number: 'float' of rows too near in time for it; allowed is double")
-    return _Curve(times=times, angles=angles, rates=rates, accelerations=accelerations, closed=closed, even=even)
+        raise InputError("number must be double for rows so near in time, got 'float'")
+    return _Curve(
+        name=name,
+        number=number,
+        times=times,
+        angles=angles,
+        rates=rates,
+        accelerations=accelerations,
+        closed=closed,
+        even=even,
+    )
 
 
-def _rows_of(table: Table, names: Iterable[str]) -> FloatArray:
-    return np.column_stack([table[name] for name in names])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Parts:
-    """The parts of a header that depend on the curve."""
-
-    name: str
-    number: str
-    curve: _Curve
-
-    @property
-    def real(self) -> str:
-        """The type of angles and times."""
-        return "double" if self.number == "double" else "float"
-
-    @property
-    def cubic(self) -> bool:
-        """Whether rows are joined by cubics."""
-        return self.number != "fixed" and self.curve.rates is not None
-
-    @property
-    def bits(self) -> int:
-        """How many bits of a fixed-point number are behind the point: as many as its largest angle leaves."""
-        largest = float(np.abs(self.curve.angles).max())
-        bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
-        if bits is None:
-            raise InputError(
-                f"number: 'fixed' of an angle of {largest:g} rad; allowed is up to {_LARGEST} rad, or float"
-            )
-        return bits
-
-    def literal(self, value: float) -> str:
-        """Return a number as the compiler reads the same one again."""
-        if self.real == "double":
-            return repr(float(value))
-        return f"{np.float32(value)!s}f"
-
-    def units(self) -> npt.NDArray[np.int64]:
-        """Return the angles in fixed point."""
-        return np.rint(self.curve.angles * 2.0**self.bits).astype(np.int64)
-
-    def constants(self) -> list[str]:
-        """Return the definitions of the period, the number of rows, and the scale."""
-        upper = self.name.upper()
-        found = [f"#define {upper}_PERIOD {self.literal(self.curve.period)}", f"#define {upper}_ROWS {self.curve.rows}"]
-        if self.number == "fixed":
-            found.append(f"#define {upper}_SCALE {self.literal(2.0**-self.bits)}")
-        return found
-
-    def tables(self) -> list[str]:
-        """Return the tables."""
-        curve = self.curve
-        if self.number == "fixed":
-            return self._table("int16_t", "angle", [list(map(str, row)) for row in self.units().tolist()])
-        found = self._table(self.real, "angle", [list(map(self.literal, row)) for row in curve.angles.tolist()])
-        if self.cubic and curve.rates is not None:
-            found += self._table(self.real, "rate", [list(map(self.literal, row)) for row in curve.rates.tolist()])
-        if not curve.even:
-            times = ", ".join(map(self.literal, curve.times.tolist()))
-            found += [f"static const {self.real} {self.name}_time[{len(curve.times)}] = {{", *_wrapped(times), "};", ""]
-        return found
-
-    def _table(self, kind: str, what: str, rows: list[list[str]]) -> list[str]:
-        lines = [f"    {{{', '.join(row)}}}," for row in rows[: self.curve.rows]]
-        return [f"static const {kind} {self.name}_{what}[{self.curve.rows}][4] = {{", *lines, "};", ""]
-
-
-def _wrapped(text: str) -> list[str]:
-    from textwrap import wrap
-
-    return wrap(text, 116, initial_indent="    ", subsequent_indent="    ")
-
-
-def _comment(file: str, table: Table, options: FormatOptions, parts: _Parts) -> list[str]:
-    curve, name = parts.curve, parts.name
-    span = f"over its period of {curve.period:g} s" if curve.closed else f"a way of {curve.period:g} s"
+def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> list[str]:
+    """Return what the header is of, how far it is off, and what made it."""
+    name, period = curve.name, "period" if curve.closed else "path"
     names, rotors = options.joints_of(table)
+    ends = "Before it and after it the angles are those of its ends."
+    if curve.closed:
+        digits = "7" if curve.real == "float" else "16"
+        ends = f"It repeats for ever; a {curve.real} has {digits} digits, so let t stay within some periods of 0."
     lines = [
-        f"/* {_harmless(file)}: the angles of the joints that tilt four rotors through a gait, {span} [rad].",
+        f"/* {_harmless(file)}: the angles of the joints that tilt four rotors through a gait, "
+        + (f"over its period of {curve.period:g} s [rad]." if curve.closed else f"a path of {curve.period:g} s [rad]."),
         " *",
         f" * {name}_at(t, alpha) sets alpha[0] to alpha[3] to the angles at time t [s] of the joints",
         f" * {_harmless(json.dumps(names))}, which tilt rotors {', '.join(map(str, rotors))}.",
-        f" * {_ends(curve, parts.real)}",
+        f" * {ends}",
     ]
-    if parts.number == "fixed":
-        off = float(np.abs(parts.units() * 2.0**-parts.bits - curve.angles).max())
+    if curve.number == "fixed":
+        off = float(np.abs(curve.units() * 2.0**-curve.bits - curve.angles).max())
         lines += [
-            f" * Its table is in units of 2^-{parts.bits} rad: at the rows it is off by {off:.1e} rad at most.",
+            f" * Its table is in units of 2^-{curve.bits} rad: at the rows it is off by {off:.1e} rad at most.",
             f" * {name}_at_phase(phase, angle) sets angle[0] to angle[3] in these units with whole numbers alone;",
-            f" * the phase is the part of the {'period' if curve.closed else 'way'} that is over, times 2^32.",
+            f" * the phase is the part of the {period} that is over, times 2^32.",
         ]
-    lines.append(f" * {_between(parts)}")
-    return [*lines, f"{_MARK}{_harmless(provenance_text(table))}", " */"]
-
-
-def _ends(curve: _Curve, real: str) -> str:
-    if not curve.closed:
-        return "Before it and after it the angles are those of its ends."
-    digits = "7" if real == "float" else "16"
-    return f"It repeats for ever; a {real} has {digits} digits, so let t stay within some periods of 0."
-
-
-def _between(parts: _Parts) -> str:
-    """Return how rows are joined, and how far that is from the gait that the table is of."""
-    curve = parts.curve
     step = float(np.diff(curve.times).max())
     if curve.accelerations is None:
-        return "Between rows the angles change evenly; corners of the gait between rows are cut."
-    if parts.cubic:
-        bend = float(np.abs(np.diff(curve.accelerations, 2, axis=0)).max(initial=0.0))
-        off = step**2 * bend / _CUBIC_SHARE
-        return (
-            f"Between rows it is a cubic by angles and rates, off the gait by up to about {off:.1e} rad, and rounding."
-        )
-    off = step**2 * float(np.abs(curve.accelerations).max()) / 8
-    return f"Between rows the angles change evenly, which is off the gait by up to about {off:.1e} rad, and rounding."
+        between = "the angles change evenly; corners of the gait between rows are cut."
+    elif curve.cubic:
+        off = step**2 * float(np.abs(np.diff(curve.accelerations, 2, axis=0)).max(initial=0.0)) / _CUBIC_SHARE
+        between = f"it is a cubic by angles and rates, off the gait by up to about {off:.1e} rad, and rounding."
+    else:
+        off = step**2 * float(np.abs(curve.accelerations).max()) / 8
+        between = f"the angles change evenly, which is off the gait by up to about {off:.1e} rad, and rounding."
+    return [*lines, f" * Between rows {between}", f"{MARK}{_harmless(provenance_text(table))}", " */"]
 
 
 def _harmless(text: str) -> str:
@@ -268,28 +198,52 @@ def _harmless(text: str) -> str:
     return plain.encode("ascii", "backslashreplace").decode()
 
 
-def _filled(template: str, parts: _Parts) -> str:
+def _tables(curve: _Curve) -> list[str]:
+    """Return the definitions of the period, the number of rows and the scale, and the tables."""
+    name, upper = curve.name, curve.name.upper()
+    lines = [f"#define {upper}_PERIOD {curve.literal(curve.period)}", f"#define {upper}_ROWS {curve.rows}"]
+    found: list[tuple[str, str, list[list[str]]]] = []
+    if curve.number == "fixed":
+        lines.append(f"#define {upper}_SCALE {curve.literal(2.0**-curve.bits)}")
+        found.append(("int16_t", "angle", [list(map(str, row)) for row in curve.units().tolist()]))
+    else:
+        found.append((curve.real, "angle", [list(map(curve.literal, row)) for row in curve.angles.tolist()]))
+        if curve.rates is not None:
+            found.append((curve.real, "rate", [list(map(curve.literal, row)) for row in curve.rates.tolist()]))
+    for kind, what, rows in found:
+        lines += ["", f"static const {kind} {name}_{what}[{curve.rows}][4] = {{"]
+        lines += [*(f"    {{{', '.join(row)}}}," for row in rows[: curve.rows]), "};"]
+    if not curve.even:
+        times = ", ".join(map(curve.literal, curve.times.tolist()))
+        lines += ["", f"static const {curve.real} {name}_time[{len(curve.times)}] = {{"]
+        lines += [*wrap(times, 116, initial_indent="    ", subsequent_indent="    "), "};"]
+    return [*lines, ""]
+
+
+def _functions(curve: _Curve) -> str:
     """Return C with the names, the type, and the parts that this curve needs."""
-    curve = parts.curve
-    words: dict[str, Any] = {
-        "name": parts.name,
-        "NAME": parts.name.upper(),
-        "real": parts.real,
-        "far": "9.0e15" if parts.real == "double" else "1.0e9f",
-        "whole": "int64_t" if parts.real == "double" else "int32_t",
-        "zero": parts.literal(0.0),
-        "one": parts.literal(1.0),
-        "two": parts.literal(2.0),
-        "three": parts.literal(3.0),
-        "intervals": f"{parts.name.upper()}_ROWS" if curve.closed else f"({parts.name.upper()}_ROWS - 1)",
-        "next": f"i + 1 < {parts.name.upper()}_ROWS ? i + 1 : 0" if curve.closed else "i + 1",
+    rows = f"{curve.name.upper()}_ROWS"
+    words = {
+        "name": curve.name,
+        "NAME": curve.name.upper(),
+        "real": curve.real,
+        "far": "9.0e15" if curve.real == "double" else "1.0e9f",
+        "whole": "int64_t" if curve.real == "double" else "int32_t",
+        "zero": curve.literal(0.0),
+        "one": curve.literal(1.0),
+        "two": curve.literal(2.0),
+        "three": curve.literal(3.0),
+        "intervals": rows if curve.closed else f"({rows} - 1)",
+        "next": f"i + 1 < {rows} ? i + 1 : 0" if curve.closed else "i + 1",
     }
+    step = curve.literal(curve.period / (len(curve.times) - 1))
     words["phase"] = (_AROUND if curve.closed else _ALONG).format(**words)
-    step = f"    const {parts.real} h = {parts.literal(curve.period / curve.intervals)};\n" if parts.cubic else ""
-    words["spacing"] = step if curve.even else f"    {parts.real} h;\n"
+    words["spacing"] = f"    {curve.real} h;\n"
+    if curve.even:
+        words["spacing"] = f"    const {curve.real} h = {step};\n" if curve.cubic else ""
     words["place"] = (_EVEN_ROWS if curve.even else _UNEVEN_ROWS).format(**words)
-    words["join"] = (_CUBIC if parts.cubic else _STRAIGHT).format(**words)
-    return template.format(**words)
+    words["join"] = (_CUBIC if curve.cubic else _STRAIGHT).format(**words)
+    return (_FIXED if curve.number == "fixed" else _FLOATING).format(**words)
 
 
 _AROUND = """\

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table, about_from_text
-from gaitgraph.io.columns import KNOWN
+from gaitgraph.io.formats import KNOWN
 from gaitgraph.io.table_columns import table_from_columns
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.gait.table import merged, provenance_of, provenance_text
-from gaitgraph.io.columns import check_names
+from gaitgraph.io.formats import check_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from gaitgraph.gait.table import Table
-    from gaitgraph.io.formats import Format
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import Format, FormatOptions
     from gaitgraph.io.servo_map import ServoMap
 
 __all__ = ["check_outputs", "write_pieces", "write_tables"]

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.graph.build import Sign
     from gaitgraph.graph.walks import Use
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import FormatOptions
     from gaitgraph.validation.report import Report
 
 __all__ = ["HOVER", "Transition", "transition"]

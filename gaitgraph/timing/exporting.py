@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from gaitgraph.gait.rows import completed_pieces
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
-from gaitgraph.io.formats import known_format
-from gaitgraph.io.options import check_options
+from gaitgraph.io.formats import check_options, known_format
 from gaitgraph.io.reading import gait_of, naming_file, read_pieces
 from gaitgraph.io.servo_tables import clipped_rows
 from gaitgraph.io.writing import check_outputs, write_pieces
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.invertibility.matrices import Kind
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.io.options import FormatOptions
+    from gaitgraph.io.formats import FormatOptions
     from gaitgraph.validation.report import Check, Report
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,30 +1,4 @@
-"""A function for MATLAB and Octave (.m) that loads and plots the gait file beside it.
-
-It needs no toolbox and no Python, and reads the .mat, .csv or .json file of its own name.
-"""
-
-from __future__ import annotations
-
-import re
-from typing import TYPE_CHECKING
-
-from gaitgraph.errors import InputError, shown
-from gaitgraph.files import text_of
-from gaitgraph.gait.table import provenance_text
-from gaitgraph.io.mat import is_matlab_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from pathlib import Path
-
-    from gaitgraph.gait.table import Table
-
-__all__ = ["provenance_of_m", "write_m"]
-
-_MADE_BY = "% made by: "
-_END = "% end"
-
-_TEXT = """function answer = <<name>>(file)
+function answer = <<name>>(file)
 %<<name>>  Load the gait of this name, and plot it.
 %   <<name>> plots the tilt angles, rates and accelerations in <<name>>.mat, or else
 %   in <<name>>.csv or <<name>>.json, beside this file.
@@ -103,7 +77,7 @@ for k = 1:numel(kinds)
 end
 xlabel(time_label);
 subplot(numel(kinds), 1, 1);
-legend({'\\alpha_1', '\\alpha_2', '\\alpha_3', '\\alpha_4'}, 'Location', 'northoutside', 'Orientation', 'horizontal');
+legend({'\alpha_1', '\alpha_2', '\alpha_3', '\alpha_4'}, 'Location', 'northoutside', 'Orientation', 'horizontal');
 end
 
 function text = text_of(file)
@@ -118,7 +92,7 @@ end
 function columns = columns_of_csv(file)
 text = strrep(text_of(file), char(13), '');
 text = regexprep(text, '"([^"]|"")*"', '');
-rows = regexp(strtrim(text), '\\n', 'split');
+rows = regexp(strtrim(text), '\n', 'split');
 names = regexp(rows{1}, ',', 'split');
 cells = regexp(rows(2:end), ',', 'split');
 cells = vertcat(cells{:});
@@ -131,50 +105,3 @@ for k = 1:numel(names)
 end
 end
 % end
-"""
-
-_NOT_NAMES = re.compile(r"^%.*|(?<![\w)\]}.'])'(?:[^'\n]|'')*'|<<[\w ]+>>", re.MULTILINE)
-_USED = frozenset(re.findall(r"(?<![\w.])[A-Za-z]\w*", _NOT_NAMES.sub(" ", _TEXT))) | {"alpha"}
-"""What the function calls, and its variables: in a file of such a name it would call itself."""
-
-
-def write_m(pieces: Iterable[Table], path: Path) -> None:
-    """Write a new MATLAB function: it loads and plots the .mat, .csv or .json file of its own name.
-
-    Raises
-    ------
-    InputError
-        If the file's name is none that MATLAB can call, or one that the function itself calls.
-    """
-    name = path.stem
-    if not is_matlab_name(name):
-        raise InputError(
-            f"output: {shown(path.name)}; allowed for a MATLAB function are letters, digits and _, a letter first, and "
-            "no word of MATLAB's own"
-        )
-    if name in _USED:
-        raise InputError(
-            f"output: {shown(path.name)}: {name} is a function that the script calls, or a variable of it; allowed is "
-            "another name"
-        )
-    table = next(iter(pieces))
-    text = _TEXT.replace("<<name>>", name).replace("<<made by>>", _MADE_BY + provenance_text(table))
-    path.write_text(text, encoding="ascii")
-
-
-def provenance_of_m(path: Path) -> str:
-    """Return the text of what made a MATLAB function that :func:`write_m` wrote.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If it cannot be read, does not tell, or was cut off.
-    """
-    allowed = "a MATLAB function that gaitgraph wrote"
-    lines = text_of(path, "gait file", allowed).rstrip().splitlines()
-    told = next((line for line in lines if line.startswith(_MADE_BY)), None)
-    if told is None:
-        raise InputError(f"it has no line {_MADE_BY.strip()!r}; allowed is {allowed}")
-    if lines[-1].rstrip() != _END:
-        raise InputError(f"it ends early: its last line is not {_END!r}; allowed is {allowed}, all of it")
-    return told.removeprefix(_MADE_BY)

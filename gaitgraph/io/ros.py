@@ -1,0 +1,426 @@
+"""ROS 2: bags with MCAP or sqlite3 in them, by rosbags, and the YAML goal of a joint_trajectory_controller.
+
+A bag has three topics:
+
+* ``/gaitgraph`` (std_msgs/msg/String): one message, what made the bag;
+* ``/joint_trajectory`` (trajectory_msgs/msg/JointTrajectory): one message, all points from time 0, stamped 0, which
+  tells a controller to start at once;
+* ``/joint_states`` (sensor_msgs/msg/JointState): a message a point, for plotting.
+
+The time of records and stamps is 1 s at the first point, for tools take 0 for "not set". Bags are written in version 8,
+for Humble cannot read version 9.
+
+The goal is of control_msgs/action/FollowJointTrajectory. Its first lines are comments, the second of which states what
+made the file; so is the last one, so that a file that was cut off is known.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sqlite3
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.rows import is_closed
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    RATES,
+    ROWS_OF_A_PIECE,
+    Table,
+    about_from_text,
+    merged,
+    provenance_of,
+    provenance_text,
+)
+from gaitgraph.io.binary_tables import check_size, gate
+from gaitgraph.io.formats import PROVENANCE_TOPIC
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys.store import Typestore
+
+    from gaitgraph.io.formats import FormatOptions, Progress, RawPieces
+
+FloatArray = npt.NDArray[np.float64]
+
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+STATE = "sensor_msgs/msg/JointState"
+STRING = "std_msgs/msg/String"
+
+MOST_POINTS = 100_000
+"""A trajectory for ROS 2 may have this many points at most."""
+
+MARK = "# made_by: "
+END = "# end"
+
+_NANOSECONDS = 1_000_000_000
+_LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
+_SHORTEST_STEP = 2
+_PLAIN_PATH = re.compile(r"[\w./ -]*", re.ASCII)
+
+
+# -- Points of a gait over several periods
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Points:
+    """A gait repeated: times that increase, and what the joints do at them.
+
+    Parameters
+    ----------
+    times
+        Since the first point, shape (n,) [ns], strictly increasing.
+    positions, velocities, accelerations
+        Shape (n, 4) [rad], [rad/s], [rad/s²]; rates and accelerations are None where the table has none.
+    """
+
+    times: npt.NDArray[np.int64]
+    positions: FloatArray
+    velocities: FloatArray | None
+    accelerations: FloatArray | None
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
+    """Return the pieces of a table with a clock as one; InputError as soon as there are more rows than `most`."""
+    held: list[Table] = []
+    for piece in pieces:
+        held.append(piece)
+        if sum(map(len, held)) > most:
+            raise InputError(f"rows must be at most {most} in {what}, got more: use fewer samples, or a lower rate")
+    table = merged(held)
+    for name in ("t", "alpha3"):
+        if name not in table:
+            raise InputError(f"column {name!r} is missing; {what} needs a table with a clock and four angles")
+    return table
+
+
+def points_of(table: Table, periods: int = 1) -> Points:
+    """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
+
+    Parameters
+    ----------
+    table
+        With t, alpha1 to alpha4, and the rates and accelerations if it has them.
+    periods
+        How often.
+
+    Raises
+    ------
+    InputError
+        If the table is not closed, or if there are too many points, or points too near in time.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> from gaitgraph.timing.timed_gait import table_of
+    >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(2.0, samples=2))
+    >>> points_of(table, 2).times.tolist()
+    [0, 1000000000, 2000000000, 3000000000, 4000000000]
+    """
+    if periods > 1 and not is_closed(table):
+        raise InputError(f"periods must be 1 for a table that does not end where it starts, got {periods}")
+    rows = len(table)
+    if (rows - 1) * periods + 1 > MOST_POINTS:
+        raise InputError(
+            f"points must be at most {MOST_POINTS}, got {periods} periods of {rows} rows: use fewer periods or samples"
+        )
+    seconds = table["t"] - table["t"][0]
+    if seconds[-1] * periods > _LAST_SECOND:
+        raise InputError(f"time must be at most {_LAST_SECOND} s in all, got {periods} periods of {seconds[-1]:g} s")
+    once = np.rint(seconds * _NANOSECONDS).astype(np.int64)
+    times = np.concatenate([once, *(once[1:] + k * once[-1] for k in range(1, periods))])
+    if len(times) > 1 and np.diff(times).min() < _SHORTEST_STEP:
+        raise InputError(
+            f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got shorter ones"
+        )
+
+    def repeated(names: Iterable[str]) -> FloatArray:
+        values = np.column_stack([table[name] for name in names])
+        return np.concatenate([values, *[values[1:]] * (periods - 1)])
+
+    return Points(
+        times=times,
+        positions=repeated(ANGLES),
+        velocities=repeated(RATES) if RATES[0] in table else None,
+        accelerations=repeated(ACCELERATIONS) if ACCELERATIONS[0] in table else None,
+    )
+
+
+# -- The goal of an action
+
+
+def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+    """Write a new file with the goal of an action.
+
+    ``ros2 action send_goal`` takes it as its argument. Times are whole nanoseconds.
+    """
+    table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 trajectory")
+    points = points_of(table, options.periods)
+    lines = [
+        "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
+        MARK + provenance_text(table),
+        "trajectory:",
+        f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
+        "  points:",
+    ]
+    named = {name: getattr(points, name) for name in ("positions", "velocities", "accelerations")}
+    there = {name: rows.tolist() for name, rows in named.items() if rows is not None}
+    for k, time in enumerate(points.times.tolist()):
+        fields = [f"{name}: [{', '.join(map(_number, rows[k]))}]" for name, rows in there.items()]
+        fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
+        lines.append(f"  - {{{', '.join(fields)}}}")
+    path.write_text("\n".join([*lines, END]) + "\n", encoding="utf-8")
+
+
+def _number(value: float) -> str:
+    """Return a number as YAML 1.1 reads it: an exponent without a point before it would be a text.
+
+    >>> _number(1e-05), _number(-0.25)
+    ('1.0e-05', '-0.25')
+    """
+    text = repr(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+# -- Writing bags
+
+
+def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+    """Write a new folder: a bag with an MCAP file."""
+    _write_bag(pieces, path, options, "MCAP")
+
+
+def write_db3(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+    """Write a new folder: a bag with a database of sqlite3."""
+    _write_bag(pieces, path, options, "SQLITE3")
+
+
+def _write_bag(pieces: Iterable[Table], path: Path, options: FormatOptions, storage: str) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 bag")
+    points = points_of(table, options.periods)
+    names = list(options.joints_of(table)[0])
+    chosen = {
+        "periods": options.periods,
+        "joint_names": names,
+        "trajectory_topic": options.trajectory_topic,
+        "states_topic": options.states_topic,
+    }
+    made = json.dumps({**provenance_of(table), "bag": chosen}, allow_nan=False)
+    store = _store()
+    types = store.types
+    header, time = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    duration, point = types["builtin_interfaces/msg/Duration"], types["trajectory_msgs/msg/JointTrajectoryPoint"]
+    none = np.zeros(0)
+    rates = [none] * len(points) if points.velocities is None else list(points.velocities)
+    accelerations = [none] * len(points) if points.accelerations is None else list(points.accelerations)
+    trajectory = types[TRAJECTORY](
+        header=header(stamp=time(sec=0, nanosec=0), frame_id=""),
+        joint_names=names,
+        points=[
+            point(
+                positions=position,
+                velocities=rate,
+                accelerations=acceleration,
+                effort=none,
+                time_from_start=duration(sec=moment // _NANOSECONDS, nanosec=moment % _NANOSECONDS),
+            )
+            for moment, position, rate, acceleration in zip(
+                points.times.tolist(), points.positions, rates, accelerations, strict=True
+            )
+        ],
+    )
+    # The library puts the path into an address as it stands, and names the file after the folder.
+    beside = path.parent if _PLAIN_PATH.fullmatch(str(path.parent)) else None
+    with tempfile.TemporaryDirectory(prefix=".gaitgraph-", dir=beside) as scratch:
+        folder = Path(scratch) / (re.sub(r"[^\w.-]", "_", path.stem, flags=re.ASCII) or "gait")
+        try:
+            with Writer(folder, version=8, storage_plugin=StoragePlugin[storage]) as bag:
+                tells = bag.add_connection(PROVENANCE_TOPIC, STRING, typestore=store)
+                commands = bag.add_connection(options.trajectory_topic, TRAJECTORY, typestore=store)
+                states = bag.add_connection(options.states_topic, STATE, typestore=store)
+                bag.write(tells, _NANOSECONDS, store.serialize_cdr(types[STRING](data=made), STRING))
+                bag.write(commands, _NANOSECONDS, store.serialize_cdr(trajectory, TRAJECTORY))
+                stamps = (points.times + _NANOSECONDS).tolist()
+                for moment, position, rate in zip(stamps, points.positions, rates, strict=True):
+                    stamp = time(sec=moment // _NANOSECONDS, nanosec=moment % _NANOSECONDS)
+                    at = header(stamp=stamp, frame_id="")
+                    state = types[STATE](header=at, name=names, position=position, velocity=rate, effort=none)
+                    bag.write(states, moment, store.serialize_cdr(state, STATE))
+        except sqlite3.Error as error:
+            raise OSError(f"the database says: {error}") from error
+        if path.exists():
+            raise FileExistsError(str(path))
+        shutil.move(folder, path)
+
+
+@cache
+def _store() -> Typestore:
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_HUMBLE)  # these messages are the same in all distributions
+
+
+# -- Reading bags
+
+
+def pieces_of_mcap(path: Path, progress: Progress) -> RawPieces:
+    """Yield the gait of a bag or one of its files: its JointTrajectory, else its JointStates; of ours, one period."""
+    with gate(path, "a ROS 2 bag"), _opened(path) as bag:
+        storages = getattr(bag.storage, "storages", [bag.storage])
+        chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
+        check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
+        about, chosen = _provenance(bag)
+        connections = _of_kind(bag, TRAJECTORY, chosen.get("trajectory_topic", "/joint_trajectory"))
+        if connections:
+            yield _trajectory(bag, connections, chosen), about
+        else:
+            connections = _of_kind(bag, STATE, chosen.get("states_topic", "/joint_states"))
+            if not connections:
+                there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
+                listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
+                raise InputError(f"topics must have one of {TRAJECTORY} or {STATE}, got {listed}")
+            yield from ((columns, about) for columns in _states(bag, connections, chosen))
+    if progress is not None:
+        progress(1.0)
+
+
+pieces_of_db3 = pieces_of_mcap
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Reader]:
+    """Open a bag, if need be by a link with a plain name: the library puts the path into an address as it stands."""
+    from rosbags.rosbag2 import Reader
+
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        raise InputError("it must have a metadata.yaml, got none: ros2 bag reindex writes one")
+    with tempfile.TemporaryDirectory(prefix="gaitgraph-") as folder:
+        if not _PLAIN_PATH.fullmatch(str(path)):
+            link = Path(folder) / f"bag{path.suffix.lower() if path.is_file() else ''}"
+            link.symlink_to(path.resolve())
+            path = link
+        with Reader(path) as bag:
+            yield bag
+
+
+def _messages(bag: Reader, connections: list[Connection]) -> Iterator[tuple[int, Any]]:
+    """Yield the messages of some topics, each with the time of its record [ns]."""
+    for connection, time, content in bag.messages(connections):
+        try:
+            yield time, _store().deserialize_cdr(content, connection.msgtype)
+        except Exception as error:  # broken bytes make it raise anything
+            raise InputError(f"a message of {len(content)} bytes is no {connection.msgtype}, or broken") from error
+
+
+def _provenance(bag: Reader) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what made a bag and which options it was written with; nothing, twice, of somebody else's."""
+    connections = [one for one in bag.connections if (one.topic, one.msgtype) == (PROVENANCE_TOPIC, STRING)]
+    for _, message in _messages(bag, connections) if connections else ():
+        about = about_from_text(message.data, required=True)
+        chosen = json.loads(message.data).get("bag")
+        return about, chosen if isinstance(chosen, dict) else {}
+    return {}, {}
+
+
+def _of_kind(bag: Reader, kind: str, usual: str) -> list[Connection]:
+    """Return the topic of a kind, which may be recorded several times: the usual one of several."""
+    found = [one for one in bag.connections if one.msgtype == kind]
+    names = sorted({one.topic for one in found})
+    if len(names) > 1:
+        if usual not in names:
+            raise InputError(f"topics of {kind} must be one, or {usual} among them, got {', '.join(names)}")
+        found = [one for one in found if one.topic == usual]
+    return found
+
+
+def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return the columns of a JointTrajectory: one period of our own, somebody else's as it is."""
+    messages = _messages(bag, connections)
+    _, message = next(messages, (0, None))
+    if message is None or next(messages, None) is not None:
+        got = "none" if message is None else "several"
+        raise InputError(f"topic {connections[0].topic!r} must have one message, got {got}")
+    points = message.points
+    if not points:
+        raise InputError("a trajectory must have at least one point, got none")
+    periods = chosen.get("periods")
+    if isinstance(periods, int) and periods > 0 and (len(points) - 1) % periods == 0:
+        points = points[: (len(points) - 1) // periods + 1]
+    times = [point.time_from_start.sec * _NANOSECONDS + point.time_from_start.nanosec for point in points]
+    rows = {
+        ANGLES: [point.positions for point in points],
+        RATES: [point.velocities for point in points],
+        ACCELERATIONS: [point.accelerations for point in points],
+    }
+    there = {names: values for names, values in rows.items() if names == ANGLES or any(map(len, values))}
+    return _columns([time - times[0] for time in times], message.joint_names, there, chosen)
+
+
+def _states(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> Iterator[list[tuple[str, Any]]]:
+    """Yield the columns of JointStates, piece by piece, all periods of them."""
+    start: int | None = None
+    stamped = True
+    names: list[str] = []
+    times: list[int] = []
+    rows: dict[tuple[str, ...], list[Any]] = {}
+    for time, message in _messages(bag, connections):
+        stamp = message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec
+        if start is None:
+            stamped, names = stamp > 0, message.name
+            start = stamp if stamped else time
+            rows = {ANGLES: [], RATES: []} if len(message.velocity) else {ANGLES: []}
+        if message.name != names:
+            raise InputError(f"joints must be the same in all messages, got {shown(message.name)} after {shown(names)}")
+        times.append((stamp if stamped else time) - start)
+        for columns, values in rows.items():
+            values.append(message.position if columns == ANGLES else message.velocity)
+        if len(times) == ROWS_OF_A_PIECE:
+            yield _columns(times, names, rows, chosen)
+            times, rows = [], {columns: [] for columns in rows}
+    if start is None:
+        raise InputError(f"topic {connections[0].topic!r} must have at least one message, got none")
+    if times:
+        yield _columns(times, names, rows, chosen)
+
+
+def _columns(
+    times: list[int], names: list[str], rows: dict[tuple[str, ...], list[Any]], chosen: dict[str, Any]
+) -> list[tuple[str, Any]]:
+    """Return columns in the order of the rotors from rows of numbers, one a joint."""
+    if len(set(names)) < len(names):
+        raise InputError(f"joints must have names that differ, got {shown(names)}")
+    order = list(range(len(ANGLES)))
+    for known in (chosen.get("joint_names"), list(ANGLES)):
+        if isinstance(known, list) and len(known) == len(ANGLES) and all(name in names for name in known):
+            order = [names.index(name) for name in known]
+            break
+    else:
+        if len(names) != len(ANGLES):
+            raise InputError(f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}")
+    found: list[tuple[str, Any]] = [("t", np.array([time / _NANOSECONDS for time in times]))]
+    words = {ANGLES: "positions", RATES: "velocities", ACCELERATIONS: "accelerations"}
+    for columns, values in rows.items():
+        for k, row in enumerate(values, start=1):
+            if len(row) != len(names):
+                raise InputError(f"row {k} must have {len(names)} {words[columns]}, one a joint, got {len(row)}")
+        found.extend(zip(columns, np.array(values, dtype=float)[:, order].T, strict=True))
+    return found

@@ -1,0 +1,43 @@
+"""Files with a few bytes changed: each is read, or refused in one line that names it."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitgraph.errors import GaitgraphError
+from gaitgraph.io.reading import read_table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def check_mutations(content: bytes, path: Path, *, count: int, seed: int = 1) -> int:
+    """Read so many mutations of a file, and return how many of them were refused."""
+    chance = random.Random(seed)
+    refused = 0
+    for _ in range(count):
+        mutation = bytearray(content)
+        for _ in range(chance.randint(1, 4)):
+            place, length = chance.randrange(len(mutation) or 1), chance.randint(1, 8)
+            kind = chance.choice(("set", "bit", "put", "cut", "end"))
+            if kind == "bit" and mutation:
+                mutation[place] ^= 1 << chance.randrange(8)
+            elif kind == "put":
+                mutation[place:place] = chance.randbytes(length)
+            elif kind == "cut":
+                del mutation[place : place + 5 * length]
+            elif kind == "end" and chance.random() < 0.2:
+                del mutation[place:]
+            else:
+                mutation[place : place + length] = chance.choice((chance.randbytes(length), b"\xff" * length))
+        path.write_bytes(mutation)
+        try:
+            assert np.isfinite(read_table(path).alpha[:, :2]).all()
+        except GaitgraphError as error:
+            refused += 1
+            assert "\n" not in str(error)
+            assert str(path) in str(error)
+    return refused

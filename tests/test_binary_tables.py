@@ -1,0 +1,453 @@
+"""NPZ, MAT and Parquet: read by their own readers, files from elsewhere, broken and hostile files."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import struct
+import zipfile
+import zlib
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+from scipy.io import loadmat, savemat
+
+import gaitgraph as gg
+from gaitgraph.errors import FileProblem
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
+from gaitgraph.io import binary_tables
+from gaitgraph.io.reading import read_table
+from gaitgraph.io.writing import write_pieces, write_tables
+from gaitgraph.timing.timed_gait import table_of
+from tests.mutated import check_mutations
+from tests.published import GAITS
+from tests.test_formats import assert_same
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.timing.timed_gait import TimedGait
+
+SUFFIXES = [".npz", ".mat", ".parquet"]
+FOUR: dict[str, Any] = {f"alpha{k}": np.zeros(3) for k in range(1, 5)}
+savez: Any = np.savez
+savez_compressed: Any = np.savez_compressed
+
+
+@pytest.fixture(scope="module")
+def planned() -> TimedGait:
+    return gg.plan_loop(GAITS[2].waypoints, period=2.0).timed(samples=12)
+
+
+def refusal(path: Path) -> str:
+    """Return the one line that a file is refused with."""
+    with pytest.raises(gg.InputError) as caught:
+        read_table(path)
+    message = str(caught.value)
+    assert message.startswith(f"gait file {str(path)!r}: ")
+    assert "\n" not in message
+    return message
+
+
+# What is written ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_finite_values_survive(suffix: str, tmp_path: Path, data: st.DataObject) -> None:
+    rows = data.draw(st.integers(1, 5))
+    numbers = st.lists(st.floats(-1.5, 1.5), min_size=rows, max_size=rows)
+    made: dict[str, Any] = {f"alpha{k}": np.array(data.draw(numbers)) for k in range(1, 5)}
+    if data.draw(st.booleans()):
+        colors = st.lists(st.sampled_from(["red", "blue", "fiber1"]), min_size=rows, max_size=rows)
+        made["color"] = tuple(data.draw(colors))
+    made["R"] = np.array(data.draw(st.lists(st.floats(-1e11, 1e11), min_size=rows, max_size=rows)))
+    values = st.text(max_size=5) | st.floats(allow_nan=False, allow_infinity=False)
+    about = data.draw(st.dictionaries(st.text(max_size=5).filter(lambda key: key != "servos"), values, max_size=3))
+    table = Table(columns=made, about=about)
+    write_tables(table, [tmp_path / f"any{suffix}"], force=True)
+    found = read_table(tmp_path / f"any{suffix}")
+    assert_same(found, table)
+    assert found.about == about
+
+
+def test_numpy_reads_the_archive(planned: TimedGait, tmp_path: Path) -> None:
+    path = tmp_path / "gait.npz"
+    planned.write(path)
+    with np.load(path, allow_pickle=False) as found:
+        assert [*found] == [*planned.columns(), "provenance"]
+        for name, values in planned.columns().items():
+            np.testing.assert_array_equal(found[name], values)
+            assert found[name].dtype == float or found[name].dtype.kind == "U"
+        assert found["provenance"].shape == ()
+        assert json.loads(found["provenance"].item())["about"]["period"] == 2.0
+    assert {one.date_time for one in zipfile.ZipFile(path).infolist()} == {(1980, 1, 1, 0, 0, 0)}
+
+
+def test_scipy_reads_the_matlab_file_as_struct_and_as_columns(planned: TimedGait, tmp_path: Path) -> None:
+    path = tmp_path / "gait.mat"
+    planned.write(path)
+    found = loadmat(path, squeeze_me=True, struct_as_record=False)
+    gait = found["gait"]
+    assert path.read_bytes()[:116] == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}".ljust(116).encode()
+    assert loadmat(path)["t"].shape == loadmat(path)["alpha1"].shape == (13, 1)
+    for name, values in planned.columns().items():
+        np.testing.assert_array_equal(np.char.strip(found[name]) if name in ("color", "types") else found[name], values)
+    for group, values in zip(("alpha", "alpha_rate", "alpha_acceleration"), planned.at(planned.t), strict=True):
+        np.testing.assert_array_equal(found[group], values)
+        np.testing.assert_array_equal(getattr(gait, group), values)
+    units = dict(zip(np.char.strip(gait.names).tolist(), np.char.strip(gait.units).tolist(), strict=True))
+    assert (units["t"], units["alpha3"], units["alpha3_rate"], units["R"]) == ("s", "rad", "rad/s", "1")
+    assert gait.provenance == provenance_text(table_of(planned))
+
+
+def test_parquet_has_units_and_what_made_it_and_is_read_by_pandas_and_polars(
+    planned: TimedGait, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.parquet"
+    planned.write(path)
+    schema = pq.ParquetFile(path).schema_arrow
+    assert schema.field("alpha2_acceleration").metadata[b"unit"] == b"rad/s^2"
+    assert str(schema.field("t").type) == "double"
+    assert str(schema.field("color").type).startswith("dictionary<values=string")
+    assert json.loads(schema.metadata[b"gaitgraph"])["version"] == gg.__version__
+    pd.testing.assert_frame_equal(pd.read_parquet(path), planned.to_pandas())
+    assert pl.read_parquet(path).equals(planned.to_polars())
+    # What pandas writes again still states what made it.
+    pd.read_parquet(path).to_parquet(tmp_path / "b.parquet")
+    pl.read_parquet(path).write_parquet(tmp_path / "c.parquet")
+    for name, about in (("b", table_of(planned).about), ("c", {})):
+        found = read_table(tmp_path / f"{name}.parquet")
+        assert_same(found, table_of(planned))
+        assert found.about == about
+
+
+def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
+    t = np.arange(ROWS_OF_A_PIECE + 1000.0)
+    table = Table(columns={"t": t, **{f"alpha{k}": np.sin(t + k) for k in range(1, 5)}})
+
+    def cut(places: tuple[int, ...]) -> list[Table]:
+        return [table.rows(*pair) for pair in pairwise(places)]
+
+    for name, places in (("one", (0, len(table))), ("more", (0, 10, 60_000, 66_000, len(table)))):
+        write_pieces(partial(cut, places), [tmp_path / f"{name}.parquet"])
+    assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "more.parquet").read_bytes()
+    groups = pq.ParquetFile(tmp_path / "one.parquet").metadata
+    assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [ROWS_OF_A_PIECE, 1000]
+    for name in ("more.parquet", "long.npz"):
+        write_tables(table, [tmp_path / name], force=True)
+        assert_same(read_table(tmp_path / name), table)
+
+
+# What others write ----------------------------------------------------------------------------------------------------
+
+
+def test_arrays_of_other_kinds_are_read(tmp_path: Path) -> None:
+    rows = {"alpha1": np.array([0, 1], dtype=np.int8), "alpha2": np.array([-1.0, -0.5], dtype=">f8")}
+    rows |= {"alpha3": np.array([0.5, 1], dtype=np.float32), "alpha4": np.array([-0.5, -1], dtype=np.float16)}
+    savez(tmp_path / "a.npz", **rows, color=np.array("red"), note=np.array([1, 2, 3]), deep=np.zeros((2, 2)))
+    table = read_table(tmp_path / "a.npz")
+    assert table["alpha1"].tolist() == [0, 1]
+    assert table["alpha2"].tolist() == [-1, -0.5]
+    assert table["color"] == ("red", "red")
+    savemat(tmp_path / "a.mat", {**rows, "fs": 100.0, "cells": np.array([1, "a"], dtype=object), "color": "red"})
+    found = read_table(tmp_path / "a.mat")
+    assert found.alpha.tolist() == table.alpha.tolist()
+    assert found["color"] == ("red", "red")
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_matlab_files_with_arrays_alone_or_with_a_struct_alone(
+    packed: bool, planned: TimedGait, tmp_path: Path
+) -> None:
+    alpha, t, path = planned.alpha, planned.t, tmp_path / "a.mat"
+    parts = {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
+    for content in (
+        {"alpha": alpha, "t": t, "fs": 5.0},
+        {**parts, "t": t[:, None], "gait": {"note": 1.0}},
+        {"gait": {"alpha": alpha, "t": t}, "other": {"alpha": 3.0}},
+        {"run7": {**parts, "t": t, "inner": {"deeper": {"deepest": 1.0}}}},
+        {"fs": 100.0, "run7": {"alpha": alpha, "t": t}},
+    ):
+        savemat(path, content, do_compression=packed)
+        table = read_table(path)
+        assert table.alpha.tobytes() == alpha.tobytes()
+        assert table["t"].tobytes() == t.tobytes()
+
+
+def part(kind: int, content: bytes, order: str = "<") -> bytes:
+    """Return an element of a MATLAB file."""
+    return struct.pack(f"{order}II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+
+
+def head_of(kind: int, name: str, rows: int = 1, order: str = "<") -> bytes:
+    """Return what precedes the values of an array in a MATLAB file."""
+    flags, shape = struct.pack(f"{order}II", kind, 0), struct.pack(f"{order}ii", rows, 1)
+    return part(6, flags, order) + part(5, shape, order) + part(1, name.encode(), order)
+
+
+HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"
+
+
+def test_a_matlab_file_in_the_other_byte_order_is_read(tmp_path: Path) -> None:
+    content = b"MATLAB 5.0 MAT-file".ljust(124) + b"\1\0MI"
+    for k in range(1, 5):
+        values = part(9, struct.pack(">2d", 0.25 * k, -0.25), ">")
+        content += part(14, head_of(6, f"alpha{k}", 2, ">") + values, ">")
+    (tmp_path / "big.mat").write_bytes(content)
+    assert read_table(tmp_path / "big.mat").alpha.tolist() == [[0.25, 0.5, 0.75, 1.0], [-0.25] * 4]
+
+
+# What is refused ------------------------------------------------------------------------------------------------------
+
+
+class Trap:
+    """What must never be unpickled."""
+
+    def __reduce__(self) -> Any:
+        return pytest.fail, ("it was executed",)
+
+
+def npy(header: str, content: bytes = b"") -> bytes:
+    text = header.encode("latin-1")
+    return b"\x93NUMPY\1\0" + struct.pack("<H", len(text)) + text + content
+
+
+def npz_of(path: Path, **members: bytes) -> Path:
+    plain = {}
+    for name, values in FOUR.items():
+        stream = io.BytesIO()
+        np.save(stream, values)
+        plain[name] = stream.getvalue()
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in {**plain, **members}.items():
+            archive.writestr(f"{name}.npy", content)
+    return path
+
+
+NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
+
+
+@pytest.mark.parametrize(
+    ("member", "message"),
+    [
+        (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), "alpha3: .*EOF"),
+        (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column, got an array of shape \(3, 2\)"),
+        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be real numbers or texts, got .*complex128"),
+        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be real numbers or texts, got .*bool"),
+        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be real numbers or texts"),
+        (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3: Object arrays cannot be loaded"),
+        (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3: malformed node"),
+        (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
+        (npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3), "it is not an archive .*, or it is broken"),
+        (npy(NPY % ("<U3", "(3,)"), b"\0" * 36), "row 1: alpha3"),
+        (npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)), "row 3: alpha3"),
+        (b"", "alpha3"),
+        (b"\x93NUMPY\2\0\xff\xff\xff\xff", "alpha3: EOF"),
+    ],
+)
+def test_arrays_that_are_no_columns_are_refused(member: bytes, message: str, tmp_path: Path) -> None:
+    path = npz_of(tmp_path / "bad.npz", alpha3=member)
+    with pytest.raises(gg.InputError, match=message):
+        read_table(path)
+    refusal(path)
+    fine = npz_of(tmp_path / "fine.npz", something=member)
+    assert len(read_table(fine)) == 3  # what is no column of ours is ignored
+
+
+def test_archives_that_are_broken_or_too_large_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = npz_of(tmp_path / "a.npz")
+    whole = path.read_bytes()
+    middle = len(whole) // 2
+    for content in (b"", b"PK\3\4 no zip", whole[:-30], whole[:middle] + whole[middle + 9 :], b"\x93NUMPY\1\0"):
+        path.write_bytes(content)
+        assert "it is not an archive that numpy.savez wrote" in refusal(path)
+    savez_compressed(path, **{f"alpha{k}": np.zeros(1000) for k in range(1, 5)})
+    for most, refused in ((4 * 8128, False), (4 * 8128 - 1, True), (path.stat().st_size - 1, True)):
+        monkeypatch.setattr(binary_tables, "MOST_BYTES", most)
+        if refused:
+            assert "must have at most 0 MiB, got " in refusal(path)
+        else:
+            assert len(read_table(path)) == 1000
+
+
+def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
+    path, cells = tmp_path / "a.mat", np.array([1, "a"], dtype=object)
+    three = {name: values for name, values in FOUR.items() if name != "alpha1"}
+    for content, message in (
+        ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*there are 'fs', 'signal'"),
+        ({**three, "alphal": np.zeros(3)}, "column 'alpha1' is missing.*did you mean 'alphal'"),
+        ({**three, "alpha1": cells}, "alpha1 must be real numbers or texts, got .*object"),
+        ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
+        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be real numbers .*complex"),
+        ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column, got an array of shape \(3, 2\)"),
+        ({**three, "alpha1": np.zeros(4)}, "columns must have equally many rows, got 3 to 4"),
+        ({**three, "alpha1": np.array(["0x", "1", "2"])}, "row 1: alpha1 .*'0x'"),
+        ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha1: alpha must be a matrix of 4 columns, .*\(4, 9\)"),
+        ({"alpha": "text"}, "alpha1: alpha must be a matrix of 4 columns"),
+        ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing"),
+        ({**FOUR, "t": np.array([0, np.inf, 1])}, "row 2: t .*inf"),
+        ({"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0}, "it must have one struct, or one called 'gait', got 2, 'a', 'b'"),
+    ):
+        for packed in (False, True):
+            savemat(path, content, do_compression=packed, long_field_names=True)
+            with pytest.raises(gg.InputError, match=message):
+                read_table(path)
+            refusal(path)
+
+
+def packed(content: bytes) -> bytes:
+    """Return an element of a MATLAB file, compressed."""
+    short = zlib.compress(content, 1)
+    return struct.pack("<II", 15, len(short)) + short
+
+
+def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, FOUR)
+    whole = path.read_bytes()
+    zeros = part(14, head_of(6, "alpha1", 125_000) + part(9, bytes(1_000_000)))
+    checksum = bytearray(packed(zeros))
+    checksum[-1] ^= 1
+    for content, message in (
+        (b"", "it is not a MAT-file of level 5"),
+        (b"\0" * 200, "it is not a MAT-file of level 5"),
+        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384, r"got version 7\.3 \(HDF5\)"),
+        (whole[:-20], "it must be whole, got a variable that ends at byte"),
+        (whole[:130], "it is not a MAT-file"),
+        (HEADER + struct.pack("<II", 15, 4) + bytes(4), "or it is broken"),
+        (HEADER + struct.pack("<II", 9, 8) + bytes(8), "got type 9 at level 0"),
+        (HEADER + part(14, head_of(6, "a", 2**30) + part(9, bytes(8))), "or it is broken"),
+        (HEADER + bytes(checksum), "or it is broken .*incorrect data check"),
+        (HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]), "got a variable of another size than it states"),
+        (HEADER + part(14, head_of(6, "a") + part(9, bytes(8))) * 1001, "must have at most 1000 variables"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(gg.InputError, match=message):
+            read_table(path)
+        refusal(path)
+    path.write_bytes(HEADER + packed(zeros) * 3)
+    monkeypatch.setattr(binary_tables, "MOST_BYTES", 3_000_000)
+    assert "its variables must have at most 2 MiB, got 300" in refusal(path)
+
+
+@pytest.mark.parametrize("lying", [False, True])
+def test_nested_matlab_arrays_do_not_overflow_the_stack(lying: bool, tmp_path: Path) -> None:
+    """The reader of scipy ends the process on tens of thousands of levels."""
+    struct_head = head_of(2, "gait") + part(5, struct.pack("<i", 2)) + part(1, b"a\0")
+    for levels, is_read in ((100, True), (101, False), (100_000, False)):
+        sizes = [len(struct_head) + 8]
+        for _ in range(levels - 1):
+            sizes.append(sizes[-1] + len(struct_head) + 8)
+        stated = reversed([8] * (levels - 1) + sizes[-1:] if lying else sizes)
+        nested = b"".join(struct.pack("<II", 14, size) + struct_head for size in stated) + struct.pack("<II", 14, 0)
+        alphas = b"".join(part(14, head_of(6, name, 3) + part(9, bytes(24))) for name in FOUR)
+        for content in (nested, packed(nested)):
+            path = tmp_path / "deep.mat"
+            path.write_bytes(HEADER + content + alphas)
+            if is_read:
+                assert len(read_table(path)) == 3
+            else:
+                assert "must hold arrays, at most 100 within each other, got type 14 at level 101" in refusal(path)
+
+
+def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.parquet"
+    for changed, message in (
+        ({"alpha1": None}, "column 'alpha1' is missing"),
+        ({"alpha1": pa.array([True] * 3)}, "column 'alpha1' must hold numbers, got bool"),
+        ({"alpha1": pa.array(["0", "1", "2"])}, "column 'alpha1' must hold numbers, got string"),
+        ({"alpha1": pa.array([[0.0]] * 3)}, "column 'alpha1' must hold numbers, got list<"),
+        ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, r"column 't' must hold numbers, got timestamp\["),
+        ({"color": pa.array([1, 2, 3])}, "column 'color' must hold texts, got int64"),
+        ({"color": pa.array(["red", None, "red"])}, "row 2: color"),
+        ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2"),
+        ({"alpha2": pa.array([0.0, 2.0, 0.0])}, "row 2: alpha2 .*2.0"),
+    ):
+        content = {name: values for name, values in {**FOUR, **changed}.items() if values is not None}
+        pq.write_table(pa.table(content), path)
+        with pytest.raises(gg.InputError, match=message):
+            read_table(path)
+        refusal(path)
+    pq.write_table(pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path)
+    assert len(read_table(path)) == 3
+    pq.write_table(pa.table({name: values[:0] for name, values in FOUR.items()}), path)
+    assert "no rows" in refusal(path)
+    pq.write_table(pa.table({name: np.zeros(100_000) for name in FOUR}), path)
+    for most, refused in ((3_200_000, False), (3_199_999, True)):
+        monkeypatch.setattr(binary_tables, "_MOST_UNPACKED", most)
+        if refused:
+            assert "its columns must have at most 3 MiB, got 3200000 bytes" in refusal(path)
+        else:
+            assert len(read_table(path)) == 100_000
+
+
+def test_parquet_files_that_are_broken_are_refused(planned: TimedGait, tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    planned.write(path)
+    whole = path.read_bytes()
+    huge = whole[:-8] + b"\xff\xff\xff\x7fPAR1"
+    for content in (b"", b"PAR1", b"PAR1PAR1", whole[:-1], whole[: len(whole) // 2], huge):
+        path.write_bytes(content)
+        assert "it is not a Parquet file" in refusal(path)
+    path.write_bytes(whole[:-4] + b"PARE")
+    assert "encrypted" in refusal(path)
+    values = whole.index(np.float64(gg.angles.angle_from_text("3pi/8")).tobytes())
+    path.write_bytes(whole[:values] + bytes([whole[values] ^ 1]) + whole[values + 1 :])
+    assert "verify page integrity" in refusal(path)
+
+
+def test_what_made_a_file_is_checked(tmp_path: Path) -> None:
+    deep: Any = 1
+    for _ in range(150):
+        deep = [deep]
+    for text, message in (
+        ('{"format": "gaitgraph gait table", ', "is not JSON as gaitgraph writes it"),
+        ('{"format": "gaitgraph gait table"}', "about must be an object, got None"),
+        (json.dumps({"format": "gaitgraph gait table", "about": {"a": deep}}), "nested too deeply"),
+    ):
+        savez(tmp_path / "a.npz", **FOUR, provenance=np.array(text))
+        savemat(tmp_path / "a.mat", {**FOUR, "provenance": text})
+        pq.write_table(pa.table(FOUR).replace_schema_metadata({"gaitgraph": text}), tmp_path / "a.parquet")
+        for suffix in SUFFIXES[: 2 if "JSON" in message else 3]:
+            assert message in refusal(tmp_path / f"a{suffix}")
+    for other in (np.array("measured on Monday"), np.zeros(2), np.array([1, "a"], dtype=object)):
+        savez(tmp_path / "a.npz", **FOUR, provenance=other)
+        assert read_table(tmp_path / "a.npz").about == {}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_files_that_cannot_be_read(suffix: str, tmp_path: Path) -> None:
+    with pytest.raises(FileProblem, match="No such file"):
+        read_table(tmp_path / f"none{suffix}")
+    (tmp_path / f"folder{suffix}").mkdir()
+    with pytest.raises(FileProblem, match="Is a directory"):
+        read_table(tmp_path / f"folder{suffix}")
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_mutated_files_are_read_or_refused_in_one_line(suffix: str, planned: TimedGait, tmp_path: Path) -> None:
+    ours, theirs, more = (tmp_path / f"{name}{suffix}" for name in ("ours", "theirs", "more"))
+    planned.write(ours)
+    if suffix == ".npz":
+        savez_compressed(theirs, **{name: np.array(v) for name, v in planned.columns().items()})
+    elif suffix == ".mat":
+        found = loadmat(ours)
+        savemat(theirs, {"gait": found["gait"][0, 0]}, do_compression=True)
+        savemat(more, {"alpha": found["alpha"], "t": found["t"].T, "color": "red"})
+    else:
+        planned.to_polars().write_parquet(theirs)
+        planned.to_pandas().to_parquet(more)
+    for path in (ours, theirs, more):
+        if path.exists():
+            assert check_mutations(path.read_bytes(), path, count=200) > 50
