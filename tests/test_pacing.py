@@ -333,7 +333,7 @@ def test_a_blue_law_stays_on_blue() -> None:
     alpha = timed.alpha
     on_blue = gg.surface.family_distances(alpha, timed.gait.coefficients)[..., 1]
     assert on_blue.max() < 1e-12
-    assert set(timed.colors()) == {"blue"}
+    assert set(timed.columns()["color"]) == {"blue"}
     assert not timed.check().flyable
 
 

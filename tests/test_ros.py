@@ -594,5 +594,5 @@ def test_export_takes_bags_both_ways(written: dict[str, Path], tmp_path: Path) -
     export(tmp_path / "a.mcap", [tmp_path / "b.csv"])
     table = read_table(tmp_path / "b.csv")
     assert (table.alpha == TIMED.alpha).all()
-    assert table["color"] == TIMED.colors()
-    assert table["types"] == TIMED.types()
+    assert table["color"] == tuple(TIMED.columns()["color"])
+    assert table["types"] == tuple(TIMED.columns()["types"])

@@ -168,8 +168,7 @@ def test_rate_limits_decide_flyable_and_name_the_period_needed() -> None:
 
 def test_off_the_surfaces_a_table_has_no_colors() -> None:
     timed = lift(GAITS[2].angles, "red").biased(0.8).parametrize(samples=2)
-    assert timed.colors() == timed.types() == ()
-    assert "color" not in timed.columns()
+    assert not {"color", "types"} & set(timed.columns())
 
 
 def test_peak_jerks_are_those_of_the_motion_and_judged() -> None:

@@ -222,10 +222,7 @@ class Curve:
     def chord_parameters(self, tolerance: float = DEFAULT_CHORD) -> FloatArray:
         """Return parameter values, from 0 to below the span, between which chords are within a tolerance, shape (n,).
 
-        Parameters
-        ----------
-        tolerance
-            Largest distance in the (α1, α2) plane between curve and chord at the same parameter [rad].
+        The tolerance is the largest distance in the (α1, α2) plane between curve and chord at the same parameter [rad].
         """
         if not 0 < number_of(tolerance) < math.inf:
             raise InputError(f"tolerance: {shown(tolerance)}; allowed is a positive finite number (rad)")

@@ -78,21 +78,13 @@ def fastest_squared_speeds(
 ) -> FloatArray:
     """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
 
-    Parameters
-    ----------
-    first, second
-        q′ and q″ of each joint at the nodes, shape (n + 1, m); the last node is the first again.
-    width
-        Widths of the intervals, shape (n,), positive.
-    rate, acceleration
-        Limits of each joint, shape (m,), positive; a rate may be infinite.
+    `first` and `second` are q′ and q″ of each joint at the nodes, shape (n + 1, m), `width` the widths of the
+    intervals, `rate` and `acceleration` the limits of each joint, shape (m,), positive; a rate may be infinite.
 
-    Notes
-    -----
     The limits hold at both ends of every interval. A row whose two coefficients have the same sign, where q′ nearly
     vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and loses no
-    more than one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is
-    a bound too; then the two passes leave no row broken.
+    more than one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is a
+    bound too; then the two passes leave no row broken.
     """
     # Each joint gives |p·b_k + q·b_{k+1}| ≤ limit at either end of an interval: b_{k+1} ≤ (limit + |p|·b_k)/|q| and
     # b_k ≤ (limit + |q|·b_{k+1})/|p| if p and q have opposite signs.
@@ -149,24 +141,12 @@ def laws_under_jerk(
 ) -> Iterator[TimingLaw]:
     """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
 
-    Parameters
-    ----------
-    curve
-        The path.
-    s
-        Nodes from 0 to the span, among them all breaks, shape (n + 1,).
-    start
-        ṡ² of some slower law at the nodes, positive, shape (n,).
-    limits
-        Rate, acceleration and jerk at the nodes, each of shape (n, 2); a rate may be infinite. They may be changed in
-        place between one law and the next.
-    progress
-        Called with a line of text before each programme.
+    The nodes `s`, shape (n + 1,), go from 0 to the span of the curve, all its breaks among them; `start` is ṡ² of some
+    slower law there, shape (n,). The limits are rate, acceleration and jerk at the nodes, each of shape (n, 2); a rate
+    may be infinite, and they may be changed in place between one law and the next.
 
-    Notes
-    -----
-    The laws are cubics of time between nodes, where limits may be exceeded a little: judge them. Nothing is yielded
-    any more once a programme has no solution.
+    The laws are cubics of time between nodes, where limits may be exceeded a little: judge them. Nothing is yielded any
+    more once a programme has no solution.
     """
     program = _Program(curve, s)
     b = start

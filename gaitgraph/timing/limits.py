@@ -156,19 +156,16 @@ class Touch:
     t: float
     alpha: tuple[float, ...]
 
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as plain values, ready for JSON."""
+        where = {"t": self.t, "alpha": list(self.alpha)}
+        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
+        return {**head, "where": where}
+
     @property
     def names(self) -> str:
         """The joints in words."""
-        return " and ".join(f"α{joint}" for joint in self.joints)
-
-    def where(self) -> dict[str, Any]:
-        """Return when and where it is first touched, as plain values."""
-        return {"t": self.t, "alpha": list(self.alpha)}
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return it as plain values, ready for JSON."""
-        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
-        return head | {"where": self.where()}
+        return f"α{self.joints[0]} and α{self.joints[1]}"
 
     def __str__(self) -> str:
         return (
@@ -236,9 +233,6 @@ class LimitedGait(TimedGait):
         share = (phase - knots[piece]) / h
         plane = values_of(derivative_of(self.tilts, order)[:, piece], share) / h[..., None] ** order
         return lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, derivative=order)
-
-    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
-        return (self.gait.color or "red",) * len(t)
 
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).

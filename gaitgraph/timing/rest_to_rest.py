@@ -25,17 +25,10 @@ _BRIEF = 1e-6
 def phases(distance: float, rate: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
     """Return the phases of the fastest motion over a distance from rest to rest: duration, s̈ at its start and its end.
 
-    Parameters
-    ----------
-    distance
-        How far, positive.
-    rate, acceleration, jerk
-        Limits along the segment, positive; the rate may be infinite, and so may the acceleration if the jerk is not. An
-        infinite jerk is replaced by one that lets the acceleration rise in a thousandth of the time. Limits so loose
-        that they would be met for less than a millionth of the time are lowered to what is met that long.
+    The limits are positive; the rate may be infinite, and so may the acceleration if the jerk is not. An infinite jerk
+    is replaced by one that lets the acceleration rise in a thousandth of the time. Limits so loose that they would be
+    met for less than a millionth of the time are lowered to what is met that long.
 
-    Examples
-    --------
     >>> [round(sum(phase[0] for phase in phases(1.0, *limits)), 6) for limits in ((9, 99, 32.0), (1, 2, 4))]
     [1.0, 2.0]
     """
@@ -64,19 +57,10 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
 def rest_to_rest(
     plane: FloatArray, rate: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the law of a closed polyline that rests at every corner.
+    """Return the law of a closed polyline that rests at every corner, as intervals of time and (α1, α2) on them.
 
-    Parameters
-    ----------
-    plane
-        Corners, shape (n, 2), no two neighbours equal [rad].
-    rate, acceleration, jerk
-        Limits of α1 and α2, shape (2,); infinite where there is none.
-
-    Returns
-    -------
-    widths, tilts
-        Intervals of time and (α1, α2) on them, as :func:`gaitgraph.timing.timing_laws.tilts_over_time`.
+    The corners have shape (n, 2), no two neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite
+    where there is none. What is returned is as in :func:`gaitgraph.timing.timing_laws.tilts_over_time`.
     """
     step = np.roll(plane, -1, axis=0) - plane
     lengths = np.linalg.norm(step, axis=1)

@@ -58,8 +58,7 @@ class LeastPeriod:
     ----------
     status
         "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a joint that
-        must move, or limits with which the least period is beyond 1e9 s or below 1e-6 s) or "still" (the gait is a
-        point, so that no period is the least).
+        must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a gait that is a point has no least).
     reason
         One sentence; empty if the status is "ok".
     limits
@@ -69,11 +68,11 @@ class LeastPeriod:
     least
         The least period found [s]; None where there is none.
     lower_bound
-        A period below which there is certainly no law along this path [s]: no joint can be quicker on its own.
+        A period below which there is certainly no law along this path [s].
     stretch
         What the found law was stretched by so that limits hold between samples too, minus 1; its price.
     rounding
-        How corners were rounded, if they were; None too where the law rests at the corners, being quicker.
+        How corners were rounded; None too where resting at them is quicker.
     note
         Why the law rests although rounding was asked for, or what was left undone; empty as a rule.
     limit, where
@@ -229,21 +228,12 @@ def least_period(
     period = found.period
     if not _SHORTEST <= period <= _LONGEST:
         return _out_of_range(along, limits, period)
-    timed = LimitedGait(
-        gait=along.gait,
-        period=period,
-        law="least-period",
-        samples=checked_clock(period, "smooth", samples=samples, rate=rate),
-        curve=along.curve,
-        widths=found.widths,
-        tilts=found.tilts,
-        limits=limits,
-    )
+    samples = checked_clock(period, "smooth", samples=samples, rate=rate)
     return LeastPeriod(
         status="ok",
         reason="",
         limits=limits,
-        timed=timed,
+        timed=along.timed(found, limits, "least-period", samples),
         least=period,
         lower_bound=min(bound, period),
         stretch=found.stretch,
@@ -289,16 +279,8 @@ def paced(
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
     along, limits = _asked(path, limits, rounding)
     if along.still:
-        timed = LimitedGait(
-            gait=along.gait,
-            period=float(period),
-            law="paced",
-            samples=count,
-            curve=along.curve,
-            widths=np.array([float(period)]),
-            tilts=np.array(along.gait.alpha[None, :1, :2]),
-            limits=limits,
-        )
+        standing = _Found(np.array([float(period)]), np.array(along.gait.alpha[None, :1, :2]), 0.0)
+        timed = along.timed(standing, limits, "paced", count)
         return LeastPeriod(status="ok", reason="", limits=limits, timed=timed, least=0.0, rounding=along.rounding)
     found = least_period(path, limits, rounding=rounding, nodes=nodes, progress=progress)
     if found.timed is None or found.least is None:
@@ -317,7 +299,7 @@ def paced(
             f"the least found is {found.least:.4f} s; at T the {touch.kind} of {touch.names} would reach "
             f"{reached:.3g} {RATE_UNITS[touch.kind]}, limit {touch.limit:.3g}"
         )
-    where = {"t": touch.t, "alpha": list(touch.alpha)}
+    where = touch.as_mapping()["where"]
     return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
 
 
@@ -401,6 +383,19 @@ class _Path:
             return None
         return _Path(path)
 
+    def timed(self, found: _Found, limits: Limits, law: str, samples: int) -> LimitedGait:
+        """Return the gait with a law found for it."""
+        return LimitedGait(
+            gait=self.gait,
+            period=found.period,
+            law=law,
+            samples=samples,
+            curve=self.curve,
+            widths=found.widths,
+            tilts=found.tilts,
+            limits=limits,
+        )
+
     def blocked(self, limits: Limits) -> tuple[str, int, FloatArray] | None:
         """Return a limit of zero on a joint that must move: kind, joint and tilt angles there; or None."""
         for kind in RATE_UNITS:
@@ -449,16 +444,9 @@ class _Path:
         return np.array(out)
 
     def fastest(self, limits: Limits, nodes: int, progress: Callable[[str], None] | None = None) -> tuple[_Found, str]:
-        """Return the fastest law found, and a note of what was left undone, empty as a rule.
+        """Return the fastest law found under limits, and a note of what was left undone, empty as a rule.
 
-        Parameters
-        ----------
-        limits
-            What to keep; positive on every joint that moves.
-        nodes
-            How many intervals the curve is divided into, about.
-        progress
-            Called with a line of text before each programme.
+        The limits are positive on every joint that moves. `nodes` is how many intervals a curve is divided into, about.
         """
         stated = [limits.in_plane(kind) for kind in RATE_UNITS]
         completed = limits.completed(self.extent)

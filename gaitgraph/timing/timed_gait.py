@@ -95,12 +95,8 @@ class TimedGait:
     @property
     def t(self) -> FloatArray:
         """Sample times, shape (N + 1,) [s]."""
-        return self._t_of(range(self.samples + 1))
-
-    def _t_of(self, rows: range) -> FloatArray:
-        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
-        if rows.stop > self.samples:
-            t[self.samples - rows.start :] = self.period
+        t = np.arange(self.samples + 1) * (self.period / self.samples)
+        t[-1] = self.period
         return np.asarray(t)
 
     @property
@@ -152,25 +148,6 @@ class TimedGait:
             (acceleration * per_second**2)[..., None] * step,
         )
 
-    def colors(self) -> tuple[str, ...]:
-        """Return the sheet of every sample: that of the corner last passed; empty off the surfaces."""
-        return self._colors_at(self.t)
-
-    def _colors_at(self, t: FloatArray) -> tuple[str, ...]:
-        if not self.gait.colors:
-            return ()
-        segment = np.searchsorted(self.corner_times, t, side="right") - 1
-        return tuple(self.gait.colors[k % len(self.gait.colors)] for k in segment)
-
-    def types(self) -> tuple[str, ...]:
-        """Return the plane types of every sample; empty off the surfaces."""
-        return self._types_at(self.alpha, self.colors())
-
-    def _types_at(self, alpha: FloatArray, colors: tuple[str, ...]) -> tuple[str, ...]:
-        codes = family_codes(colors)
-        pairs = family_types(alpha[: len(codes)], codes, self.gait.coefficients, self.gait.crossing_tolerance)
-        return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
-
     def columns(self, rows: range | None = None) -> dict[str, Any]:
         """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
 
@@ -181,14 +158,23 @@ class TimedGait:
         rows
             Consecutive rows, counted from 0; by default all N + 1.
         """
-        t = self._t_of(range(self.samples + 1) if rows is None else rows)
+        rows = range(self.samples + 1) if rows is None else rows
+        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
+        if rows.stop > self.samples:
+            t[self.samples - rows.start :] = self.period
         angles, rates, accelerations = self.at(t)
         columns: dict[str, Any] = {"t": t}
         columns |= {f"alpha{k + 1}": angles[:, k] for k in range(4)}
-        if self.gait.colors:
-            colors = self._colors_at(t)
-            columns |= {"color": list(colors), "types": list(self._types_at(angles, colors))}
-        columns["R"] = np.asarray(level_determinant(angles, self.gait.coefficients))
+        gait = self.gait
+        if gait.colors:
+            # The sheet of a sample is that of the corner last passed.
+            segment = np.zeros(len(t), dtype=np.int64)
+            if gait.color == "mixed":
+                segment = (np.searchsorted(self.corner_times, t, side="right") - 1) % len(gait.colors)
+            colors = [gait.colors[k] for k in segment]
+            types = family_types(angles, family_codes(colors), gait.coefficients, gait.crossing_tolerance)
+            columns |= {"color": colors, "types": [text_from_types(*pair) for pair in zip(*types, strict=True)]}
+        columns["R"] = np.asarray(level_determinant(angles, gait.coefficients))
         columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
         columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
         # Adding zero turns a negative zero into zero, which is what people want to read.

@@ -25,14 +25,9 @@ _SECANTS = 30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimingLaw:
-    """A monotone periodic law s(t): values at knots, s̈ linear between them.
+    """A monotone periodic law s(t): s, ṡ and s̈ at knots, s̈ linear between them.
 
-    Parameters
-    ----------
-    t
-        Knots from 0 to the period, shape (m + 1,) [s].
-    s, speed, acceleration
-        s, ṡ and s̈ at the knots, shape (m + 1,); s grows by the path's span over the period.
+    Each has shape (m + 1,). The knots t go from 0 to the period [s], and s grows by the path's span meanwhile.
     """
 
     t: FloatArray
@@ -47,21 +42,11 @@ class TimingLaw:
 
 
 def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
-    """Return the law that passes nodes with given s̈, less a constant so that it closes; None if it would stop.
+    """Return the law through nodes s with given s̈, less a constant so that it closes; None if it would stop.
 
-    Parameters
-    ----------
-    s
-        Nodes from 0 to the span, shape (n + 1,); they are the law's knots.
-    acceleration
-        s̈ at the nodes, shape (n,); linear in time between them.
-    speed
-        ṡ at the first node, positive.
-
-    Notes
-    -----
-    Each interval takes the time in which the cubic covers it. The constant is what makes the last speed equal to the
-    first, found by the secant method; for s̈ that nearly closes it is tiny.
+    The nodes, shape (n + 1,), are the law's knots; s̈, shape (n,), is linear in time between them, and each interval
+    takes the time in which the cubic covers it. The constant is what makes the last speed equal to `speed`, the first,
+    found by the secant method; for s̈ that nearly closes it is tiny.
     """
     rise = np.append(acceleration, acceleration[0])
     width = np.diff(s).tolist()
@@ -101,21 +86,11 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
 
 
 def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw:
-    """Return the law of squared speeds at nodes, averaged over a short time so that s̈ is continuous.
+    """Return the law of squared speeds at nodes, shapes (n + 1,), averaged over a share of its period.
 
-    Parameters
-    ----------
-    s
-        Nodes from 0 to the span, shape (n + 1,).
-    squared
-        ṡ² there, positive, shape (n + 1,); between nodes it is linear in s, that is, s̈ is constant.
-    window
-        What to average over, as a share of the period, in (0, 1).
-
-    Notes
-    -----
-    The moving average keeps the period, and averages of accelerations within convex limits stay within them but for
-    how much the path's direction and curvature change over the window.
+    Between nodes ṡ² is linear in s, that is, s̈ is constant; the average makes it continuous. The moving average keeps
+    the period, and averages of accelerations within convex limits stay within them but for how much the path's
+    direction and curvature change over the window.
     """
     speed, span = np.sqrt(squared), float(s[-1])
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
@@ -168,21 +143,9 @@ def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float
 def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return widths of intervals of time and (α1, α2) on them, as polynomials of the share of the interval passed.
 
-    Parameters
-    ----------
-    law
-        The law; its speed is positive everywhere.
-    breaks, pieces
-        The path, as :class:`gaitgraph.timing.curve.Curve` has it.
+    Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first, for a law of positive speed along a path with
+    `breaks` and `pieces` as in :class:`gaitgraph.timing.curve.Curve`. The first interval begins where the path does.
 
-    Returns
-    -------
-    widths, tilts
-        Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first. The first interval begins
-        where the path does.
-
-    Notes
-    -----
     To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
     may lie so near to a break that these would carry few digits.
     """
@@ -227,16 +190,9 @@ def tilts_between(
 ) -> FloatArray:
     """Return (α1, α2) on intervals of time as polynomials of the share passed, shape (degree + 1, m, 2).
 
-    Parameters
-    ----------
-    widths
-        Widths of the intervals, shape (m,) [s].
-    local
-        s at the start of each interval, less that at which its piece of the path starts, shape (m,).
-    speed, rise
-        ṡ and s̈ at the knots, shape (m + 1,).
-    pieces
-        The piece of the path that each interval runs along, shape (n + 1, m, 2).
+    `local` is s at the start of each interval, less that at which its piece of the path starts, shape (m,); `speed` and
+    `rise` are ṡ and s̈ at the knots, shape (m + 1,); `pieces` are those that the intervals run along, shape (n + 1, m,
+    2).
     """
     h = widths
     cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])[:, :, None]
