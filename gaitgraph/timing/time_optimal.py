@@ -157,8 +157,7 @@ def least_period(
         without a rest. With it the law is never slower than at rest: where resting is quicker, as it can be with tiny
         blends, that law is the answer, with a note.
     samples, rate
-        Even intervals per period, or samples per second, for tables; as for
-        :func:`gaitgraph.timing.timed_gait.parametrize`.
+        Of tables, as for :func:`gaitgraph.timing.timed_gait.parametrize`.
     nodes
         Nodes along a curve, 1000 by default and 300 under a jerk limit; the period comes down with 1/nodes. Every piece
         of the curve has at least eight.
@@ -168,8 +167,7 @@ def least_period(
     Returns
     -------
     LeastPeriod
-        Falsy if there is no law: a limit of zero on a joint that moves, a period that no timed gait may have, or a gait
-        that is a point.
+        Falsy if there is no law.
 
     Raises
     ------
@@ -191,53 +189,43 @@ def least_period(
     >>> bool(found), round(found.lower_bound, 6), 0.8 <= found.period < 0.801
     (True, 0.8, True)
     """
-    along, limits = _asked(path, limits, rounding)
+    task = _Task(path, limits, rounding)
+    limits = task.limits
     if samples is not None or rate is not None:
         checked_clock(1.0, "smooth", samples=samples, rate=rate)
     if nodes is None:
         nodes = _NODES if limits.jerk is None else _NODES_UNDER_JERK
     elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
         raise InputError(f"nodes: {shown(nodes)}; allowed is a whole number from 10 to 100000")
-    if along.still:
+    if task.still:
         reason = "the gait is a point: it stands still at any period, and none is the least"
-        return LeastPeriod(status="still", reason=reason, limits=limits, least=0.0, rounding=along.rounding)
-    blocked = along.blocked(limits)
-    if blocked is not None:
-        kind, joint, alpha = blocked
-        place = ", ".join(f"{angle:.3f}" for angle in alpha)
-        return LeastPeriod(
-            status="no period",
-            reason=f"no period meets the {kind} limit 0 of α{joint}, which must move from ({place}) on",
-            limits=limits,
-            rounding=along.rounding,
-            limit=kind,
-            where={"alpha": alpha.tolist()},
-        )
-    resting = along.resting(path)
-    bound, _ = _lower_bound(along, resting, limits)
+        return LeastPeriod(status="still", reason=reason, limits=limits, least=0.0, rounding=task.rounding)
+    impossible = task.impossible()
+    if impossible is not None:
+        return impossible
+    bound, _ = task.lower_bound()
     if bound > _LONGEST:
-        return _out_of_range(along, limits, bound)
+        return task.out_of_range(bound)
     if progress is not None:
         progress("looking for the fastest law")
-    found, note = along.fastest(limits, int(nodes), progress)
-    if resting is not None:
-        at_rest, _ = resting.fastest(limits, int(nodes))
+    found, note = task.fastest(int(nodes), progress)
+    if task.resting is not None:
+        at_rest, _ = task.resting.fastest(int(nodes))
         if at_rest.period < found.period:
             slower = f"rests at the corners: {at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
-            along, found, note = resting, at_rest, "; ".join(filter(None, (slower, note)))
+            task, found, note = task.resting, at_rest, "; ".join(filter(None, (slower, note)))
     period = found.period
     if not _SHORTEST <= period <= _LONGEST:
-        return _out_of_range(along, limits, period)
-    samples = checked_clock(period, "smooth", samples=samples, rate=rate)
+        return task.out_of_range(period)
     return LeastPeriod(
         status="ok",
         reason="",
         limits=limits,
-        timed=along.timed(found, limits, "least-period", samples),
+        timed=task.timed(found, "least-period", checked_clock(period, "smooth", samples=samples, rate=rate)),
         least=period,
         lower_bound=min(bound, period),
         stretch=found.stretch,
-        rounding=along.rounding,
+        rounding=task.rounding,
         note=note,
     )
 
@@ -277,12 +265,12 @@ def paced(
     T = 0.7 s is too short: α1 alone needs at least 0.8000 s under the limits
     """
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
-    along, limits = _asked(path, limits, rounding)
-    if along.still:
-        standing = _Found(np.array([float(period)]), np.array(along.gait.alpha[None, :1, :2]), 0.0)
-        timed = along.timed(standing, limits, "paced", count)
-        return LeastPeriod(status="ok", reason="", limits=limits, timed=timed, least=0.0, rounding=along.rounding)
-    found = least_period(path, limits, rounding=rounding, nodes=nodes, progress=progress)
+    task = _Task(path, limits, rounding)
+    if task.still:
+        standing = _Found(np.array([float(period)]), np.array(task.gait.alpha[None, :1, :2]), 0.0)
+        timed = task.timed(standing, "paced", count)
+        return LeastPeriod(status="ok", reason="", limits=task.limits, timed=timed, least=0.0, rounding=task.rounding)
+    found = least_period(path, task.limits, rounding=rounding, nodes=nodes, progress=progress)
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
@@ -290,7 +278,7 @@ def paced(
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
     if period < found.lower_bound:
-        bound, joint = _lower_bound(along, along.resting(path), limits)
+        bound, joint = task.lower_bound()
         reason += f"α{joint} alone needs" if joint else "any law along this path needs"
         reason += f" at least {bound:.4f} s under the limits"
     else:
@@ -301,38 +289,6 @@ def paced(
         )
     where = touch.as_mapping()["where"]
     return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
-
-
-def _asked(path: object, limits: object, rounding: float | str | None) -> tuple[_Path, Limits]:
-    """Return the path to run and the limits to keep."""
-    along = _Path(path, rounding)
-    if limits is None:
-        return along, limits_of(along.gait.vehicle)
-    if not isinstance(limits, Limits):
-        raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(rate=5, acceleration=60)")
-    return along, limits
-
-
-def _lower_bound(along: _Path, resting: _Path | None, limits: Limits) -> tuple[float, int]:
-    """Return a period below which there is certainly no law along either, and the joint that decides it."""
-    bounds = [one.lower_bound(limits) for one in (along, resting) if one is not None]
-    return min(bounds, key=lambda bound: bound[0])
-
-
-def _out_of_range(along: _Path, limits: Limits, period: float) -> LeastPeriod:
-    """Return the answer where the least period is none that a timed gait may have, with the slowest of the limits."""
-    slowest, kind, words = 0.0, "", ""
-    # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
-    for order, (factor, (name, unit)) in enumerate(zip((2.0, 16.0, 96.0), RATE_UNITS.items(), strict=True), start=1):
-        limit = limits.in_plane(name)
-        for joint in np.flatnonzero((along.extent > 0) & np.isfinite(limit)):
-            bound = (factor * float(along.extent[joint] / limit[joint])) ** (1.0 / order)
-            if bound > slowest:
-                slowest, kind = bound, name
-                words = f"{name} limit {limit[joint]:g} {unit} of α{joint + 1} and α{joint + 3}"
-    beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
-    reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
-    return LeastPeriod(status="no period", reason=reason, limits=limits, rounding=along.rounding, limit=kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,14 +304,16 @@ class _Found:
         return float(self.widths.sum())
 
 
-class _Path:
-    """What is run: a smooth curve, or a polyline with a rest at each corner, where `curve` is None."""
+class _Task:
+    """A smooth curve to run, or a polyline with a rest at each corner if `curve` is None, and the limits to keep."""
 
-    def __init__(self, path: object, rounding: float | str | None = None) -> None:
+    def __init__(self, path: object, limits: Limits | None, rounding: float | str | None = None) -> None:
         if not isinstance(path, (Gait, Curve, Rounding)):
             raise InputError(f"path: {shown(path)}; allowed is a gait, a curve or a rounded gait")
         if rounding is not None and not isinstance(path, Gait):
             raise InputError(f"rounding: {shown(rounding)}; allowed for a gait, since a curve has no corners")
+        if limits is not None and not isinstance(limits, Limits):
+            raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(acceleration=60)")
         self.rounding = path if isinstance(path, Rounding) else None
         self.curve = path if isinstance(path, Curve) else None
         if isinstance(path, Gait):
@@ -375,15 +333,14 @@ class _Path:
             self.extent = np.ptp(path.alpha[:, :2], axis=0)
         if isinstance(path, Gait):
             self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
+        self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.still = bool(self.extent.max() <= _STILL)
+        # The same gait with rests at its corners, if this one rounds them.
+        self.resting: _Task | None = None
+        if self.rounding is not None and self.rounding.deviation > 0 and isinstance(path, Gait):
+            self.resting = _Task(path, self.limits)
 
-    def resting(self, path: object) -> _Path | None:
-        """Return the path along the same gait that rests at its corners, if this one rounds them."""
-        if self.rounding is None or self.rounding.deviation == 0 or not isinstance(path, Gait):
-            return None
-        return _Path(path)
-
-    def timed(self, found: _Found, limits: Limits, law: str, samples: int) -> LimitedGait:
+    def timed(self, found: _Found, law: str, samples: int) -> LimitedGait:
         """Return the gait with a law found for it."""
         return LimitedGait(
             gait=self.gait,
@@ -393,26 +350,52 @@ class _Path:
             curve=self.curve,
             widths=found.widths,
             tilts=found.tilts,
-            limits=limits,
+            limits=self.limits,
         )
 
-    def blocked(self, limits: Limits) -> tuple[str, int, FloatArray] | None:
-        """Return a limit of zero on a joint that must move: kind, joint and tilt angles there; or None."""
+    def impossible(self) -> LeastPeriod | None:
+        """Return the answer if a limit is zero on a joint that must move."""
         for kind in RATE_UNITS:
-            for joint in np.flatnonzero((limits.in_plane(kind) == 0) & (self.extent > _STILL)).tolist():
-                number = joint + 1 if getattr(limits, kind)[joint] == 0 else joint + 3
+            for joint in np.flatnonzero((self.limits.in_plane(kind) == 0) & (self.extent > _STILL)).tolist():
+                number = joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
                 step = np.abs((self.gait.ends - self.gait.alpha)[:, joint])
-                return kind, number, self.gait.alpha[int(np.argmax(step > 0))]
+                alpha = self.gait.alpha[int(np.argmax(step > 0))]
+                place = ", ".join(f"{angle:.3f}" for angle in alpha)
+                return LeastPeriod(
+                    status="no period",
+                    reason=f"no period meets the {kind} limit 0 of α{number}, which must move from ({place}) on",
+                    limits=self.limits,
+                    rounding=self.rounding,
+                    limit=kind,
+                    where={"alpha": alpha.tolist()},
+                )
         return None
 
-    def lower_bound(self, limits: Limits) -> tuple[float, int]:
+    def out_of_range(self, period: float) -> LeastPeriod:
+        """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
+        slowest, kind, words = 0.0, "", ""
+        # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
+        for order, (factor, (name, unit)) in enumerate(
+            zip((2.0, 16.0, 96.0), RATE_UNITS.items(), strict=True), start=1
+        ):
+            limit = self.limits.in_plane(name)
+            for joint in np.flatnonzero((self.extent > 0) & np.isfinite(limit)):
+                bound = (factor * float(self.extent[joint] / limit[joint])) ** (1.0 / order)
+                if bound > slowest:
+                    slowest, kind = bound, name
+                    words = f"{name} limit {limit[joint]:g} {unit} of α{joint + 1} and α{joint + 3}"
+        beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
+        reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
+        return LeastPeriod(status="no period", reason=reason, limits=self.limits, rounding=self.rounding, limit=kind)
+
+    def lower_bound(self) -> tuple[float, int]:
         """Return a period below which there is certainly no law, and the joint (1 or 2) that decides it, 0 for both.
 
         Where a joint turns round its rate is zero, so between two turns it takes at least as long as the fastest
         motion from rest to rest over that distance. Over any part of the path a law takes at least |Δαᵢ|/rate. And by
         the inequality of Bohr and Favard half the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
         """
-        rate, acceleration, jerk = limits.completed(self.extent)
+        rate, acceleration, jerk = self.limits.completed(self.extent)
         bounds = [0.0, 0.0]
         for joint in np.flatnonzero(self.extent > _STILL).tolist():
             values = self._turning_values(joint)
@@ -425,7 +408,10 @@ class _Path:
         moving = self.extent > _STILL
         together = float((step[:, moving] / rate[moving]).max(axis=1).sum())
         best = max(*bounds, together)
-        return best, (bounds.index(best) + 1 if best in bounds else 0)
+        answer = best, (bounds.index(best) + 1 if best in bounds else 0)
+        if self.resting is None:
+            return answer
+        return min(answer, self.resting.lower_bound(), key=lambda bound: bound[0])
 
     def _turning_values(self, joint: int) -> FloatArray:
         """Return the values at which an angle turns round, in order, noise left out."""
@@ -443,16 +429,16 @@ class _Path:
             out.pop()
         return np.array(out)
 
-    def fastest(self, limits: Limits, nodes: int, progress: Callable[[str], None] | None = None) -> tuple[_Found, str]:
-        """Return the fastest law found under limits, and a note of what was left undone, empty as a rule.
+    def fastest(self, nodes: int, progress: Callable[[str], None] | None = None) -> tuple[_Found, str]:
+        """Return the fastest law found, and a note of what was left undone, empty as a rule.
 
         The limits are positive on every joint that moves. `nodes` is how many intervals a curve is divided into, about.
         """
-        stated = [limits.in_plane(kind) for kind in RATE_UNITS]
-        completed = limits.completed(self.extent)
+        completed = self.limits.completed(self.extent)
         if self.curve is None:
             plane = np.array(self.gait.alpha[:, :2])
-            return self._kept(*rest_to_rest(plane, stated[0], completed[1], stated[2]), stated), ""
+            rate, jerk = self.limits.in_plane("rate"), self.limits.in_plane("jerk")
+            return self._kept(*rest_to_rest(plane, rate, completed[1], jerk)), ""
         # A joint that stands still keeps any limit.
         rate, acceleration, jerk = (np.where(self.extent > _STILL, limit, 1.0) for limit in completed)
         s = nodes_along(self.curve, nodes)
@@ -463,14 +449,14 @@ class _Path:
         acceleration = np.minimum(acceleration, rate / (_BRIEF * period))
         jerk = np.minimum(jerk, acceleration / (_BRIEF * period))
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
-        if limits.jerk is None:
+        if self.limits.jerk is None:
             for window in _WINDOWS:
-                found = self._over_time(smoothed_law(s, squared, window), stated)
+                found = self._over_time(smoothed_law(s, squared, window))
                 if found.stretch <= _ENOUGH:
                     break
             return found, ""
         laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
-        kept = [self._over_time(law, stated) for law in laws]
+        kept = [self._over_time(law) for law in laws]
         best = min(range(len(kept)), key=lambda k: kept[k].period)
         if len(width) > _MOST_NODES_UNDER_JERK:
             return kept[best], (
@@ -482,28 +468,14 @@ class _Path:
         law, span = laws[best], float(s[-1])
         turns = np.concatenate([law.s[:-1] + turn * span for turn in (-1, 0, 1)])
         known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + kept[best].stretch), 3)) ** 2
-        return self._under_jerk(s, known, (rate, acceleration, jerk), kept[best], stated, progress), ""
-
-    def _under_jerk(
-        self,
-        s: FloatArray,
-        squared: FloatArray,
-        limits: tuple[FloatArray, FloatArray, FloatArray],
-        found: _Found,
-        stated: list[FloatArray],
-        progress: Callable[[str], None] | None,
-    ) -> _Found:
-        """Return the best of some linear programmes and of what was found before.
-
-        A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
-        its law exceeds them, a few times, so that less is left to stretch.
-        """
-        assert self.curve is not None  # noqa: S101
-        rate, acceleration, jerk = (np.tile(limit, (len(s) - 1, 1)) for limit in limits)
+        # A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
+        # its law exceeds them, a few times, so that less is left to stretch.
+        found, limits = kept[best], (rate, acceleration, jerk)
+        rate, acceleration, jerk = (np.tile(limit, (len(width), 1)) for limit in limits)
         corrections, before = 0, math.inf
-        for law in laws_under_jerk(self.curve, s, squared, (rate, acceleration, jerk), progress):
+        for law in laws_under_jerk(self.curve, s, known, (rate, acceleration, jerk), progress):
             widths, tilts = tilts_over_time(law, self.curve.breaks, self.curve.pieces)
-            candidate = self._kept(widths, tilts, stated)
+            candidate = self._kept(widths, tilts)
             found = min(found, candidate, key=lambda one: one.period)
             gains, before = law.period < before * (1 - _SETTLED), law.period
             if gains and not corrections:
@@ -511,21 +483,22 @@ class _Path:
             if corrections == _CORRECTIONS or abs(candidate.stretch) < _ENOUGH:
                 break
             corrections += 1
-            interval = np.clip(np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1, 0, len(s) - 2)
+            interval = np.clip(np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1, 0, len(width) - 1)
             for order, at_nodes in ((2, acceleration), (3, jerk)):
-                excess = np.ones((len(s) - 1, 2))
+                excess = np.ones((len(width), 2))
                 np.maximum.at(excess, interval, peaks_of(widths, tilts, order) / limits[order - 1])
                 np.divide(at_nodes, np.maximum(excess, np.roll(excess, 1, axis=0)), out=at_nodes)
-        return found
+        return found, ""
 
-    def _over_time(self, law: TimingLaw, stated: list[FloatArray]) -> _Found:
+    def _over_time(self, law: TimingLaw) -> _Found:
         assert self.curve is not None  # noqa: S101
-        return self._kept(*tilts_over_time(law, self.curve.breaks, self.curve.pieces), stated)
+        return self._kept(*tilts_over_time(law, self.curve.breaks, self.curve.pieces))
 
-    def _kept(self, widths: FloatArray, tilts: FloatArray, stated: list[FloatArray]) -> _Found:
+    def _kept(self, widths: FloatArray, tilts: FloatArray) -> _Found:
         """Return a law with its time stretched, or shortened, until its certain peaks meet the limits."""
         factor = 0.0
-        for order, limit in enumerate(stated, start=1):
+        for order, kind in enumerate(RATE_UNITS, start=1):
+            limit = self.limits.in_plane(kind)
             peak = peaks_of(widths, tilts, order).max(axis=0)
             of = np.isfinite(limit) & (self.extent > _STILL)
             if of.any():
