@@ -39,7 +39,6 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     level_determinant_slopes,
     noise_of,
-    pair_features,
     pitch_sensitivity,
     roll_sensitivity,
     scaled_decoupling_matrix,
@@ -321,9 +320,6 @@ class TestFormulaOneIsTheDeterminant:
         )
         assert self.vanishes(matrix.det(method="berkowitz") - 2 * k * self.symbolic(mended("(1)")))
 
-    def test_the_printed_formula_is_not(self) -> None:
-        assert not self.vanishes(self.symbolic(terms_of(PRINTED["(1)"])) - self.symbolic(mended("(1)")))
-
     def test_its_three_parts_are_the_mended_equations(self) -> None:
         nx, ny, nz = self.upward
         assert self.vanishes(
@@ -486,14 +482,6 @@ class TestCoefficients:
             "(κ = 0.0599129); allowed is 'exact'"
         )
 
-    def test_pair_features_are_those_of_two_angles(self) -> None:
-        first, opposite = np.random.default_rng(32).uniform(-math.pi, math.pi, (2, 50))
-        expected = [np.cos(first) * np.cos(opposite), np.sin(first) * np.sin(opposite), np.sin(first + opposite)]
-        np.testing.assert_allclose(pair_features(first, opposite), np.stack(expected, axis=-1), atol=1e-15)
-        # Numbers of few bits are taken at their value: 1 − 3 is no 254, and cosines keep all digits.
-        for narrow in (np.uint8, np.int8, np.float32):
-            np.testing.assert_array_equal(pair_features(narrow(1), narrow(3)), pair_features(1.0, 3.0))
-
 
 class TestDeterminantAgainstTheMatrix:
     @by_name
@@ -537,15 +525,6 @@ class TestDeterminantAgainstTheMatrix:
                 axis=-1,
             )
             np.testing.assert_allclose(axes @ angular, moment @ inputs / np.array(inertia), rtol=1e-9, atol=1e-12)
-
-    @pytest.mark.parametrize("kappa", KAPPAS)
-    def test_any_drag_ratio(self, kappa: float) -> None:
-        vehicle = Vehicle(drag_ratio=kappa)
-        rng = np.random.default_rng(11)
-        alpha, roll, pitch = random_tilts(12, 300), rng.uniform(-3, 3, 300), rng.uniform(-3, 3, 300)
-        value = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, roll, pitch))
-        formula = determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
-        np.testing.assert_allclose(2 * kappa * formula, value, atol=1e-13 * (1 + kappa) ** 3)
 
     @pytest.mark.parametrize("kappa", KAPPAS)
     def test_any_drag_ratio_to_fifty_digits(self, kappa: float) -> None:
@@ -609,12 +588,6 @@ class TestForcesAndTorques:
             np.testing.assert_allclose(scaled_decoupling_matrix(alpha)[:3], moment, atol=1e-15)
             np.testing.assert_allclose(scaled_decoupling_matrix(alpha)[3], force[2], atol=1e-15)
 
-    def test_upright_rotors_lift_with_their_own_spin_and_the_drags_cancel(self) -> None:
-        force, moment = control_force_matrix([0, 0, 0, 0]), control_moment_matrix([0, 0, 0, 0])
-        inputs = np.array([-1.0, 1.0, -1.0, 1.0])
-        np.testing.assert_allclose(force @ inputs, [0, 0, 4 * 8.048e-6], rtol=1e-15, atol=1e-20)
-        np.testing.assert_allclose(moment @ inputs, 0, atol=1e-20)
-
     @pytest.mark.parametrize(
         ("function", "what", "constants"),
         [
@@ -656,13 +629,6 @@ class TestTurningAndMirroring:
         before = math.hypot(pitch_sensitivity(alpha, EXACT), roll_sensitivity(alpha, EXACT))
         after = math.hypot(pitch_sensitivity(alpha, turned), roll_sensitivity(alpha, turned))
         assert after == pytest.approx(before, abs=1e-13)
-
-    @given(alpha=tilts)
-    @settings(deadline=None, max_examples=50)
-    def test_a_quarter_turn_swaps_roll_and_pitch(self, alpha: tuple[float, ...]) -> None:
-        turned = coefficients_of(PAPER.replace(first_arm_angle=HALF_PI), "exact")
-        assert pitch_sensitivity(alpha, turned) == pytest.approx(roll_sensitivity(alpha, EXACT), abs=1e-14)
-        assert roll_sensitivity(alpha, turned) == pytest.approx(-pitch_sensitivity(alpha, EXACT), abs=1e-14)
 
     @given(alpha=tilts, roll=rolls, pitch=pitches)
     @settings(deadline=None, max_examples=50)
@@ -1037,18 +1003,6 @@ class TestShapes:
         function(alpha)
         np.testing.assert_array_equal(alpha, before)
 
-    @pytest.mark.parametrize("narrow", [np.int8, np.float32])
-    def test_numbers_of_few_bits_are_computed_with_in_full(self, narrow: Any) -> None:
-        for function in FUNCTIONS.values():
-            few = np.array([1, 0, 1, -1], dtype=narrow)
-            np.testing.assert_array_equal(function(few), function(few.astype(float)))
-        for with_attitude in WITH_ATTITUDE.values():
-            alpha, roll, pitch = np.array([0.4, 0.1, -0.3, 0.2]), narrow(2), narrow(1)
-            np.testing.assert_array_equal(with_attitude(alpha, roll, pitch), with_attitude(alpha, 2.0, 1.0))
-        np.testing.assert_array_equal(
-            least_singular_value_on_red(narrow(1), narrow(-1)), least_singular_value_on_red(1, -1.0)
-        )
-
     def test_level_flight_is_the_default_attitude(self) -> None:
         alpha = random_tilts(34, 5)
         for function in (scaled_decoupling_matrix, decoupling_matrix, least_singular_value):
@@ -1103,16 +1057,6 @@ class TestShapes:
             one = function(tilt[index], float(rolled[index]), float(pitched[index]))
             np.testing.assert_allclose(together[index], one, rtol=1e-12, atol=1e-14)
 
-    def test_the_closed_form_on_red_broadcasts_its_two_angles(self) -> None:
-        rng = np.random.default_rng(30)
-        first, second = rng.uniform(-1.5, 1.5, (4, 1)), rng.uniform(-1.5, 1.5, 3)
-        together = least_singular_value_on_red(first, second)
-        assert together.shape == (4, 3)
-        for i, j in np.ndindex(4, 3):
-            assert together[i, j] == pytest.approx(
-                float(least_singular_value_on_red(float(first[i, 0]), float(second[j]))), rel=1e-12
-            )
-
     def test_coefficients_have_two_kinds(self) -> None:
         assert coefficients_of().kind == "published"
         assert coefficients_of(PAPER, "exact").kind == "exact"
@@ -1149,10 +1093,6 @@ class TestBoundOfTheLeastSingularValue:
         rng = np.random.default_rng(8)
         blue = gg.lift(rng.uniform(-1, 1, (50, 2)), "blue", coefficients=exact).alpha
         assert least_singular_value_bound(blue).max() < 1e-7
-
-    @pytest.mark.parametrize("shape", [(), (1,), (0,), (2, 3)])
-    def test_shapes(self, shape: tuple[int, ...]) -> None:
-        assert least_singular_value_bound(np.full((*shape, 4), 0.3)).shape == shape
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])

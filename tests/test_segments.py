@@ -220,14 +220,6 @@ class TestBrackets:
         np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
 
     @every_quantity
-    def test_a_segment_of_no_length_is_its_point(self, name: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments_for(quantity, "points", seed=4)
-        found = quantity.bracket(start, end, tolerance=1e-9)
-        np.testing.assert_allclose(found.upper, quantity.value(start), atol=1e-12)
-        np.testing.assert_allclose(found.lower, found.upper, atol=1e-12)
-
-    @every_quantity
     def test_direction_and_subdivision_do_not_matter(self, name: str) -> None:
         quantity = QUANTITIES[name]
         start, end = segments_for(quantity, "near red", seed=5)
@@ -242,15 +234,6 @@ class TestBrackets:
         for one, other in itertools.combinations((whole, back, halves), 2):
             assert max(one[0], other[0]) <= min(one[1], other[1]) + 1e-12
 
-    @every_quantity
-    def test_one_segment_may_be_given_without_its_axis(self, name: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments_for(quantity, "red", seed=6)
-        one = quantity.bracket(start[0], end[0], tolerance=quantity.tolerance)
-        same = quantity.bracket(start[:1], end[:1], tolerance=quantity.tolerance)
-        assert one.lower.shape == one.upper.shape == one.fraction.shape == (1,)
-        assert one.worst() == same.worst()
-
     @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
     def test_on_red_the_closed_form_gives_the_bracket_that_the_matrix_gives(self, vehicle: Vehicle) -> None:
         start, end = segments("red", seed=7)
@@ -261,19 +244,6 @@ class TestBrackets:
         alpha = start[:, None, :2] + ALONG[:, None] * (end - start)[:, None, :2]
         closed = least_singular_value_on_red(alpha[..., 0], alpha[..., 1], vehicle)
         assert (on_red.lower <= closed.min(axis=1) + 1e-12).all()
-
-    def test_a_narrow_dip_between_coarse_samples_is_found(self) -> None:
-        # R touches zero in the middle of a segment whose two ends, and whose ends alone, look safe.
-        dip = np.array([EXACT.delta - HALF_PI, 0.6])
-        start, end = dip - np.array([0.01, 0.0]), dip + np.array([0.01, 0.0])
-        alpha = np.array([[*start, *start], [*end, *end]])
-        found = least_level_determinant(alpha[:1], alpha[1:], EXACT, tolerance=1e-9)
-        assert found.worst()[0] <= float(level_determinant([*dip, *dip], EXACT)) + 1e-12
-        both = [
-            least_level_determinant(alpha[:1], alpha[1:], EXACT, sign=sign, tolerance=1e-9).worst()[0]
-            for sign in (1.0, -1.0)
-        ]
-        assert max(both) <= 1e-9
 
 
 class TestFloor:
@@ -575,16 +545,6 @@ class TestThrusts:
             assert (found.upper - found.lower <= 1e-5 + 1e-12).all()
 
     @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
-    def test_shares_of_the_search_are_the_hover_thrust_shares(self, vehicle: Vehicle) -> None:
-        point = np.random.default_rng(15).uniform(-1.5, 1.5, (4000, 4))
-        point = point[thrusts_push_up(point, point, vehicle)]
-        assert len(point) >= 50
-        shares = hover_thrust_shares(point, vehicle)
-        _, least, minus_largest = thrust_shares_along(point, point, vehicle, each=True)
-        np.testing.assert_allclose(least.upper, shares.min(axis=1), rtol=1e-12)
-        np.testing.assert_allclose(minus_largest.upper, -shares.max(axis=1), rtol=1e-12)
-
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
     def test_without_any_cut_the_bracket_holds_on_long_segments(
         self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -681,15 +641,6 @@ class TestOfAll:
         at = starts[segment] + fraction * (ends[segment] - starts[segment])
         assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
         assert np.isinf(found.upper).any() or size > 1
-
-    def test_what_is_known_elsewhere_leaves_less_to_do(self) -> None:
-        rng = np.random.default_rng(1)
-        starts = rng.uniform(-1.5, 1.5, (60, 4))
-        ends = starts + rng.uniform(-0.5, 0.5, (60, 4))
-        alone = least_singular_value_of_all(starts, ends).worst()[0]
-        less = least_singular_value_of_all(starts, ends, known=alone / 2)
-        assert less.lower.min() >= alone / 2 - 1e-4
-        assert np.isfinite(less.upper).sum() <= 1 + np.isfinite(least_singular_value_of_all(starts, ends).upper).sum()
 
     def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("gaitgraph.invertibility.segment_bounds.least_singular_value", None)
