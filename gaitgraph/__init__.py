@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.nearest import retarget as retarget
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
-    from gaitgraph.planning.location import whereabouts_of as whereabouts_of
+    from gaitgraph.planning.location import location_of as location_of
     from gaitgraph.planning.plan import Plan as Plan
     from gaitgraph.planning.planner import plan_loop as plan_loop
     from gaitgraph.planning.transitions import transition as transition

@@ -19,11 +19,10 @@ from scipy.spatial import ConvexHull
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
 from gaitgraph.invertibility.segment_bounds import keeps_singular_value_above
-from gaitgraph.planning.meetings import _least_length, meeting_points, mixed_loop
+from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
-from gaitgraph.planning.prepared import region_of
+from gaitgraph.planning.refusal import Case
 from gaitgraph.planning.request import PlanRequest, request_of
-from gaitgraph.planning.straight import straight_loop_holds
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -52,6 +51,12 @@ def exact(waypoints: Any, **request: Any) -> Plan:
 def planned(plan: Plan) -> Loop:
     assert plan.loop is not None, plan.reason
     return plan.loop
+
+
+def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
+    coefficients = coefficients_of(request.vehicle, request.coefficients)
+    case = Case(request=request, coefficients=coefficients, color="red", sign=sign)
+    return straight_loop_holds(case, "flyable")
 
 
 def perimeter(points: Any) -> float:
@@ -102,7 +107,7 @@ def star(rng: np.random.Generator, center: Any, radius: float) -> list[list[floa
     return [[float(x), float(y)] for x, y in corners]
 
 
-def some_request(seed: int, name: str, sign: str, *, keep_in: bool = False, waypoints: int = 4) -> dict[str, Any]:
+def some_request(seed: int, name: str, sign: Any, *, keep_in: bool = False, waypoints: int = 4) -> dict[str, Any]:
     """Keep-outs strewn over the part where gaits with this sign fly, and waypoints between them."""
     rng = np.random.default_rng(seed)
     asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
@@ -172,7 +177,7 @@ CASES = [(seed, name, sign) for seed, name in enumerate(VEHICLES) for sign in ("
 
 @pytest.mark.parametrize(("seed", "name", "sign"), CASES)
 @pytest.mark.parametrize("keep_in", [False, True])
-def test_shortest_of_all_in_the_region(seed: int, name: str, sign: str, keep_in: bool) -> None:
+def test_shortest_of_all_in_the_region(seed: int, name: str, sign: Any, keep_in: bool) -> None:
     asked = some_request(seed + 10 * keep_in, name, sign, keep_in=keep_in)
     plan = exact(**asked)
     loop, points, region = planned(plan), asked["waypoints"], region_of(plan.request, "red", sign, "flyable")
@@ -278,7 +283,7 @@ def test_along_the_grids_directions_a_finer_grid_ends_at_the_exact_loop() -> Non
 
 
 @pytest.mark.parametrize(("seed", "name", "sign"), [(20, "published", "negative"), (21, "strong", "positive")])
-def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name: str, sign: str) -> None:
+def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name: str, sign: Any) -> None:
     """A grid path costs what its 8 directions cost: at most 1/cos(π/8) of the straight line, however fine the grid."""
     asked = some_request(seed, name, sign)
     points = asked["waypoints"]
@@ -394,11 +399,9 @@ def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     loop = planned(plan)
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
-    asked, coefficients = request_of(G3.waypoints), coefficients_of()
-    assert straight_loop_holds(asked, coefficients, "red", "negative", "flyable")
-    assert not straight_loop_holds(asked, coefficients, "red", "positive", "flyable")
-    fenced = request_of(G3.waypoints, keep_out=[WALL])
-    assert not straight_loop_holds(fenced, coefficients, "red", "negative", "flyable")
+    assert straight_loop_flies(request_of(G3.waypoints), "negative")
+    assert not straight_loop_flies(request_of(G3.waypoints), "positive")
+    assert not straight_loop_flies(request_of(G3.waypoints, keep_out=[WALL]), "negative")
 
 
 @pytest.mark.parametrize("name", VEHICLES)
@@ -414,7 +417,7 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
         request = request_of(points, floor=floor, **asked)
         coefficients = coefficients_of(request.vehicle, request.coefficients)
         gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=coefficients)
-        found = any(straight_loop_holds(request, coefficients, "red", s, "flyable") for s in ("positive", "negative"))
+        found = any(straight_loop_flies(request, s) for s in ("positive", "negative"))
         report = gait.check(floor=floor)
         value = report["least_singular_value"].value
         if value is not None and abs(value - floor) > 1e-5:
@@ -503,33 +506,12 @@ def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
     assert not exact(points, color="blue", keep_out=[wall], coefficients="exact")
 
 
-def test_colors_change_only_where_the_sheets_meet() -> None:
+def test_no_loop_changes_its_color() -> None:
     """One waypoint has R < 0 on red alone, the other on blue alone: with published coefficients."""
     points = [(1.52, -1.52), (-0.5, 0.5)]
     plan = exact(points, sign="negative", accuracy=1e-3)
-    loop = planned(plan)
-    assert (loop.color, loop.report.valid, loop.report.flyable) == ("mixed", True, False)
-    assert loop.report["continuous"].value == 0
-    (meet,) = meeting_points(coefficients_of(), "negative")
-    delta = coefficients_of().delta
-    assert meet == pytest.approx((delta, -delta), abs=1e-12)
-    rows, colors = loop.path.alpha, loop.path.colors
-    changes = [k for k in range(len(rows)) if colors[k] != colors[k - 1]]
-    assert len(changes) == 2
-    for k in changes:
-        np.testing.assert_allclose(rows[[k - 1, k]], [[delta, -delta, delta, -delta]] * 2, atol=1e-12)
-    # All four angles move on straight through it.
-    assert loop.length == pytest.approx(perimeter(points), abs=1e-6)
-    s = np.linspace(0, 1, 1001)[:, None, None]
-    along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
-    for residual in (gg.invertibility.roll_sensitivity, gg.invertibility.pitch_sensitivity):
-        assert np.abs(residual(along, loop.gait.coefficients)).max() < 1e-12
-    # The exact sheets meet where R = 0, and one color alone has no loop.
-    assert not exact(points, sign="negative", coefficients="exact")
-    for color in ("red", "blue"):
-        assert not exact(points, sign="negative", color=color)
-    assert meeting_points(coefficients_of(kind="exact"), "negative") == []
-    assert meeting_points(coefficients_of(MIRRORED), "negative") == []
+    assert not plan
+    assert [(obstacle.color, obstacle.waypoints) for obstacle in plan.obstacles] == [("red", (2,)), ("blue", (1,))]
 
 
 def test_exact_coefficients_leave_red_alone() -> None:
@@ -714,15 +696,3 @@ class TestLateVerdicts:
         assert (other.color, other.is_judged) == ("blue", False)
         assert found.as_mapping()["alternatives"][0]["flyable"] is False
         assert other.is_judged
-
-    @settings(deadline=None, max_examples=25)
-    @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
-    def test_no_mixed_loop_falls_below_its_bound(self, points: list[tuple[float, float]]) -> None:
-        request = request_of(points)
-        coefficients = gg.invertibility.coefficients_of()
-        for sign in ("negative", "positive"):
-            mixed = mixed_loop(request, coefficients, sign)
-            if mixed is not None:
-                meets = meeting_points(coefficients, sign)
-                assert mixed.length >= _least_length(request.waypoints, meets) - 1e-9
-                assert mixed_loop(request, coefficients, sign, below=mixed.length) is None

@@ -73,7 +73,6 @@ def plan_command(
     from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
     from gaitgraph.planning.planner import plan
     from gaitgraph.planning.request import read_request, request_from_mapping
-    from gaitgraph.planning.summary import text_of_plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     asked = stated(options)
@@ -90,7 +89,7 @@ def plan_command(
         if as_json:
             print_json(result.as_mapping())
         else:
-            print_text(text_of_plan(result, written=tuple(written)))
+            print_text("\n".join([str(result), *([""] if written else []), *(f"wrote {name}" for name in written)]))
 
     result: Plan | None = None
     rounds = changes(files_of_request(request_file, options["vehicle"])) if watch and request_file else [None]

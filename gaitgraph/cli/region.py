@@ -48,7 +48,7 @@ def region_command(request_file: str | None, waypoints: Sequence[str], use: Any,
 
     The exit code is 1 if no part holds them all, so that no closed gait can pass them.
     """
-    from gaitgraph.planning.location import whereabouts_of
+    from gaitgraph.planning.location import location_of
     from gaitgraph.planning.request import read_request, request_from_mapping
 
     asked = stated(options)
@@ -62,7 +62,7 @@ def region_command(request_file: str | None, waypoints: Sequence[str], use: Any,
     else:
         raise InputError("waypoints: none given; allowed is a request file, or --waypoint A1,A2 at least once")
     with working("drawing the region"):
-        found = whereabouts_of(request, use=use)
+        found = location_of(request, use=use)
     if as_json:
         print_json(found.as_mapping())
     else:

@@ -31,7 +31,7 @@ Edge attributes
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
@@ -48,7 +48,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.closed_form_roots import root_arrays, sheet_grid
-from gaitgraph.surface.sheets import COLORS, checked_plane_angles
+from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles
 from gaitgraph.validation.rules import jumps
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.int64]
-Sign = Literal["positive", "negative"]
+
 
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16

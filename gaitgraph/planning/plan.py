@@ -1,22 +1,26 @@
-"""What a plan answers: loops with their verdicts, candidates of a search, and the plan itself."""
+"""What a plan answers: loops with their verdicts, and the plan itself."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import Infeasible
+from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import TimedGait, parametrize
+from gaitgraph.validation.report import lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.refusal import Obstacle
     from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
 
-__all__ = ["Candidates", "Loop", "Plan", "heuristic_order", "loop_of"]
+_WIDTH = 110
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,17 +48,16 @@ class Loop:
 
     path: Gait
     gait: Gait
-    sign: str
+    sign: Sign
     order: tuple[int, ...]
     request: PlanRequest
-    lower_bound: float | None = None
-    method: str = "grid"
+    lower_bound: float | None
+    method: str
 
     @cached_property
     def report(self) -> Report:
         """All checks, with those of the clock; judged when first asked for."""
-        clock = self.request
-        return parametrize(self.gait, clock.period, law=clock.law).check(floor=clock.floor)
+        return parametrize(self.gait, self.request.period, law=self.request.law).check(floor=self.request.floor)
 
     @property
     def is_judged(self) -> bool:
@@ -92,50 +95,56 @@ class Loop:
         count = len(self.gait.alpha)
         verdict = "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
         return (
-            f"<Loop: {self.color}, R {'>' if self.sign == 'positive' else '<'} 0, {count} corner{'s' * (count > 1)}, "
+            f"<Loop: {self.color}, {RELATION[self.sign]}, {count} corner{'s' * (count > 1)}, "
             f"{self.length:.4f} rad, {verdict}>"
         )
 
-
-@dataclass(slots=True, kw_only=True)
-class Candidates:
-    """What a method found: loops, what is two-color but jumps, what was in the way, and notes in their order."""
-
-    loops: list[Loop] = field(default_factory=list)
-    broken: list[Loop] = field(default_factory=list)
-    obstacles: list[Obstacle] = field(default_factory=list)
-    notes: dict[str, None] = field(default_factory=dict)
-
-    def take(self, more: Candidates) -> None:
-        """Append what another search found."""
-        self.loops += more.loops
-        self.broken += more.broken
-        self.obstacles += more.obstacles
-        self.notes |= more.notes
+    def __str__(self) -> str:
+        head = f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad"
+        if self.report.flyable:
+            return f"{head}: flyable"
+        broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
+        return f"{head}: {'valid, not flyable' if self.report.valid else 'not valid'} ({', '.join(broken)})"
 
 
 def loop_of(
     path: Gait,
     order: tuple[int, ...],
     request: PlanRequest,
-    sign: str,
+    sign: Sign,
     *,
+    method: str,
     lower_bound: float | None = None,
-    method: str = "grid",
 ) -> Loop:
     """Return the loop that a path makes, in the direction that the request asks for."""
     if request.reverse:
         path, order = path.reversed(), (order[0], *order[:0:-1])
-    gait = path.merged()
-    return Loop(path=path, gait=gait, sign=sign, order=order, request=request, lower_bound=lower_bound, method=method)
-
-
-def heuristic_order(number: int) -> str:
-    """Return the note on an order of waypoints that is not proven to be the best."""
-    return (
-        f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most 1.5 "
-        "times the shortest in any order with this method, and not proven shortest"
+    return Loop(
+        path=path,
+        gait=path.merged(),
+        sign=sign,
+        order=order,
+        request=request,
+        lower_bound=lower_bound,
+        method=method,
     )
+
+
+@dataclass(slots=True, kw_only=True)
+class Candidates:
+    """What the methods found: loops, two-color ones that jump, what was in the way, and notes in their order."""
+
+    loops: list[Loop] = field(default_factory=list)
+    broken: list[Loop] = field(default_factory=list)
+    obstacles: list[Obstacle] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)
+
+    def note_heuristic_order(self, number: int) -> None:
+        """Add the note on an order of waypoints that is not proven to be the best."""
+        self.notes[
+            f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most "
+            "1.5 times the shortest in any order with this method, and not proven shortest"
+        ] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,6 +186,12 @@ class Plan:
         return self.loop is not None
 
     @property
+    def _found(self) -> Loop:
+        if self.loop is None:
+            raise Infeasible(self.reason)
+        return self.loop
+
+    @property
     def gait(self) -> Gait:
         """The planned gait, straight runs merged.
 
@@ -185,16 +200,12 @@ class Plan:
         Infeasible
             If the plan has none; the message is the plan's reason.
         """
-        if self.loop is None:
-            raise Infeasible(self.reason)
-        return replace(self.loop.gait, request=self.request.as_mapping())
+        return replace(self._found.gait, request=self.request.as_mapping())
 
     @property
     def report(self) -> Report:
         """All checks of the planned gait; raises Infeasible if there is none."""
-        if self.loop is None:
-            raise Infeasible(self.reason)
-        return self.loop.report
+        return self._found.report
 
     def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
         """Return the planned gait with the request's clock; raises Infeasible if there is none."""
@@ -203,8 +214,6 @@ class Plan:
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
         loop = self.loop.as_mapping() if self.loop else {}
-        found = self.loop is not None
-        request = self.request.as_mapping()
         return {
             "status": self.status,
             "reason": self.reason,
@@ -222,19 +231,55 @@ class Plan:
             "valid": loop.get("valid", False),
             "two_color": loop.get("two_color", False),
             "flyable": loop.get("flyable", False),
-            "reachable_from_hover": loop.get("reachable_from_hover", False if not found else None),
+            "reachable_from_hover": loop.get("reachable_from_hover", False),
             "checks": loop.get("checks", []),
             "warnings": list(self.warnings),
             "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
             "crossing_tolerance": math.pi / (2 * self.request.divisions),
             "method": self.request.method if self.loop is None else self.loop.method,
-            "request": request,
+            "request": self.request.as_mapping(),
         }
 
-    def __str__(self) -> str:
-        from gaitgraph.planning.summary import text_of_plan
+    @property
+    def headline(self) -> str:
+        """What was planned, in one line."""
+        request, loop = self.request, self.loop
+        if loop is None:
+            return "No gait."
+        corners = len(loop.gait.alpha)
+        return (
+            f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {corners} corner{'s' * (corners > 1)}, "
+            f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}"
+        )
 
-        return text_of_plan(self)
+    @property
+    def setting(self) -> str:
+        """The vehicle, the coefficients and the method, in one line."""
+        request, vehicle = self.request, self.request.vehicle
+        method = "any angle" if (self.loop or request).method == "exact" else f"{request.divisions} divisions"
+        return f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
+
+    def __str__(self) -> str:
+        def item(text: str, indent: str = "  ") -> str:
+            return fill(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+        if self.loop is None:
+            reasons = dict.fromkeys(obstacle.message for obstacle in self.obstacles)
+            lines = [self.headline, *map(item, reasons), self.setting]
+            stated: tuple[str, ...] = ()
+        else:
+            report = self.loop.report
+            lines = [self.headline, self.setting, "", *self.loop.gait.corner_lines(), ""]
+            lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
+            lines += lines_of_checks(report.checks)
+            stated = report.warnings
+        if self.alternatives:
+            lines += ["", "alternatives", *(item(str(other)) for other in self.alternatives)]
+        # What a check says already is not said again.
+        shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
+        if shown:
+            lines += ["", *(item(warning, "") for warning in shown)]
+        return "\n".join(lines)
 
     def __repr__(self) -> str:
         count, vehicle = len(self.waypoints), self.request.vehicle.name

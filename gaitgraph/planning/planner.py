@@ -1,40 +1,55 @@
-"""Plan a gait: a closed loop through (α1, α2) waypoints that is Two-Color-consistent and, if possible, flyable.
+"""Plan a gait: search loops for each color and sign of R, judge them, and answer with the best one.
 
-The order of preference is the shortest flyable loop; if there is none, the shortest valid one, with the reason.
-All-red and all-blue loops are planned for each sign of R that is asked for or left open; what is not chosen is
-kept as an alternative with its verdict. When nothing is found the plan says what is in the way.
+Loops are judged as any gait is. The best is flyable, then valid, then what the objective prefers; every other loop
+stays as an alternative with its verdict. When nothing is found the plan says what is in the way.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from gaitgraph.errors import InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
-from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.any_angle import any_angle_candidates, with_nearest
-from gaitgraph.planning.grid import grid_candidates, notes_beside_the_grid
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
+from gaitgraph.planning.any_angle import add_any_angle_loops, with_nearest
+from gaitgraph.planning.grid import add_grid_loops, notes_beside_the_grid
 from gaitgraph.planning.plan import Candidates, Loop, Plan
-from gaitgraph.planning.request import PlanRequest, request_from_mapping
+from gaitgraph.planning.request import request_of
+from gaitgraph.timing.timed_gait import LAWS
 from gaitgraph.validation.report import RATE_CHECKS
+from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
 
     import networkx as nx
 
-    from gaitgraph.planning.refusal import Obstacle
-
-__all__ = ["plan", "plan_loop"]
+    from gaitgraph.planning.request import PlanRequest, Points
+    from gaitgraph.surface.sheets import Sign
 
 
 def plan_loop(
-    waypoints: Any,
+    waypoints: Points,
     *,
+    color: Literal["auto", "red", "blue"] = "auto",
+    sign: Literal["auto", "positive", "negative"] = "auto",
+    objective: Literal["shortest", "robust"] = "shortest",
+    divisions: int | None = None,
+    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
+    coefficients: Kind | None = None,
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
+    any_order: bool = False,
+    reverse: bool = False,
+    method: Literal["exact", "grid"] | None = None,
+    accuracy: float = 1e-6,
+    period: float = 1.0,
+    law: str = LAWS[0],
+    floor: float = DEFAULT_FLOOR,
     graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,
-    **request: Any,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
@@ -43,14 +58,15 @@ def plan_loop(
     waypoints
         (α1, α2) pairs, numbers [rad] or texts such as "3pi/8". One waypoint plans a gait that is a point, two an
         out-and-back gait.
+    color, sign, objective, divisions, vehicle, coefficients, keep_out, keep_in, any_order, reverse, method, accuracy
+        What is asked for: see :func:`gaitgraph.planning.request.request_of`.
+    period, law, floor
+        How the loop is judged: see there too.
     graph
-        A surface graph to plan on, instead of one built for the request; it fixes sign, divisions, vehicle,
-        coefficients and floor, and must hold the waypoints as nodes.
+        A surface graph to plan on, instead of one built for the request. It must hold the waypoints as nodes. It
+        fixes sign, divisions, method, vehicle, coefficients, floor and polygons, of which none may be asked for then.
     progress
         Called with a line of text before each step of long work.
-    **request
-        The other fields of :class:`PlanRequest`: color, sign, objective, method, divisions, accuracy, vehicle,
-        coefficients, keep_out, keep_in, any_order, reverse, period, law, floor.
 
     Returns
     -------
@@ -71,20 +87,40 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     if graph is not None:
-        vehicle, coefficients = vehicle_and_coefficients(graph)
-        fixed = {
-            "sign": graph.graph["sign"],
-            "divisions": graph.graph["divisions"],
-            "method": "grid",
-            "vehicle": vehicle,
-            "coefficients": coefficients.kind,
-            "floor": graph.graph["floor"],
+        stated = {
+            "sign": sign != "auto",
+            "divisions": divisions is not None,
+            "method": method is not None,
+            "vehicle": vehicle is not PAPER,
+            "coefficients": coefficients is not None,
+            "floor": floor != DEFAULT_FLOOR,
+            "keep_out": len(keep_out) > 0,
+            "keep_in": len(keep_in) > 0,
         }
-        for name in (*fixed, "keep_out", "keep_in"):
-            if name in request:
-                raise InputError(f"{name}: {request[name]!r}; allowed is no {name} beside a graph, which fixes it")
-        request |= fixed
-    return plan(request_from_mapping({"waypoints": waypoints, **request})[0], graph=graph, progress=progress)
+        for name in (name for name, is_stated in stated.items() if is_stated):
+            raise InputError(f"{name}: stated beside a graph; allowed is no {name} then, since the graph fixes it")
+        vehicle, numbers = vehicle_and_coefficients(graph)
+        coefficients, method = numbers.kind, "grid"
+        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
+    request = request_of(
+        waypoints,
+        color=color,
+        sign=sign,
+        objective=objective,
+        divisions=divisions,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        keep_out=keep_out,
+        keep_in=keep_in,
+        any_order=any_order,
+        reverse=reverse,
+        method=method,
+        accuracy=accuracy,
+        period=period,
+        law=law,
+        floor=floor,
+    )
+    return plan(request, graph=graph, progress=progress)
 
 
 def plan(
@@ -96,30 +132,33 @@ def plan(
     """Answer a request; see :func:`plan_loop`."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     found = Candidates()
-    for sign in ("positive", "negative") if request.sign == "auto" else (request.sign,):
+    signs: tuple[Sign, ...] = ("positive", "negative")
+    for sign in signs:
+        if request.sign not in ("auto", sign):
+            continue
         if request.method == "exact":
-            more = any_angle_candidates(request, coefficients, sign, progress=progress)
+            add_any_angle_loops(found, request, coefficients, sign, progress=progress)
         else:
-            more = grid_candidates(request, coefficients, sign, graph=graph, progress=progress)
-        found.take(more)
+            add_grid_loops(found, request, coefficients, sign, graph=graph, progress=progress)
     loops = _ordered(found.loops, request.objective)
+    # A loop that jumps is told of if it is shorter than what does not.
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
     if not loops:
+        obstacles = found.obstacles
         if request.method == "exact":
-            found.obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in found.obstacles]
+            obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in obstacles]
         return Plan(
             request=request,
             loop=None,
-            reason=_refusal(found.obstacles),
+            reason="no closed loop: " + "; ".join(dict.fromkeys(obstacle.message for obstacle in obstacles)),
             waypoints=request.waypoints,
             alternatives=tuple(broken),
-            obstacles=tuple(found.obstacles),
+            obstacles=tuple(obstacles),
             warnings=request.notes,
         )
     chosen = loops[0]
     report = chosen.report
-    reason = None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}"
     beside = notes_beside_the_grid(request) if request.method == "grid" else []
     warnings = [*request.notes, *beside, *found.notes, *report.warnings]
     if not report.reachable_from_hover:
@@ -127,7 +166,7 @@ def plan(
     return Plan(
         request=request,
         loop=chosen,
-        reason=reason,
+        reason=None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}",
         waypoints=tuple(request.waypoints[k] for k in chosen.order),
         alternatives=(*loops[1:], *broken),
         obstacles=tuple(found.obstacles),
@@ -162,8 +201,3 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         loop.color != "red",
         loop.sign != "positive",
     )
-
-
-def _refusal(obstacles: Sequence[Obstacle]) -> str:
-    messages = list(dict.fromkeys(obstacle.message for obstacle in obstacles))
-    return "no closed loop: " + "; ".join(messages)

@@ -1,4 +1,4 @@
-"""Why a color and sign of R has no loop: obstacles, the certificates of a refusal."""
+"""Why a plan was refused: what is in the way of a color and sign of R, as the certificate of a refusal."""
 
 from __future__ import annotations
 
@@ -10,15 +10,31 @@ import numpy as np
 
 from gaitgraph.invertibility.matrices import Coefficients, noise_of
 from gaitgraph.surface.closed_form_roots import RootArrays, root_arrays
+from gaitgraph.surface.sheets import RELATION, Sign, separating_factor
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.surface.sheets import Color
 
-__all__ = ["RELATION", "Obstacle", "rootless", "waypoint_obstacle"]
 
-RELATION = {"positive": "R > 0", "negative": "R < 0"}
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One color and sign of R for which a request is answered."""
 
-_CODES = {"red": 1, "blue": -1}  # as in :class:`gaitgraph.surface.closed_form_roots.RootArrays`
+    request: PlanRequest
+    coefficients: Coefficients
+    color: Color
+    sign: Sign
+
+    @property
+    def wanted(self) -> float:
+        """The sign of R as +1 or −1."""
+        return 1.0 if self.sign == "positive" else -1.0
+
+    def __str__(self) -> str:
+        return f"{self.color}, {RELATION[self.sign]}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,19 +70,6 @@ class Obstacle:
     nearest: Point | None = None
 
 
-def rootless(request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> set[int]:
-    """Return the waypoints, counted from 0, above which the graph has no node of a color and sign."""
-    if color == "blue" and coefficients.kind == "exact":
-        return set(range(len(request.waypoints)))
-    wanted = 1.0 if sign == "positive" else -1.0
-    found = _roots_above(request.waypoints, coefficients)
-    of_color = found.sheet == _CODES[color]
-    rooted = (of_color & (wanted * found.R > noise_of(coefficients))).any(axis=1)
-    if request.zones is not None:
-        rooted &= request.zones.allow_points(np.array(request.waypoints))
-    return set(np.nonzero(~rooted)[0].tolist())
-
-
 @lru_cache(maxsize=2)
 def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
     """Return the roots above waypoints; each color and sign of one request asks for them again."""
@@ -74,26 +77,58 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
     return root_arrays(plane[:, 0], plane[:, 1], coefficients)
 
 
-def waypoint_obstacle(k: int, request: PlanRequest, coefficients: Coefficients, color: str, sign: str) -> Obstacle:
-    """Return what is in the way at a waypoint, counted from 0, that :func:`rootless` names."""
-    point = request.waypoints[k]
-    place = f"waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f})"
-    if color == "blue" and coefficients.kind == "exact":
-        return Obstacle(
-            color=color,
-            sign=sign,
-            kind="color",
-            message="blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there",
-            R=0.0,
-        )
-    wanted = 1.0 if sign == "positive" else -1.0
-    found = _roots_above(request.waypoints, coefficients)
-    values = found.R[k][found.sheet[k] == _CODES[color]]
-    best = float(values[np.argmax(wanted * values)])
-    if wanted * best > 0 and request.zones is not None:
-        message = f"{color}, {RELATION[sign]}: {place} lies where keep_out or keep_in forbids it"
+def rootless_waypoints(case: Case) -> list[int]:
+    """Return the waypoints, counted from 0, that have no root of a color and sign, or lie where polygons forbid it."""
+    waypoints, zones = case.request.waypoints, case.request.zones
+    if case.color == "blue" and case.coefficients.kind == "exact":
+        return list(range(len(waypoints)))
+    found = _roots_above(waypoints, case.coefficients)
+    of_color = found.sheet == (1 if case.color == "red" else -1)
+    rooted = (of_color & (case.wanted * found.R > noise_of(case.coefficients))).any(axis=1)
+    if zones is not None:
+        rooted &= zones.allow_points(np.array(waypoints))
+    return [int(k) for k in np.flatnonzero(~rooted)]
+
+
+def obstacle_at_waypoint(case: Case, k: int) -> Obstacle:
+    """Return what is in the way at a waypoint, counted from 0, of :func:`rootless_waypoints`."""
+    color, sign, point = case.color, case.sign, case.request.waypoints[k]
+    if color == "blue" and case.coefficients.kind == "exact":
+        message = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
+        return Obstacle(color=color, sign=sign, kind="color", message=message, R=0.0)
+    found = _roots_above(case.request.waypoints, case.coefficients)
+    values = found.R[k][found.sheet[k] == (1 if color == "red" else -1)]
+    best = float(values[np.argmax(case.wanted * values)])
+    if case.wanted * best > 0 and case.request.zones is not None:
+        why = "lies where keep_out or keep_in forbids it"
     elif abs(best) < 1e-9:
-        message = f"{color}, {RELATION[sign]}: {place} has R = 0, the matrix is singular there"
+        why = "has R = 0, the matrix is singular there"
     else:
-        message = f"{color}, {RELATION[sign]}: {place} has R = {best:.4g}"
+        why = f"has R = {best:.4g}"
+    message = f"{case}: waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f}) {why}"
     return Obstacle(color=color, sign=sign, kind="waypoint", message=message, waypoints=(k + 1,), R=best)
+
+
+def separation(case: Case, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
+    """Return that two waypoints, counted from 0, cannot be joined.
+
+    Parameters
+    ----------
+    case, ends
+        What was tried, and the two waypoints.
+    otherwise
+        What separates them if it is no factor of R.
+    components
+        As for :class:`Obstacle`.
+    """
+    first, second = (case.request.waypoints[k] for k in ends)
+    factor = separating_factor(first, second, case.request.vehicle) if case.color == "red" else None
+    numbers = ends[0] + 1, ends[1] + 1
+    return Obstacle(
+        color=case.color,
+        sign=case.sign,
+        kind="separated",
+        message=f"{case}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+        waypoints=numbers,
+        components=components,
+    )

@@ -10,6 +10,7 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -217,7 +218,7 @@ def request_of(
     )
 
 
-REQUEST_FIELDS = ("waypoints", *request_of.__kwdefaults__)
+REQUEST_FIELDS = tuple(inspect.signature(request_of).parameters)
 """The names of the fields of a request, as files and Python use them."""
 
 

@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-    from gaitgraph.graph.build import Sign
     from gaitgraph.graph.walks import Use
     from gaitgraph.io.formats import FormatOptions
+    from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
 
 __all__ = ["HOVER", "Transition", "transition"]

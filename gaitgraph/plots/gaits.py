@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.graph.build import Sign
     from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.surface.sheets import Sign
 
 __all__ = ["at_face_value", "axes_of_a_gait", "gait_in_four_dimensions", "roll_pitch_diagram", "singular_attitudes"]
 

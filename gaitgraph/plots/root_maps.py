@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, Sign, checked_divisions, grid_axis
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
 from gaitgraph.plots.axes import (
     BLUE,
@@ -27,7 +27,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.closed_form_roots import root_arrays
-from gaitgraph.surface.sheets import COLORS
+from gaitgraph.surface.sheets import COLORS, Sign
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

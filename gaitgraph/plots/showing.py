@@ -13,7 +13,6 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import MissingConstant
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.summary import headline_of_plan, setting_of_plan
 from gaitgraph.plots.sketches import (
     HUES,
     MOST_RINGS,
@@ -226,8 +225,8 @@ def html_of_report(report: Report) -> str:
 
 def html_of_plan(plan: Plan) -> str:
     """Return a plan as HTML: its loop with the waypoints, the verdict, alternatives; or why there is none."""
-    title = headline_of_plan(plan)
-    setting = setting_of_plan(plan)
+    title = plan.headline
+    setting = plan.setting
     request = plan.request
     if plan.loop is None:
         color: Color = "blue" if request.color == "blue" else "red"

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, Sign
+from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.plots.axes import (
     BLUE,
@@ -25,7 +25,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.plots.root_maps import InteriorRoots, checked_sign, interior_roots
 from gaitgraph.surface.adjacency import PLANE_TYPES, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS
+from gaitgraph.surface.sheets import COLORS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

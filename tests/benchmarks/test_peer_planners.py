@@ -13,9 +13,9 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.prepared import PreparedRegion, region_of
+from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
+from gaitgraph.planning.refusal import Case
 from gaitgraph.planning.request import request_of
-from gaitgraph.planning.straight import straight_loop_holds
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,9 +31,10 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
     request = request_of(GAIT_3, color="red", sign="negative")
+    case = Case(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
 
     def planned() -> gg.Gait:
-        assert straight_loop_holds(request, COEFFICIENTS, "red", "negative", "flyable")
+        assert straight_loop_holds(case, "flyable")
         return gg.lift(request.waypoints, "red", coefficients=COEFFICIENTS)
 
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
@@ -150,6 +151,10 @@ def ground() -> PreparedRegion:
     return prepared
 
 
+def legs_of(ground: PreparedRegion) -> list[Any]:
+    return [ground.leg(a, b) for a, b in pairwise([*ACROSS, ACROSS[0]])]
+
+
 def length_of_full_graph(region: Any) -> float:
     """Build the visibility graph of all corners of the keep-outs and the waypoints, edge by edge, and search it."""
     shapely.prepare(region)
@@ -167,7 +172,7 @@ FIFTY = "4 waypoints among 50 keep-outs of 20 corners against a full visibility 
 
 @pytest.mark.benchmark(group=FIFTY)
 def test_among_fifty_polygons_ours(benchmark: Any, ground: PreparedRegion) -> None:
-    legs = benchmark.pedantic(lambda: ground.loop(ACROSS), rounds=21, warmup_rounds=1)
+    legs = benchmark.pedantic(lambda: legs_of(ground), rounds=21, warmup_rounds=1)
     length = sum(leg.length for leg in legs)
     assert length == pytest.approx(sum(leg.lower_bound for leg in legs), abs=1e-12)
     assert max(len(leg.points) for leg in legs) > 10
@@ -176,6 +181,6 @@ def test_among_fifty_polygons_ours(benchmark: Any, ground: PreparedRegion) -> No
 @pytest.mark.benchmark(group=FIFTY)
 def test_among_fifty_polygons_edge_by_edge(benchmark: Any, ground: PreparedRegion) -> None:
     length = benchmark.pedantic(lambda: length_of_full_graph(ground.region.inner), rounds=1)
-    legs = ground.loop(ACROSS)
+    legs = legs_of(ground)
     assert isinstance(legs, list)
     assert sum(leg.length for leg in legs) == pytest.approx(length, abs=1e-12)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.planning.location import whereabouts_of
+from gaitgraph.planning.location import location_of
 from gaitgraph.planning.request import request_of
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
 
 
 def asked(points: Any, **more: Any) -> Any:
-    return whereabouts_of(request_of(points, **more))
+    return location_of(request_of(points, **more))
 
 
 def test_a_wall_separates_what_is_joined_without_it() -> None:
@@ -23,8 +23,8 @@ def test_a_wall_separates_what_is_joined_without_it() -> None:
     free, walled = (asked(points, sign="negative", keep_out=wall) for wall in ([], WALL))
     assert free
     assert not walled
-    assert {place.part for place in free.answers[0].places} == {1}
-    assert {place.part for place in walled.answers[0].places} == {1, 2}
+    assert {place.part for place in free.regions[0].waypoints} == {1}
+    assert {place.part for place in walled.regions[0].waypoints} == {1, 2}
     assert "no loop can join them" in str(walled)
 
 
@@ -42,8 +42,8 @@ def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
 
 def test_the_nearest_point_is_admissible_and_none_of_a_dense_sample_is_nearer() -> None:
     point = (0.5, 0.5)
-    answer = asked([point], sign="positive").answers[0]
-    (place,) = answer.places
+    answer = asked([point], sign="positive").regions[0]
+    (place,) = answer.waypoints
     assert answer.region.contains(place.nearest).all()
     assert place.part is None
     assert "hover thrusts" in place.why_not
@@ -95,7 +95,7 @@ def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -
 
 def test_an_unknown_use_is_refused() -> None:
     with pytest.raises(gg.InputError, match="use: 'any'; allowed are 'flyable' and 'valid'"):
-        whereabouts_of(request_of([(0, 0)]), use="any")  # type: ignore[arg-type]
+        location_of(request_of([(0, 0)]), use="any")  # type: ignore[arg-type]
 
 
 @pytest.mark.no_cover
@@ -111,7 +111,7 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
         request: dict[str, Any] = {"keep_in": fence, "keep_out": blocks, "sign": "positive", "objective": objective}
         found, plan = asked(points, **request), gg.plan_loop(points, color="red", **request)
         assert found
-        assert {place.part for place in found.answers[0].places} == {1, 2}
+        assert {place.part for place in found.regions[0].waypoints} == {1, 2}
         assert plan.report.flyable
         assert [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
     moved = [blocks[0], [(-0.6, 0.7 - 1e-6), *blocks[1][1:]]]
@@ -121,7 +121,7 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
 
 @pytest.mark.parametrize("point", [(0.5, 0.5), (0.1671, 0.5), (0.2, -0.2), (-1.57, 1.57)])
 def test_the_nearest_point_as_it_is_told_is_admissible(point: tuple[float, float]) -> None:
-    region = asked([point], sign="positive").answers[0].region
+    region = asked([point], sign="positive").regions[0].region
     told = region.nearest_as_text(point)
     assert told is not None
     again = tuple(float(part) for part in told.strip("()").split(","))
