@@ -1,0 +1,655 @@
+"""Sheets, roots and plane types, against solvers that know nothing of the closed form.
+
+One solver hands equations (4) and (5), written out, to a general root finder from many random starts. The other starts
+from forces and torques: the horizontal part of N = F·w₀, with w₀ from minors of τ, is linear in (cos α3, sin α3) and in
+(cos α4, sin α4), so that all its zeros follow from one quadratic.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import assume, given, settings, strategies as st
+from scipy.optimize import root as find_root
+
+from gaitgraph.errors import InputError
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, determinant, zero_moment_direction
+from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
+from gaitgraph.surface.closed_form_roots import root_arrays, roots, sheet_grid
+from gaitgraph.surface.sheets import (
+    COLORS,
+    DEFAULT_CROSSING_TOLERANCE,
+    at_end_of_range,
+    families_along,
+    family_distances,
+    sheet_angles,
+    types_of,
+)
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+FloatArray = npt.NDArray[np.float64]
+
+PI = math.pi
+HALF_PI = math.pi / 2
+STEP = math.pi / 16
+AXIS = np.linspace(-HALF_PI, HALF_PI, 17)
+INTERIOR = AXIS[1:-1]
+SIGN = {"red": 1, "blue": -1}
+
+MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
+# κ with which the two equations are written out here; 2.880 = (1/κ − κ)/2 is what the paper's digits mean.
+PUBLISHED_KAPPA = math.hypot(2.880, 1.0) - 2.880
+CASES: dict[str, tuple[Coefficients, float]] = {
+    "published": (coefficients_of(), PUBLISHED_KAPPA),
+    "exact": (coefficients_of(kind="exact"), 2.423e-7 / (8.048e-6 * 0.1785)),
+    "beetle_omni": (coefficients_of(vehicle_named("beetle_omni")), -0.0165 / 0.2754),
+    "mirrored": (coefficients_of(MIRRORED), -2.423e-7 / (8.048e-6 * 0.1785)),
+    "half": (coefficients_of(Vehicle(name="half", drag_ratio=0.5)), 0.5),
+}
+every_case = pytest.mark.parametrize("case", CASES)
+angle = st.floats(-HALF_PI, HALF_PI)
+
+
+def equations_4_and_5(alpha: Sequence[float], kappa: float) -> tuple[float, float]:
+    """Return (Rφ, Rθ) for arms along the body axes, term by term, 2.880 written as a function of κ."""
+    (s1, s2, s3, s4), (c1, c2, c3, c4) = map(math.sin, alpha), map(math.cos, alpha)
+    k = (1 / kappa - kappa) / 2
+    roll = c1 * c2 * s3 * c4 - s1 * c2 * c3 * c4 - c1 * s2 * s3 * s4 + s1 * s2 * c3 * s4
+    roll += k * (c1 * c2 * s3 * s4 + c1 * s2 * s3 * c4 - s1 * c2 * c3 * s4 - s1 * s2 * c3 * c4)
+    pitch = c1 * c2 * c3 * s4 - c1 * s2 * c3 * c4 - s1 * c2 * s3 * s4 + s1 * s2 * s3 * c4
+    pitch += k * (-c1 * c2 * s3 * s4 + c1 * s2 * s3 * c4 - s1 * c2 * c3 * s4 + s1 * s2 * c3 * c4)
+    return roll, pitch
+
+
+def equation_2(alpha: npt.ArrayLike, numbers: tuple[float, float, float]) -> float:
+    """Return R from equation (2), which is printed without a misprint."""
+    angles = np.asarray(alpha, dtype=float)
+    (s1, s2, s3, s4), (c1, c2, c3, c4) = np.sin(angles), np.cos(angles)
+    single, double, triple = numbers
+    return float(
+        4 * c1 * c2 * c3 * c4
+        + single * (c1 * c2 * c3 * s4 - c1 * c2 * s3 * c4 + c1 * s2 * c3 * c4 - s1 * c2 * c3 * c4)
+        + double * (c1 * c2 * s3 * s4 + c1 * s2 * s3 * c4 + s1 * c2 * c3 * s4 + s1 * s2 * c3 * c4)
+        + 2 * (-c1 * s2 * c3 * s4 - s1 * c2 * s3 * c4)
+        + triple * (-c1 * s2 * s3 * s4 + s1 * c2 * s3 * s4 - s1 * s2 * c3 * s4 + s1 * s2 * s3 * c4)
+    )
+
+
+def distance_modulo_pi(first: Sequence[float], second: Sequence[float]) -> float:
+    difference = np.subtract(first, second)
+    return float(np.abs(difference - PI * np.rint(difference / PI)).max())
+
+
+def without_repeats(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    kept: list[tuple[float, float]] = []
+    for one in found:
+        if all(distance_modulo_pi(one, other) > 1e-7 for other in kept):
+            kept.append(one)
+    return kept
+
+
+def assert_same_solutions(
+    ours: Sequence[tuple[float, float]], theirs: Sequence[tuple[float, float]], tolerance: float = 1e-8
+) -> None:
+    for some, others in ((ours, theirs), (theirs, ours)):
+        for one in some:
+            assert min(distance_modulo_pi(one, other) for other in others) <= tolerance, (ours, theirs)
+
+
+def found_by_search(a1: float, a2: float, kappa: float, starts: FloatArray) -> list[tuple[float, float]]:
+    """Return all (α3, α4), modulo π, that a general root finder reaches from the starts."""
+    found = []
+    for start in starts:
+        answer = find_root(lambda x: equations_4_and_5((a1, a2, *x), kappa), start, tol=1e-14)
+        # Where the two equations are nearly dependent a small residual alone proves nothing.
+        if max(map(abs, answer.fun)) < 1e-11 / abs(kappa):
+            found.append((float(answer.x[0]), float(answer.x[1])))
+    return without_repeats(found)
+
+
+def horizontal_direction(alpha: Sequence[float], kappa: float) -> FloatArray:
+    """Return (N_x, N_y), N = F·w₀, with w₀ made of the 3×3 minors of τ."""
+    (s1, s2, s3, s4), (c1, c2, c3, c4) = map(math.sin, alpha), map(math.cos, alpha)
+    k = kappa
+    force = np.array([[0, s2, 0, -s4], [s1, 0, -s3, 0]])
+    moment = np.array(
+        [
+            [0, c2 - k * s2, 0, -c4 + k * s4],
+            [c1 + k * s1, 0, -c3 - k * s3, 0],
+            [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4],
+        ]
+    )
+    minors = []
+    for i in range(4):
+        first, second, third = np.delete(moment, i, axis=1)
+        minors.append((-1) ** i * float(np.cross(first, second) @ third))
+    return np.asarray(force @ np.array(minors) / kappa)
+
+
+def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float, float]]:
+    """Return all (α3, α4), modulo π, with a horizontal force of zero: a quadratic has no more than two roots."""
+    forms = np.empty((2, 2, 2))  # N_x or N_y, (cos, sin) of α3, (cos, sin) of α4
+    for i, k in np.ndindex(2, 2):
+        forms[:, i, k] = horizontal_direction((a1, a2, i * HALF_PI, k * HALF_PI), kappa)
+    (x_cos, x_sin), (y_cos, y_sin) = forms
+
+    def cross(first: FloatArray, second: FloatArray) -> float:
+        return float(first[0] * second[1] - first[1] * second[0])
+
+    cos_cos, sin_sin, sin_cos = cross(x_cos, y_cos), cross(x_sin, y_sin), cross(x_cos, y_sin) + cross(x_sin, y_cos)
+    # a·cos² + b·sin·cos + c·sin² = (a + c)/2 + (a − c)/2·cos 2α + b/2·sin 2α
+    size = math.hypot(cos_cos - sin_sin, sin_cos)
+    assert size > 1e-12, "both equations share a factor: this is a fibre"
+    middle = math.atan2(sin_cos, cos_cos - sin_sin)
+    apart = math.acos(max(-1.0, min(1.0, -(cos_cos + sin_sin) / size)))
+    found = []
+    for double in (middle - apart, middle + apart):
+        row = np.tensordot(forms, [math.cos(double / 2), math.sin(double / 2)], axes=(1, 0))
+        cosine, sine = np.linalg.svd(row)[2][-1]
+        found.append((double / 2, math.atan2(sine, cosine)))
+    return found
+
+
+def closed_form(a1: float, a2: float, numbers: Coefficients) -> list[tuple[float, float]]:
+    return without_repeats([(root.alpha3, root.alpha4) for root in roots(a1, a2, numbers)])
+
+
+# --- against independent solvers -------------------------------------------------------------------------------------
+
+
+@pytest.mark.no_cover
+@every_case
+def test_the_same_roots_as_a_general_root_finder(case: str) -> None:
+    numbers, kappa = CASES[case]
+    rng = np.random.default_rng(1)
+    for a1, a2 in rng.uniform(-HALF_PI, HALF_PI, (8, 2)):
+        theirs = found_by_search(a1, a2, kappa, rng.uniform(-HALF_PI, HALF_PI, (40, 2)))
+        assert len(theirs) == 2
+        assert_same_solutions(closed_form(a1, a2, numbers), theirs)
+    # Where red and blue nearly meet, near the singular lines, the root finder needs many starts to find both.
+    delta = math.atan(kappa)
+    right = math.copysign(HALF_PI, delta)
+    for first, second in itertools.product([delta, delta - right, 0.7], [-delta, right - delta, -1.1]):
+        a1, a2 = first + 1e-3, second - 1e-3
+        theirs = found_by_search(a1, a2, kappa, rng.uniform(-HALF_PI, HALF_PI, (60, 2)))
+        assert_same_solutions(closed_form(a1, a2, numbers), theirs, tolerance=1e-6)
+
+
+@pytest.mark.no_cover
+@every_case
+@settings(deadline=None, max_examples=50)
+@given(a1=angle, a2=angle)
+def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    near = min(distance_modulo_pi([2 * a1], [2 * delta]), distance_modulo_pi([2 * a2], [-2 * delta]))
+    assume(near > 1e-4)
+    # The two roots of the quadratic are as near to each other as the point is to a line, and known so much less.
+    tolerance = 1e-12 * (1 + 1 / near)
+    assert_same_solutions(closed_form(a1, a2, numbers), found_by_elimination(a1, a2, kappa), tolerance)
+
+
+@pytest.mark.no_cover
+@every_case
+def test_counts_over_the_papers_grid(case: str) -> None:
+    numbers, kappa = CASES[case]
+
+    def times(angle: float) -> int:
+        return 2 if distance_modulo_pi([angle], [HALF_PI]) < 1e-9 else 1
+
+    counts = root_arrays(AXIS[:, None], AXIS, numbers).count
+    for i, k in np.ndindex(17, 17):
+        found = found_by_elimination(float(AXIS[i]), float(AXIS[k]), kappa)
+        assert counts[i, k] == sum(times(a3) * times(a4) for a3, a4 in found)
+    if case == "published":  # Figure 2
+        figure = np.full((17, 17), 2)
+        figure[[0, -1], :] = figure[:, [0, -1]] = 3
+        figure[np.ix_([0, -1], [0, -1])] = 5
+        np.testing.assert_array_equal(counts, figure)
+        assert counts.sum() == 650
+
+
+@every_case
+@settings(deadline=None, max_examples=30)
+@given(a1=angle, a2=angle)
+def test_each_root_solves_the_equations_and_carries_its_values(case: str, a1: float, a2: float) -> None:
+    numbers, kappa = CASES[case]
+    exact = ((1 / kappa - 2 * kappa), 1 - kappa**2, kappa)
+    for root in roots(a1, a2, numbers):
+        assert root.alpha == (a1, a2, root.alpha3, root.alpha4)
+        assert max(abs(root.alpha3), abs(root.alpha4)) <= HALF_PI
+        assert max(map(abs, equations_4_and_5(root.alpha, kappa))) < 1e-12 / abs(kappa)
+        assert max(abs(root.R_phi), abs(root.R_theta)) < 1e-12 / abs(kappa)
+        expected = equation_2(root.alpha, (5.592, 0.9716, 0.1687) if case == "published" else exact)
+        assert pytest.approx(expected, abs=1e-12) == root.R
+        assert root.types in PLANE_TYPES
+        third, fourth = (a1, a2) if root.color == "red" else (2 * math.atan(kappa) - a1, -2 * math.atan(kappa) - a2)
+        assert distance_modulo_pi([root.alpha3, root.alpha4], [third, fourth]) < 1e-12
+
+
+# --- what roots carry ------------------------------------------------------------------------------------------------
+
+
+def test_R_belongs_to_the_coefficients_that_were_given() -> None:
+    other = replace(coefficients_of(), single=5.0, double=0.9, triple=0.2)
+    for ours, theirs in zip(roots(0.9, -0.4), roots(0.9, -0.4, other), strict=True):
+        assert ours.alpha == theirs.alpha
+        assert pytest.approx(equation_2(ours.alpha, (5.592, 0.9716, 0.1687))) == ours.R
+        assert pytest.approx(equation_2(ours.alpha, (5.0, 0.9, 0.2))) == theirs.R
+
+
+def test_red_comes_first_then_order_of_angles() -> None:
+    for a1, a2 in itertools.product((-HALF_PI, HALF_PI), repeat=2):
+        corner = roots(a1, a2)
+        assert [root.color for root in corner] == ["red"] * 4 + ["blue"]
+        pairs = [(root.alpha3, root.alpha4) for root in corner[:4]]
+        assert pairs == list(itertools.product((-HALF_PI, HALF_PI), repeat=2))
+
+
+@every_case
+def test_a_shift_by_pi_turns_the_sign_of_R(case: str) -> None:
+    numbers, _ = CASES[case]
+    for a2 in (-1.1, 0.2, 0.9):
+        low, high, _ = roots(HALF_PI, a2, numbers)
+        assert (low.alpha3, high.alpha3) == (-HALF_PI, HALF_PI)
+        assert pytest.approx(-high.R, abs=1e-12) == low.R
+        low, high, _ = roots(a2, -HALF_PI, numbers)
+        assert (low.alpha4, high.alpha4) == (-HALF_PI, HALF_PI)
+        assert pytest.approx(-high.R, abs=1e-12) == low.R
+
+
+@pytest.mark.parametrize("case", ["exact", "beetle_omni", "mirrored", "half"])
+def test_R_is_a_product_on_red_and_zero_on_blue(case: str) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    first, second = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (2, 300))
+    found = root_arrays(first, second, numbers)
+    saddle = 2 * kappa * np.cos(first) * np.cos(second) - np.sin(first - second)
+    product = np.cos(first - delta) * np.cos(second + delta) * saddle * 2 / (kappa * math.cos(delta) ** 2)
+    np.testing.assert_allclose(found.R[:, 0], product, atol=1e-11)
+    assert np.abs(found.R[found.sheet == -1]).max() < 1e-12
+
+
+def test_published_coefficients_leave_a_residue() -> None:
+    published, exact = (
+        root_arrays(INTERIOR[:, None], INTERIOR, coefficients_of(kind=k)) for k in ("published", "exact")
+    )  # type: ignore[arg-type]
+    blue = published.R[published.sheet == -1]
+    assert -4.34e-4 - 5e-7 <= blue.min() < -4e-4
+    assert 2e-4 < blue.max() <= 2.11e-4 + 5e-7
+    np.testing.assert_allclose(published.R[..., 0], exact.R[..., 0], atol=4e-3)
+
+
+@every_case
+def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
+    numbers, kappa = CASES[case]
+    crossing, right = 2 * math.atan(kappa), math.copysign(HALF_PI, kappa)
+    first, second = crossing - right, right - crossing
+    for a1, a2, expected in ((first, 0.3, 2), (0.3, second, 2), (first, second, 4)):
+        answer = roots(a1, a2, numbers)
+        assert [root.color for root in answer] == ["red"] + ["blue"] * expected
+        for root in answer[1:]:
+            assert max(map(abs, equations_4_and_5(root.alpha, kappa))) < 1e-12 / abs(kappa)
+            assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(HALF_PI, abs=1e-12)
+        assert len({(root.alpha3, root.alpha4) for root in answer}) == 1 + expected
+
+
+def test_residuals_of_zero_have_no_sign() -> None:
+    """They are printed: −0.0 would make a reader look for a reason."""
+    for a1, a2 in itertools.product(INTERIOR, INTERIOR):
+        for root in roots(a1, a2):
+            for residual in (root.R_phi, root.R_theta):
+                assert residual != 0 or math.copysign(1.0, residual) == 1.0
+
+
+# --- many at once ----------------------------------------------------------------------------------------------------
+
+
+@every_case
+@pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 0, 3), (1, 4, 1, 3)])
+def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    special = [-HALF_PI, HALF_PI, delta, -delta, 0.0, 0.4, -1.2]  # ends, corners and fibre lines among them
+    first, second = np.random.default_rng(6).choice(special, (2, *shape))
+    answer = root_arrays(first, second, numbers)
+    assert answer.count.shape == shape
+    assert (answer.alpha.shape, answer.types.shape) == ((*shape, 5, 4), (*shape, 5, 2))
+    assert (answer.alpha.dtype, answer.sheet.dtype, answer.types.dtype) == (np.float64, np.int8, np.int8)
+    for index in np.ndindex(*shape):
+        one, count = roots(float(first[index]), float(second[index]), numbers), int(answer.count[index])
+        assert count == len(one)
+        for k, root in enumerate(one):
+            assert answer.alpha[index][k].tolist() == list(root.alpha)
+            assert answer.sheet[index][k] == SIGN[root.color]
+            assert text_from_types(*answer.types[index][k]) == root.types
+            assert answer.R[index][k] == pytest.approx(root.R, abs=1e-13)
+        assert np.isnan(answer.alpha[index][count:]).all()
+        assert np.isnan(answer.R[index][count:]).all()
+        assert not answer.sheet[index][count:].any()
+        assert not answer.types[index][count:].any()
+
+
+@pytest.mark.no_cover
+@every_case
+@pytest.mark.parametrize(("rows", "columns"), [(17, 17), (5, 9), (1, 1), (0, 3)])
+def test_a_grid_is_an_outer_product_of_the_same_roots(case: str, rows: int, columns: int) -> None:
+    numbers, _ = CASES[case]
+    first, second = np.linspace(-HALF_PI, HALF_PI, rows), np.linspace(HALF_PI, -HALF_PI, columns)
+    arrays = root_arrays(first[:, None], second, numbers, crossing_tolerance=0.05)
+    total = 0
+    for color in COLORS:
+        grid = sheet_grid(color, first, second, numbers, crossing_tolerance=0.05)
+        assert grid.color == color
+        assert grid.R.shape == grid.types.shape == (len(grid.row), len(grid.column))
+        assert (grid.types3.dtype, grid.types4.dtype, grid.R.dtype) == (np.int8, np.int8, np.float64)
+        total += grid.R.size
+        at_node: dict[tuple[int, int], list[tuple[float, float, int, int, float]]] = {}
+        for r, s in np.ndindex(*grid.R.shape):
+            types = int(grid.types3[r]), int(grid.types4[s])
+            assert grid.types[r, s] == 3 * types[0] + types[1]
+            entry = (float(grid.alpha3[r]), float(grid.alpha4[s]), *types, float(grid.R[r, s]))
+            at_node.setdefault((int(grid.row[r]), int(grid.column[s])), []).append(entry)
+        for i, j in np.ndindex(rows, columns):
+            here = arrays.sheet[i, j] == SIGN[color]
+            theirs = np.column_stack([arrays.alpha[i, j, here, 2:], arrays.types[i, j, here], arrays.R[i, j, here]])
+            ours = np.array(sorted(at_node[i, j]))
+            np.testing.assert_array_equal(ours[:, :4], theirs[:, :4])
+            np.testing.assert_allclose(ours[:, 4], theirs[:, 4], atol=1e-13 / 0.05)
+    assert total == arrays.count.sum()
+
+
+# --- wraps, fibres and plane types -----------------------------------------------------------------------------------
+
+
+@every_case
+def test_blue_wraps_where_it_leaves_the_square_and_nowhere_else(case: str) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    fine = np.linspace(-HALF_PI, HALF_PI, 1001)
+    for plain, angles in zip(
+        (2 * delta - fine, -2 * delta - fine), sheet_angles("blue", fine, fine, numbers), strict=True
+    ):
+        inside, outside = np.abs(plain) <= HALF_PI - 1e-9, np.abs(plain) > HALF_PI + 1e-9
+        np.testing.assert_allclose(angles[inside], plain[inside], atol=1e-12)
+        np.testing.assert_allclose(angles[outside], (plain - np.copysign(PI, plain))[outside], atol=1e-12)
+        assert outside.any()
+    if case == "published":  # on the paper's grid the wrap meets two lines of nodes
+        third, fourth = sheet_angles("blue", INTERIOR, INTERIOR, numbers)
+        assert np.round(INTERIOR[np.abs(third - (2 * delta - INTERIOR)) > 1] / STEP).tolist() == [-7]
+        assert np.round(INTERIOR[np.abs(fourth - (-2 * delta - INTERIOR)) > 1] / STEP).tolist() == [7]
+        # (5π/16, 3π/8) of Gait 1 has α4 = −1.512 in the paper; one node further the same plane comes in from above.
+        blue, wrapped = roots(5 * STEP, 6 * STEP)[1], roots(5 * STEP, 7 * STEP)[1]
+        assert round(blue.alpha4, 3) == -1.512
+        assert wrapped.alpha4 == pytest.approx(blue.alpha4 - STEP + PI)
+
+
+@every_case
+def test_on_a_fibre_one_angle_is_free(case: str) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    copy = delta - math.copysign(HALF_PI, delta)
+    vehicle = Vehicle(drag_ratio=abs(kappa), first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise")
+    for a, free, roll, pitch in np.random.default_rng(7).uniform(-1.4, 1.4, (10, 4)):
+        for a1, a2, expected in (
+            (delta, a, ("first", "alpha3", "alpha4", "(?,*)", False)),
+            (a, -delta, ("second", "alpha4", "alpha3", "(*,?)", False)),
+            (copy, a, ("first", "alpha3", "alpha4", "(?,*)", True)),
+            (a, -copy, ("second", "alpha4", "alpha3", "(*,?)", True)),
+        ):
+            answer = roots(a1, a2, numbers)
+            assert {root.color for root in answer} == {"red", "blue"}
+            (fiber,) = answer.fibers
+            assert (fiber.name, fiber.fixed, fiber.free, fiber.types, fiber.singular) == expected
+            assert fiber.values == ((a1,) if fiber.name == "first" else (a2,))
+            alpha = (a1, a2, *fiber.values, free) if fiber.name == "first" else (a1, a2, free, *fiber.values)
+            assert max(map(abs, equations_4_and_5(alpha, kappa))) < 1e-12 / abs(kappa)
+            if fiber.singular:
+                np.testing.assert_allclose(zero_moment_direction(alpha, vehicle), 0, atol=2e-14)
+                assert abs(determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)) < 1e-12 / abs(kappa)
+
+
+@every_case
+def test_off_the_lines_there_are_no_fibres(case: str) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    assert [fiber.name for fiber in roots(delta, -delta, numbers).fibers] == ["first", "second"]
+    for offset in (-1e-3, -1e-6, 1e-6, 1e-3):
+        assert roots(delta + offset, -delta - offset, numbers).fibers == ()
+        # A free angle would leave residuals in proportion to the offset, so "none" is the truth.
+        assert max(map(abs, equations_4_and_5((delta + offset, 0.3, delta + offset, 1.0), kappa))) > abs(offset)
+    assert not any(roots(a1, a2).fibers for a1, a2 in itertools.product(AXIS.tolist(), repeat=2))
+    # Where δ is at an end of the range, both of its values are there.
+    (fiber,) = roots(HALF_PI, 0.3, replace(numbers, delta=HALF_PI)).fibers
+    assert fiber.values == (-HALF_PI, HALF_PI)
+
+
+@every_case
+def test_red_and_blue_meet_where_both_fibres_cross(case: str) -> None:
+    numbers, kappa = CASES[case]
+    delta = math.atan(kappa)
+    right = math.copysign(HALF_PI, delta)
+    for a1, a2 in itertools.product((delta, delta - right), (-delta, right - delta)):
+        red, blue = roots(a1, a2, numbers)
+        assert distance_modulo_pi(red.alpha, blue.alpha) < 1e-12
+        assert max(abs(red.R), abs(blue.R)) < (2e-3 if case == "published" else 1e-12 / abs(kappa))
+    # Nowhere else: their distance is that to the lines.
+    for a1, a2 in np.random.default_rng(9).uniform(-1.5, 1.5, (50, 2)):
+        red, blue = roots(a1, a2, numbers)
+        apart = max(distance_modulo_pi([2 * a1], [2 * delta]), distance_modulo_pi([2 * a2], [-2 * delta]))
+        assert distance_modulo_pi(red.alpha, blue.alpha) == pytest.approx(apart, abs=1e-12)
+
+
+@every_case
+@pytest.mark.parametrize("divisions", [8, 16, 30, 64, 100])
+def test_half_a_step_marks_the_nearest_nodes_of_any_grid(case: str, divisions: int) -> None:
+    numbers, kappa = CASES[case]
+    axis = np.linspace(-HALF_PI, HALF_PI, divisions + 1)
+    reach = HALF_PI / divisions
+
+    def nearest(line: float) -> list[int]:
+        copies = line + HALF_PI * np.arange(-4, 5)
+        copies = copies[np.abs(copies) <= HALF_PI + reach]
+        return sorted({int(np.argmin(np.abs(axis - copy))) for copy in copies})
+
+    for color in COLORS:
+        third, fourth = types_of(color, axis, axis, numbers, reach)
+        assert np.flatnonzero(third == 0).tolist() == nearest(math.atan(kappa))
+        assert np.flatnonzero(fourth == 0).tolist() == nearest(-math.atan(kappa))
+        assert set(third.tolist()) == set(fourth.tolist()) == {0, SIGN[color]}
+
+
+def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> None:
+    assert DEFAULT_CROSSING_TOLERANCE == STEP / 2
+    halfway = coefficients_of(
+        Vehicle(drag_ratio=math.tan(STEP / 2))
+    )  # however rounded, both nodes are within half a step
+    for numbers, third, fourth in (
+        (coefficients_of(), [-7, 1], [-1, 7]),
+        (halfway, [-8, -7, 0, 1, 8], [-8, -1, 0, 7, 8]),
+    ):
+        types = types_of("red", AXIS, AXIS, numbers)
+        assert [np.round(AXIS[one == 0] / STEP).tolist() for one in types] == [third, fourth]
+    assert roots(0.9, -0.4, crossing_tolerance=2.0)[0].types == "(?,?)"
+    assert roots(0.9, -0.4, crossing_tolerance=0.0)[0].types == "(+,+)"
+
+
+def test_types_follow_the_slopes_of_the_planes() -> None:
+    # "+" increases α3 with α1, "−" decreases it: the paper's definition, by finite differences.
+    for a1, a2 in ((0.9, -0.7), (-0.5, 0.6), (1.2, 1.0)):
+        for here, there, slope in zip(roots(a1, a2), roots(a1 + 1e-3, a2 + 2e-3), (1.0, -1.0), strict=True):
+            assert there.alpha3 - here.alpha3 == pytest.approx(slope * 1e-3)
+            assert there.alpha4 - here.alpha4 == pytest.approx(slope * 2e-3)
+            assert here.types == ("(+,+)" if slope > 0 else "(-,-)")
+
+
+# --- the pictures of negative and positive R over the interior of the paper's grid ----------------------------------
+
+
+@pytest.fixture(scope="module")
+def pictures() -> dict[int, dict[tuple[int, int], dict[str, str]]]:
+    """Return by sign of R, then node (i, j)·π/16, the labels by color: roots by elimination, R from equation (2)."""
+    out: dict[int, dict[tuple[int, int], dict[str, str]]] = {1: {}, -1: {}}
+    for i, j in itertools.product(range(-7, 8), repeat=2):
+        a1, a2 = i * STEP, j * STEP
+        for third, fourth in found_by_elimination(a1, a2, PUBLISHED_KAPPA):
+            a3, a4 = (x - PI * round(x / PI) for x in (third, fourth))
+            color = "red" if distance_modulo_pi([a3, a4], [a1, a2]) < 1e-6 else "blue"
+            plane = "+" if color == "red" else "-"
+            label = f"({'?' if i in (1, -7) else plane},{'?' if j in (-1, 7) else plane})"
+            for sign in (1, -1):
+                labels = out[sign].setdefault((i, j), {})
+                if sign * equation_2([a1, a2, a3, a4], (5.592, 0.9716, 0.1687)) > 0:
+                    labels[color] = label
+    return out
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_both_signs_agree_with_the_independent_picture(pictures: Any, sign: int) -> None:
+    for (i, j), labels in pictures[sign].items():
+        answer = roots(i * STEP, j * STEP)
+        assert {root.color: root.types for root in answer if root.R * sign > 0} == labels
+
+
+def test_the_counts_of_figure_16_and_of_positive_R(pictures: Any) -> None:
+    kinds = Counter("+".join(sorted(labels)) for labels in pictures[-1].values())
+    assert kinds == {"blue+red": 97, "blue": 100, "": 28}
+    for (i, j), labels in pictures[-1].items():
+        # Blue alone in the upper left half, red and blue below the diagonal.
+        assert "red" not in labels or j <= i
+        assert len(labels) == 2 or i - j < 4 or i == -7 or j == 7
+    assert {label for labels in pictures[-1].values() for label in labels.values()} == set(PLANE_TYPES)
+    positive = pictures[1]
+    red = {node for node, labels in positive.items() if "red" in labels}
+    # The paper denies the 28 blue ones, which are rounding; its triangle holds 91 of the 128 red ones. It does not
+    # list (?,?), the type of the triangle's own first vertex.
+    assert (len(red), sum("blue" in labels for labels in positive.values())) == (128, 28)
+    triangle = {(i, j) for i, j in positive if j - i >= 2}
+    assert len(triangle) == 91
+    assert triangle <= red
+    assert {positive[node]["red"] for node in red} == {"(+,+)", "(+,?)", "(?,+)", "(?,?)"}
+    exact = root_arrays(INTERIOR[:, None], INTERIOR, coefficients_of(kind="exact")).R[..., 0]
+    assert ((exact < 0).sum(), (exact > 0).sum()) == (97, 128)
+
+
+# --- which sheet a row lies on ---------------------------------------------------------------------------------------
+
+EXACT = coefficients_of(kind="exact")
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=6),
+    color=st.sampled_from(COLORS),
+    turns=st.tuples(st.integers(-1, 1), st.integers(-1, 1)),
+)
+def test_rows_of_a_sheet_mod_pi_lie_on_it(
+    points: list[tuple[float, float]], color: Any, turns: tuple[int, int]
+) -> None:
+    a1, a2 = np.array(points).T
+    third, fourth = sheet_angles(color, a1, a2, EXACT)
+    alpha = np.column_stack([a1, a2, third + turns[0] * np.pi, fourth + turns[1] * np.pi])
+    off = family_distances(alpha, EXACT)
+    assert off.shape == (len(points), 4)
+    own, other = off[:, COLORS.index(color)], off[:, 1 - COLORS.index(color)]
+    assert (own < 1e-9).all()
+    assert (families_along(alpha, EXACT, 1e-6)[other > 1e-6] == SIGN[color]).all()
+
+
+def test_rows_on_neither_and_rows_on_both() -> None:
+    alpha = [[0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 0.95, -0.9], [0.9, -0.9, 0.9, -0.9 + 1e-3]]
+    for tolerance, expected in ((2e-3, [1, 0, 1]), (0.1, [1, 1, 1]), (1e-4, [1, 0, 0])):
+        assert families_along(alpha, EXACT, tolerance).tolist() == expected
+    delta = EXACT.delta
+    both = [delta, -delta, delta, -delta]
+    red, blue = [0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 2 * delta - 0.9, -2 * delta + 0.9]
+    off = [0.9, -0.9, 0.0, 0.0]
+    for rows, before, sheets in (
+        ([both], 0, [1]),
+        ([both], -1, [-1]),
+        ([both], 2, [1]),
+        ([both, both, blue, both, red, both], 0, [-1, -1, -1, -1, 1, 1]),
+        ([red, both, both, blue], 0, [1, 1, 1, -1]),
+        ([blue, off, both], 0, [-1, 0, 1]),
+        ([both, off, both, blue], 0, [1, 0, 1, -1]),
+        ([blue], 1, [-1]),
+    ):
+        found = families_along(rows, EXACT, 1e-6, before=before)
+        assert (found.tolist(), found.dtype) == (sheets, np.int8)
+
+
+# --- bad input and edges ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [1.571, -1.571, -4.0, math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["alpha1", "alpha2"])
+def test_angles_outside_are_refused_with_their_name(value: float, name: str) -> None:
+    a1, a2 = (value, 0.0) if name == "alpha1" else (0.0, value)
+    calls: tuple[Callable[[], Any], ...] = (
+        lambda: roots(a1, a2),
+        lambda: root_arrays([0.0, a1], [a2, 0.0]),
+        lambda: sheet_grid("blue", [0.0, a1], [a2]),
+    )
+    for call in calls:
+        with pytest.raises(InputError) as caught:
+            call()
+        assert str(caught.value).startswith(f"{name}: {value!r} rad; allowed is −π/2 to π/2")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: roots("x", 0.1), "alpha1: 'x' is no angle"),
+        (lambda: roots(0.1, [0.1, 0.2]), r"alpha2: \[0.1, 0.2\] is no angle"),  # type: ignore[arg-type]
+        (lambda: roots(None, 0.1), "alpha1: None is no angle"),  # type: ignore[arg-type]
+        (lambda: root_arrays(["x"], [0.0]), r"alpha1: \['x'\]; allowed are angles in radians$"),
+        (lambda: sheet_grid("red", [0.0], [1j]), r"alpha2: \[1j\]; allowed are angles in radians$"),
+        (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1, alpha2: axes of 0 and 1 dimensions; allowed is 1 and 1"),
+        (lambda: sheet_grid("red", [0.3], [[0.1]]), "alpha1, alpha2: axes of 1 and 2 dimensions; allowed is 1 and 1"),
+        (lambda: sheet_grid("green", [0], [0]), "color: 'green'; allowed are 'red' and 'blue'"),  # type: ignore[arg-type]
+        (
+            lambda: roots(0.1, 0.2, crossing_tolerance=-1e-3),
+            "crossing_tolerance: -0.001; allowed is a finite number ≥ 0",
+        ),
+        (lambda: roots(0.1, 0.2, crossing_tolerance=math.inf), "crossing_tolerance: inf; allowed is"),
+        (lambda: root_arrays(0.1, 0.2, crossing_tolerance=math.nan), "crossing_tolerance: nan; allowed is"),
+        (lambda: root_arrays(0.1, 0.2, crossing_tolerance=True), "crossing_tolerance: True; allowed is"),
+    ],
+)
+def test_bad_input_is_refused(call: Callable[[], Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        call()
+
+
+def test_texts_are_angles() -> None:
+    assert roots("pi/8", "-0.1")[0].alpha[:2] == (math.pi / 8, -0.1)
+
+
+def test_ends_of_the_range() -> None:
+    assert at_end_of_range([-HALF_PI, HALF_PI - 1e-13, HALF_PI - 1e-11, 0.0]).tolist() == [True, True, False, False]
+
+
+@pytest.mark.parametrize("color", COLORS)
+def test_angles_of_few_bits_are_computed_with_in_full(color: Any) -> None:
+    for narrow in (np.int8, np.float32):
+        ours = sheet_angles(color, narrow(1), narrow(-1), coefficients_of())
+        assert [(one, one.dtype) for one in ours] == [
+            (x, np.float64) for x in sheet_angles(color, 1.0, -1.0, coefficients_of())
+        ]
+    delta = coefficients_of().delta
+    for single in np.linspace(-1.5, 1.5, 40, dtype=np.float32):
+        for which, line in enumerate((delta, -delta)):
+            to_line = float(single) - line
+            distance = abs(to_line - HALF_PI * round(to_line / HALF_PI))
+            types = [types_of(color, single, single, coefficients_of(), distance + more) for more in (1e-9, -1e-9)]
+            assert [pair[which] == 0 for pair in types] == [True, False]
