@@ -21,7 +21,7 @@ from gaitgraph import files
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.rows import completed_pieces
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.io import binary_tables, json_reader as jsons
+from gaitgraph.io import binary_tables, json_files as jsons
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.frames import table_from_frame
 from gaitgraph.io.reading import provenance_in, read_pieces, read_table
@@ -320,33 +320,33 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         (frame.drop(columns="alpha4"), "column 'alpha4' is missing"),
         (frame.rename(columns={"alpha4": "alpha_4"}), "did you mean 'alpha_4'"),
         (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears twice"),
-        (frame.assign(alpha1=True), "alpha1: its values are of the type bool"),
+        (frame.assign(alpha1=True), "alpha1 must hold numbers or texts, got values of the type bool"),
         (frame.assign(alpha1="x"), "row 1: alpha1 is 'x'"),
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
         (frame.assign(alpha1=np.nan), "row 1: alpha1 is nan"),
         (frame.assign(color="green"), "row 1: color is 'green'"),
-        (frame.assign(t=pd.date_range("2020", periods=13)), "t: its values are of the type datetime64"),
+        (frame.assign(t=pd.date_range("2020", periods=13)), "t must hold numbers or texts, got values of the type datetime64"),
         (frame.iloc[:0], "it has no rows"),
         (planned.to_polars().with_columns(pl.lit(None).alias("alpha2")), "row 1: alpha2 is"),
         (
             planned.to_polars().lazy(),
-            r"frame: a LazyFrame; allowed is a frame whose rows are there: collect\(\) it first",
+            r"frame must have its rows there, got a LazyFrame: collect\(\) it first",
         ),
         ({}, "column 'alpha1' is missing"),
-        ({**ZEROS, "alpha1": np.zeros((3, 3))}, "alpha1: it has 2 dimensions"),
-        ({**ZEROS, "alpha1": 3}, "alpha1: it has 0 dimensions"),
+        ({**ZEROS, "alpha1": np.zeros((3, 3))}, "alpha1 must have one dimension, got 2"),
+        ({**ZEROS, "alpha1": 3}, "alpha1 must have one dimension, got 0"),
     ):
         with pytest.raises(gg.InputError, match=message) as caught:
             gg.validate(wrong)
         assert "\n" not in str(caught.value)
     with pytest.raises(gg.InputError, match="allowed is a gait, a timed gait, a table, a frame or a file's path"):
         gg.validate(5)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="frame: 5; allowed is a frame of pandas or polars"):
+    with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, or a mapping of columns, got 5"):
         table_from_frame(5)
-    with pytest.raises(gg.InputError, match="frame: a LazyFrame"):
+    with pytest.raises(gg.InputError, match="got a LazyFrame"):
         table_from_frame(planned.to_polars().lazy())
     frame.attrs["gaitgraph"] = {"format": "gaitgraph gait table", "about": {"a": object()}}
-    with pytest.raises(gg.InputError, match="attrs: .*; allowed is what gaitgraph told there"):
+    with pytest.raises(gg.InputError, match="attrs must be as gaitgraph left them, got"):
         table_from_frame(frame)
 
 

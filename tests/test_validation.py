@@ -24,7 +24,7 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.io import csv_reader as csvs
+from gaitgraph.io import csv_files as csvs
 from gaitgraph.io.reading import read_pieces, read_table
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
@@ -518,7 +518,7 @@ def test_the_fast_and_the_careful_reader_agree(
 
     fast = read()
     with monkeypatch.context() as careful:
-        careful.setattr(csvs, "_numeric", lambda lines, header: None)
+        careful.setattr(csvs, "_numeric_columns", lambda lines, header: None)
         assert read() == fast
 
 

@@ -211,8 +211,8 @@ _BINARY, _MATLAB, _ROS = "gaitgraph.io.binary_tables", "gaitgraph.io.matlab", "g
 FORMATS = {
     one.suffix: one
     for one in (
-        Format(suffix=".csv", name="CSV", module="gaitgraph.io.texts"),
-        Format(suffix=".json", name="JSON", module="gaitgraph.io.texts"),
+        Format(suffix=".csv", name="CSV", module="gaitgraph.io.csv_files"),
+        Format(suffix=".json", name="JSON", module="gaitgraph.io.json_files"),
         Format(suffix=".npz", name="NumPy archive", module=_BINARY),
         Format(suffix=".mat", name="MATLAB file", module=_MATLAB),
         Format(suffix=".m", name="MATLAB script", module=_MATLAB, reads=False),

@@ -1,7 +1,7 @@
-"""Frames of pandas and polars: gait tables are made of them and given as them. Neither is needed.
+"""Tables from frames of pandas and polars, tables of pyarrow, and mappings of names to columns. None of them is needed.
 
-A frame is taken by what it can do, not by what it is: names in `columns` (or in `column_names`, as pyarrow's tables
-have them), and a column by its name. A plain mapping of names to arrays is one too.
+A frame is recognised by what it offers: names in `columns` (or in `column_names`, as pyarrow's tables have them), and a
+column by its name.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table, about_from_text
+from gaitgraph.io.column_checks import table_from_columns
 from gaitgraph.io.formats import KNOWN
-from gaitgraph.io.table_columns import table_from_columns
 
 
 class HasColumns(Protocol):
@@ -34,52 +34,39 @@ class HasColumns(Protocol):
 Frame = HasColumns | Mapping[str, Any]
 """A frame, whichever library it is of, or a mapping of names to columns."""
 
-_ATTRIBUTE = "gaitgraph"
-"""What pandas frames call what made them, in `attrs`."""
 
+def as_table(value: Any) -> Any:
+    """Return a frame as a table, and anything else as it is; InputError for a lazy frame.
 
-def is_frame(value: object) -> bool:
-    """Return whether a value can be taken as a frame.
-
-    >>> is_frame({"alpha1": [0.4]}), is_frame("gait.csv")
-    (True, False)
+    >>> as_table("gait.csv"), len(as_table({"alpha1": [0.4], "alpha2": [-0.4], "color": "red"}))
+    ('gait.csv', 1)
     """
-    if isinstance(value, (Table, str, type)) or _is_lazy(value):
-        return False
-    return isinstance(value, Mapping) or (hasattr(value, "columns") and hasattr(value, "__getitem__"))
+    return table_from_frame(value) if _is_lazy(value) or _is_frame(value) else value
 
 
 def _is_lazy(value: object) -> bool:
-    """Return whether a value is a frame that has to be computed first; that is not asked of the value itself."""
+    """Return whether a value is a frame without rows yet; asking it for its columns would compute them."""
     return hasattr(type(value), "collect") and hasattr(type(value), "columns")
 
 
-def _check_there(value: object) -> None:
-    if _is_lazy(value):
-        raise InputError(
-            f"frame: a {type(value).__name__}; allowed is a frame whose rows are there: collect() it first"
-        )
+def _is_frame(value: object) -> bool:
+    has_columns = hasattr(value, "columns") and hasattr(value, "__getitem__")
+    return isinstance(value, Mapping) or (has_columns and not isinstance(value, (Table, type)))
 
 
-def as_table(value: Any) -> Any:
-    """Return a frame as a table, and anything else as it is; InputError for a lazy frame."""
-    _check_there(value)
-    return table_from_frame(value) if is_frame(value) else value
-
-
-def table_from_frame(frame: Any) -> Table:
+def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
     Parameters
     ----------
     frame
-        Columns as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are passed over. An index of
+        Columns as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are ignored. An index of
         pandas that is named `t` counts as that column.
 
     Returns
     -------
     Table
-        What made it is told if `attrs` tells it, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
+        It states what made it if `attrs` does, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
 
     Raises
     ------
@@ -92,27 +79,28 @@ def table_from_frame(frame: Any) -> Table:
     >>> len(table), list(table.columns)
     (2, ['alpha1', 'alpha2', 'color'])
     """
-    _check_there(frame)
-    if not is_frame(frame):
-        raise InputError(f"frame: {shown(frame)}; allowed is a frame of pandas or polars, or a mapping of columns")
+    if _is_lazy(frame):
+        raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")
+    if not _is_frame(frame):
+        raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
     names = list(frame) if isinstance(frame, Mapping) else list(getattr(frame, "column_names", None) or frame.columns)
     about = _about(getattr(frame, "attrs", None))
     columns: list[tuple[str, Any]] = []
     for name in names:
-        if isinstance(name, str):  # a name that is there twice is told as that
-            taken = (name in KNOWN or "servos" in about) and names.count(name) == 1
-            columns.append((name, _values(frame[name], name) if taken else None))
+        if isinstance(name, str):  # one that is there twice is refused by its name
+            used = (name in KNOWN or "servos" in about) and names.count(name) == 1
+            columns.append((name, _values(frame[name], name) if used else None))
     index = getattr(frame, "index", None)
     if getattr(index, "name", None) == "t" and "t" not in names:
         columns.append(("t", _values(index, "t")))
-    if isinstance(frame, Mapping):
+    if isinstance(frame, Mapping):  # one text stands for all rows
         rows = max((len(values) for _, values in columns if isinstance(values, (np.ndarray, list))), default=0)
         columns = [(name, [values] * rows if isinstance(values, str) else values) for name, values in columns]
     return table_from_columns(columns, about)
 
 
 def _values(column: Any, name: str) -> Any:
-    """Return a column as an array of floats or a list of texts, or InputError if it is neither."""
+    """Return a column as an array of floats or a list of texts, None for one to ignore; InputError if it is neither."""
     if isinstance(column, (list, tuple)):
         return list(column)
     if isinstance(column, str):
@@ -120,23 +108,22 @@ def _values(column: Any, name: str) -> Any:
     try:
         values = np.asarray(column)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: {shown(column)}; allowed is a column of numbers or texts") from error
+        raise InputError(f"{name} must be a column of numbers or texts, got {shown(column)}") from error
     if values.ndim != 1:
-        raise InputError(f"{name}: it has {values.ndim} dimensions; allowed is one")
+        raise InputError(f"{name} must have one dimension, got {values.ndim}")
     if values.dtype.kind in "fiu" and values.dtype.itemsize <= np.dtype(float).itemsize:
         return values.astype(np.float64)
     if values.dtype.kind in "OUT":
         return values.tolist()
     if name not in KNOWN:
         return None
-    raise InputError(f"{name}: its values are of the type {values.dtype}; allowed are numbers or texts")
+    raise InputError(f"{name} must hold numbers or texts, got values of the type {values.dtype}")
 
 
 def _about(attributes: object) -> dict[str, Any]:
-    told = attributes.get(_ATTRIBUTE) if isinstance(attributes, dict) else None
+    stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
     try:
-        return about_from_text(json.dumps(told, allow_nan=False))
+        text = json.dumps(stated, allow_nan=False)
     except (RecursionError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"attrs: {shown(told)}; allowed is what gaitgraph told there") from error
+        raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
+    return about_from_text(text)

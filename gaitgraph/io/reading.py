@@ -1,4 +1,4 @@
-"""Gait files of any format as tables, whole or piece by piece, and what made them."""
+"""Gait files of any format: as tables, whole or piece by piece, as gaits, and what made them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingExtra
+from gaitgraph.files import text_of
 from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import ANGLES, Table, about_from_text, merged
-from gaitgraph.io.csv_reader import pieces_of_csv
+from gaitgraph.io.column_checks import Header, check_times, joints_of, rows_of
+from gaitgraph.io.csv_files import pieces_of_csv
 from gaitgraph.io.formats import known_format
 from gaitgraph.io.frames import as_table
-from gaitgraph.io.header import Header, joints_of, rows_of
-from gaitgraph.io.json_reader import table_of_json
-from gaitgraph.io.text_lines import WHAT, whole_text
-from gaitgraph.io.values import check_times
+from gaitgraph.io.json_files import table_of_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,117 +27,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 
-
-def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
-    """Read a gait table, or a plan saved as JSON.
-
-    Parameters
-    ----------
-    path
-        A file of any format that :data:`gaitgraph.io.formats.FORMATS` reads; in texts a byte-order mark and CRLF are
-        read too.
-    joints
-        What its columns are if it is a servo table from elsewhere; one of ours says so itself.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it holds no gait table; the message names file, place and what is allowed.
-    """
-    return merged(read_pieces(path, joints=joints))
-
-
-def read_pieces(
-    path: str | Path,
-    *,
-    progress: Callable[[float], None] | None = None,
-    plane_only: bool = False,
-    joints: ServoMap | None = None,
-) -> Iterator[Table]:
-    """Yield a gait table as consecutive pieces, each at least one row; the first tells what made it.
-
-    Parameters
-    ----------
-    path
-        A file of any format that is read.
-    progress
-        Called with the fraction of the file that is read.
-    plane_only
-        Whether alpha1 and alpha2 are enough.
-    joints
-        As for :func:`read_table`.
-
-    Raises
-    ------
-    FileProblem, InputError
-        As :func:`read_table` does, when the piece in question is reached.
-    """
-    path = Path(path)
-    form = known_format(path, WHAT, reads=True)
-    with naming_file(path):
-        if form.suffix == ".json":
-            yield table_of_json(whole_text(path), plane_only, joints)
-        elif form.suffix == ".csv":
-            yield from pieces_of_csv(path, progress, plane_only, joints)
-        else:
-            yield from _from_format(form, path, progress, plane_only, joints)
-
-
-def _from_format(
-    form: Format,
-    path: Path,
-    progress: Callable[[float], None] | None,
-    plane_only: bool,
-    joints: ServoMap | None,
-) -> Iterator[Table]:
-    """Check the raw columns that a format's own room yields."""
-    header: Header | None = None
-    row, last_time = 0, -math.inf
-    for columns, about in form.reader()(path, progress):
-        made, joints = joints_of(about, joints)
-        if header is None:
-            header = Header([name for name, _ in columns], plane_only, joints)
-        if not rows_of(columns):
-            continue
-        found = header.columns([values for _, values in columns], row)
-        row += len(found[ANGLES[0]])
-        if "t" in found:
-            check_times(found["t"], last_time, row)
-            last_time = found["t"][-1]
-        yield Table(columns=found, about=made)
-    if not row:
-        raise InputError("it has no rows; allowed is at least one")
-
-
-def provenance_in(path: str | Path) -> dict[str, Any]:
-    """Return what made a gait file of any format, those that hold no table to read among them: its `about`.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If the file cannot be read or does not tell.
-    """
-    path = Path(path)
-    form = known_format(path, WHAT)
-    if form.reads:
-        return next(read_pieces(path)).about
-    with naming_file(path):
-        return about_from_text(form.provenance(path), required=True)
-
-
-@contextmanager
-def naming_file(source: object) -> Iterator[None]:
-    """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
-    try:
-        yield
-    except (MissingExtra, FileProblem):
-        raise
-    except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or str(error).startswith(WHAT):
-            raise
-        raise type(error)(f"{WHAT} {str(source)!r}: {error}") from error
+_WHAT = "gait file"
 
 
 def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
@@ -178,3 +67,108 @@ def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients:
     table = read_table(path)
     with naming_file(path):
         return gait_of(table, vehicle=vehicle, coefficients=coefficients)
+
+
+def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
+    """Read a gait table, or a plan saved as JSON.
+
+    Parameters
+    ----------
+    path
+        A file of any format that :data:`gaitgraph.io.formats.FORMATS` reads. In texts a byte-order mark and any kind of
+        line end are read too.
+    joints
+        What its columns are if it is a servo table from elsewhere; one of ours states it.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    InputError
+        If it holds no gait table; the message names file, place and what is allowed.
+    """
+    return merged(read_pieces(path, joints=joints))
+
+
+def read_pieces(
+    path: str | Path,
+    *,
+    progress: Callable[[float], None] | None = None,
+    plane_only: bool = False,
+    joints: ServoMap | None = None,
+) -> Iterator[Table]:
+    """Yield a gait table as consecutive pieces, each at least one row; the first states what made it.
+
+    Parameters
+    ----------
+    path, joints
+        As for :func:`read_table`.
+    progress
+        Called with the fraction of the file that is read.
+    plane_only
+        Whether alpha1 and alpha2 are enough.
+
+    Raises
+    ------
+    FileProblem, InputError
+        As :func:`read_table` does, when the piece in question is reached.
+    """
+    path = Path(path)
+    form = known_format(path, _WHAT, reads=True)
+    with naming_file(path):
+        if form.suffix == ".json":
+            yield table_of_json(text_of(path, _WHAT, "a gait table as text"), plane_only, joints)
+        elif form.suffix == ".csv":
+            yield from pieces_of_csv(path, progress, plane_only, joints)
+        else:
+            yield from _pieces_of(form, path, progress, plane_only, joints)
+
+
+def _pieces_of(
+    form: Format, path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
+) -> Iterator[Table]:
+    """Check the raw columns that the module of a format yields."""
+    header: Header | None = None
+    row, last_time = 0, -math.inf
+    for columns, about in form.reader()(path, progress):
+        made, joints = joints_of(about, joints)
+        header = header or Header([name for name, _ in columns], plane_only, joints)
+        if not rows_of(columns):
+            continue
+        found = header.columns([values for _, values in columns], row)
+        row += len(found[ANGLES[0]])
+        if "t" in found:
+            check_times(found["t"], last_time, row)
+            last_time = found["t"][-1]
+        yield Table(columns=found, about=made)
+    if not row:
+        raise InputError("it has no rows; allowed is at least one")
+
+
+def provenance_in(path: str | Path) -> dict[str, Any]:
+    """Return what made a gait file of any format, also of those that are not read as tables: its `about`.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If the file cannot be read or does not state it.
+    """
+    path = Path(path)
+    form = known_format(path, _WHAT)
+    if form.reads:
+        return next(read_pieces(path)).about
+    with naming_file(path):
+        return about_from_text(form.provenance(path), required=True)
+
+
+@contextmanager
+def naming_file(source: object) -> Iterator[None]:
+    """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
+    try:
+        yield
+    except (MissingExtra, FileProblem):
+        raise
+    except GaitgraphError as error:
+        if not isinstance(source, (str, Path)) or str(error).startswith(_WHAT):
+            raise
+        raise type(error)(f"{_WHAT} {str(source)!r}: {error}") from error

@@ -19,53 +19,6 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import Format, FormatOptions
     from gaitgraph.io.servo_map import ServoMap
 
-__all__ = ["check_outputs", "write_pieces", "write_tables"]
-
-
-def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    seen: set[Path] = set()
-    for path in map(Path, paths):
-        form = known_format(path, "output")
-        form.writer()  # MissingExtra, if that is so
-        try:
-            resolved, folder = target_of(path), path.parent
-            if resolved in seen:
-                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
-            seen.add(resolved)
-            _check_place(path, form, force)
-            if not folder.is_dir():
-                what = "is no folder" if folder.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
-            path.exists()  # a name that the file system refuses is refused here
-        except GaitgraphError:
-            raise
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
-
-
-def _check_place(path: Path, form: Format, force: bool) -> None:
-    """Raise if what has an output's name is not to be replaced."""
-    resolved = target_of(path)
-    if form.folder and resolved.is_dir():
-        strange = sorted(one.name for one in resolved.iterdir() if not _is_of_bag(one, form.suffix))
-        if strange:
-            raise OutputExists(
-                f"output: {str(path)!r} is a folder with {strange[0]!r} in it; allowed is a new one, or a {form.name}"
-            )
-    elif path.is_dir():
-        raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
-    elif resolved.exists() and (form.folder or not resolved.is_file()):
-        what = "no folder" if form.folder else "no regular file"
-        raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a {'new folder' if form.folder else 'file'}")
-    if os.path.lexists(path) and not force:
-        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-
-
-def _is_of_bag(path: Path, suffix: str) -> bool:
-    return path.is_file() and (path.name == "metadata.yaml" or path.suffix == suffix)
-
 
 def write_tables(
     table: Table,
@@ -86,7 +39,7 @@ def write_tables(
     force
         Overwrite files that exist.
     options
-        Choices that some formats have; the others pass them over.
+        Choices that some formats have; the others ignore them.
     servos
         What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
         Pictures and MATLAB functions do not change.
@@ -118,31 +71,64 @@ def write_pieces(
     Parameters
     ----------
     pieces
-        Called once a file; its pieces have the same columns, and the first tells what made them.
+        Called once a file; its pieces have the same columns, and the first states what made them.
     paths, force, options, servos
         As for :func:`write_tables`.
     """
     check_outputs(paths, force=force)
-    contents = []
-    for path in map(Path, paths):
-        form = known_format(path, "output")
-        rows = pieces if servos is None else partial(_for_servos, pieces, servos, form)
-        contents.append((path, partial(_written, rows, form, options)))
-    write_whole(contents, force=force)
+
+    def write(form: Format, scratch: Path) -> None:
+        form.writer(options)(pieces() if servos is None else _for_servos(pieces(), servos, form), scratch)
+
+    write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
 
 
-def _written(pieces: Callable[[], Iterable[Table]], form: Format, options: FormatOptions | None, scratch: Path) -> None:
-    form.writer(options)(pieces(), scratch)
-
-
-def _for_servos(pieces: Callable[[], Iterable[Table]], servos: ServoMap, form: Format) -> Iterator[Table]:
-    """Yield pieces as a format tells of joints: in its own radians, or in the columns of the map."""
+def _for_servos(pieces: Iterable[Table], servos: ServoMap, form: Format) -> Iterator[Table]:
+    """Yield pieces as a format states joints: in its own radians, or in the columns of the map."""
     rows = 0
-    for piece in pieces():
+    for piece in pieces:
         if "joint_names" in form.options:
             yield mapped_table(piece, servos.in_radians(), rows_before=rows)
-        elif form.reads:
-            yield mapped_table(piece, servos, rows_before=rows)
         else:
-            yield piece
+            yield mapped_table(piece, servos, rows_before=rows) if form.reads else piece
         rows += len(piece)
+
+
+def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        form.writer()  # MissingExtra, if that is so
+        try:
+            target, folder = target_of(path), path.parent
+            if target in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(target)
+            if os.path.lexists(path) or target.exists():
+                _check_taken(path, target, form, force)
+            if not folder.is_dir():
+                what = "is no folder" if folder.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:  # the file system refuses the name
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
+
+
+def _check_taken(path: Path, target: Path, form: Format, force: bool) -> None:
+    """Raise unless what has an output's name may be replaced: a file, or a folder with a bag in it."""
+    if form.folder and target.is_dir():
+        for one in sorted(target.iterdir()):
+            if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
+                raise OutputExists(
+                    f"output: {str(path)!r} is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
+                )
+    elif path.is_dir():
+        raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
+    elif target.exists() and (form.folder or not target.is_file()):
+        what, allowed = ("no folder", "new folder") if form.folder else ("no regular file", "file")
+        raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a {allowed}")
+    if not force:
+        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")

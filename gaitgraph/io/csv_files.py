@@ -1,0 +1,223 @@
+"""CSV files of gait tables: read in pieces of any number, fast where nothing is unusual, and written row by row.
+
+A CSV file has one more column than the table, `made_by`: what made it, in the first row and, since the last row is the
+first again, there. A comment line would be in the way of everything else that reads CSV.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.errors import InputError
+from gaitgraph.files import blocks_of, decoded
+from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, Table, about_from_text, provenance_text
+from gaitgraph.io.column_checks import Header, check_times, joints_of
+from gaitgraph.io.formats import check_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from pathlib import Path
+
+    from gaitgraph.io.servo_map import ServoMap
+
+MADE_BY = "made_by"
+"""The column of a CSV file that states what made it."""
+
+_LONGEST_LINE = 1 << 22
+_QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
+_PRINTED_ROWS = 1000
+_FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
+
+
+def pieces_of_csv(
+    path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
+) -> Iterator[Table]:
+    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
+
+    Parameters
+    ----------
+    path, progress, plane_only, joints
+        As for :func:`gaitgraph.io.reading.read_pieces`.
+
+    Raises
+    ------
+    FileProblem, InputError
+        If the file cannot be read, or a line or a value is wrong; the message names the line or the row.
+    """
+    names: list[str] = []
+    header: Header | None = None
+    line, row, last_time = 0, 0, -math.inf  # lines and rows before these, and the time of the last row
+    about: dict[str, Any] = {}
+    rounding: float | None = None
+    for lines in _lines(path, progress):
+        start = 0
+        if not names:
+            start = next((k for k, text in enumerate(lines) if text), len(lines))
+            if start == len(lines):
+                line += start
+                continue
+            names = _names_of(lines[start], line + start)
+            start += 1
+        stated, joints = joints_of(_provenance_taken_out(lines, start, names), joints)
+        about = stated or about
+        header = header or Header(names, plane_only, joints)
+        raw = _numeric_columns(lines[start:], header) or _text_columns(lines[start:], header, line + start)
+        line += len(lines)
+        if len(raw[0]):
+            columns = header.columns(raw, row)
+            row += len(raw[0])
+            if "t" in columns:
+                check_times(columns["t"], last_time, row)
+                last_time = columns["t"][-1]
+            if rounding is None:
+                rounding = _rounding_of(lines[start:][:_PRINTED_ROWS], header)
+            yield Table(columns=columns, about=about, rounding=rounding)
+    if header is None:
+        raise InputError("it is empty; allowed is a header line and at least one row")
+    if not row:
+        raise InputError("it has no rows; allowed is at least one")
+
+
+def _lines(path: Path, progress: Callable[[float], None] | None) -> Iterator[list[str]]:
+    """Yield the lines of a file in groups, whatever its size; a byte-order mark and any kind of line end are read."""
+    rest = b""
+    for block, fraction in blocks_of(path, "gait file", "a gait table"):
+        content = rest + block
+        # A carriage return at the end may be half of a line end.
+        end = max(content.rfind(b"\n"), content.rfind(b"\r", 0, len(content) - 1)) + 1
+        if not end and len(content) > _LONGEST_LINE:
+            raise InputError(f"a line is longer than {_LONGEST_LINE} bytes; allowed are a header line and rows")
+        content, rest = content[:end], content[end:]
+        if progress is not None:
+            progress(fraction)
+        if content:
+            yield _split(content, path)
+    if rest:
+        yield _split(rest, path)
+
+
+def _split(content: bytes, path: Path) -> list[str]:
+    text = decoded(content, path, "gait file", "a gait table as text")
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.removesuffix("\n").split("\n")
+
+
+def _names_of(text: str, offset: int) -> list[str]:
+    """Return the names in the header line."""
+    reader = csv.reader([text], strict=True)
+    try:
+        names = [name.strip() for name in next(reader)]
+    except csv.Error as error:
+        raise _no_csv(offset + 1, error) from error
+    if len(names) == 1:
+        for mark, what in ((";", "semicolons"), ("\t", "tabs")):
+            if mark in text:
+                raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
+    return names
+
+
+def _provenance_taken_out(lines: list[str], start: int, names: list[str]) -> dict[str, Any]:
+    """Take what made the file out of the first and the last of these lines, and return it; empty if it is not stated.
+
+    Then all rows are alike, and the first and the last are read as fast as the others.
+    """
+    about: dict[str, Any] = {}
+    if MADE_BY not in names:
+        return about
+    column = names.index(MADE_BY)
+    for k in {start, len(lines) - 1}:
+        if not start <= k < len(lines) or FORMAT not in lines[k]:
+            continue
+        try:
+            fields = next(csv.reader([lines[k]], strict=True), [])
+        except csv.Error:
+            continue  # reading the line as a row says what is wrong
+        if len(fields) == len(names) and FORMAT in fields[column]:
+            about = about_from_text(fields[column])
+            fields[column] = ""
+            lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields)
+    return about
+
+
+def _numeric_columns(lines: list[str], header: Header) -> list[Any] | None:
+    """Return the columns of lines as numpy reads them, or None if anything about the lines is unusual."""
+    text = "\n".join(lines)
+    if not text.strip("\n"):
+        return [[] for _ in header.names]
+    if not text.isascii() or "_" in text:
+        return None
+    if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
+        return None  # numpy's reader takes quotation marks that csv refuses
+    try:
+        rows = np.loadtxt(lines, dtype=header.dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
+    except (ValueError, IndexError, OverflowError):
+        return None
+    columns = [rows[name] for name in rows.dtype.names or ()]
+    finite = all(np.isfinite(column).all() for column in columns if column.dtype.kind == "f")
+    return columns if finite else None
+
+
+def _text_columns(lines: list[str], header: Header, offset: int) -> list[list[str]]:
+    """Return the columns of lines as texts, or raise InputError with the number of the line that is wrong."""
+    wanted = len(header.names)
+    reader = csv.reader(lines, strict=True)
+    rows = []
+    try:
+        for row in reader:
+            if row and len(row) != wanted:
+                line = offset + reader.line_num
+                raise InputError(f"line {line} has {len(row)} fields; allowed are {wanted}, as in the header")
+            if row:
+                rows.append(row)
+    except csv.Error as error:
+        raise _no_csv(offset + reader.line_num, error) from error
+    return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in header.names]
+
+
+def _no_csv(line: int, error: csv.Error) -> InputError:
+    return InputError(f"line {line}: {error}; allowed is comma-separated text")
+
+
+def _rounding_of(lines: list[str], header: Header) -> float:
+    """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
+
+    Angles with fewer decimals are exact: people type 0.4. Angles with more carry all that floating point does.
+    """
+    decimals, unit = 0, 1.0
+    for row in csv.reader(lines):
+        for name, text in zip(header.names, row, strict=False):
+            if name in (header.radians_per_unit if header.joints else (*ANGLES, *DEGREES)):
+                unit = header.radians_per_unit.get(name, math.radians(1.0) if name in DEGREES else 1.0)
+                printed = len(text.strip().partition(".")[2]) if "e" not in text.lower() else _FULL_PRECISION
+                decimals = max(decimals, printed)
+    return 0.5 * unit * 10.0**-decimals if _FEWEST_DECIMALS <= decimals < _FULL_PRECISION else 0.0
+
+
+def write_csv(pieces: Iterable[Table], path: Path) -> None:
+    """Write a new CSV file, piece by piece; InputError if a column of joints is named `made_by`."""
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows(_rows_to_write(pieces))
+
+
+def _rows_to_write(pieces: Iterable[Table]) -> Iterator[Iterable[Any]]:
+    stated = mark = ""
+    before: tuple[Any, ...] | None = None  # a row is written when the next has come: the last one has a mark too
+    for piece in pieces:
+        if before is None:
+            check_names(piece.columns, [MADE_BY], ".csv")
+            stated = mark = provenance_text(piece)
+            yield (*piece.columns, MADE_BY)
+        columns = (values.tolist() if isinstance(values, np.ndarray) else values for values in piece.columns.values())
+        for row in zip(*columns, strict=True):
+            if before is not None:
+                yield (*before, mark)
+                mark = ""
+            before = row
+    if before is not None:
+        yield (*before, stated)
