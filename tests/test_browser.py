@@ -25,6 +25,8 @@ pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not ins
 pytest.importorskip("starlette", reason="starlette, of the extra 'explore', is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn, of the extra 'explore', is not installed")
 
+pytestmark = pytest.mark.slow
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
 if CHROMIUM is None or DRIVER is None:
@@ -316,7 +318,7 @@ def test_a_broken_address_is_told_and_the_rest_of_it_kept(page: Page) -> None:
     assert "“3pi/8,9” is no pair of angles within ±pi/2" in said
     assert "eta=0: allowed is a number above 0, up to 1" in said
     assert "samples=1e9: allowed is a whole number from 1 to 10000" in said
-    assert "objective=thrust: not with the method exact" in said
+    assert "objective=thrust: allowed are shortest, robust" in said
     assert page.id("period").get_property("value") == "2"
     assert page.headline() == "No waypoints yet"
     problems, kept = page.js(
@@ -337,22 +339,6 @@ def test_a_broken_address_is_told_and_the_rest_of_it_kept(page: Page) -> None:
     page.id("notice-close").click()
     page.click(2 * STEP, -2 * STEP)
     page.until(lambda: page.state == "waypoints=pi/8,-pi/8&period=2")
-
-
-def test_least_thrust_goes_with_the_grid_only(page: Page) -> None:
-    option = "#objective option[value=thrust]"
-    page.open(f"{GAIT_3}&objective=thrust&method=grid")
-    assert page.headline() == "✓Flyable"
-    assert page.js("return document.querySelector(arguments[0]).disabled", option) is False
-    page.driver.find_element("css selector", "label[for=method-exact]").click()
-    page.until(lambda: page.state == GAIT_3)
-    page.planned()
-    assert page.headline() == "✓Flyable"
-    assert "The objective is now “shortest”" in page.text("notice")
-    assert page.text("moves-spoken") == page.js("return document.querySelector('#notice span').textContent")
-    assert page.js("return document.querySelector(arguments[0]).disabled", option) is True
-    assert page.js("return document.querySelector(arguments[0]).textContent", option) == "least thrust (grid only)"
-    assert page.js("return document.querySelector(arguments[0]).title", option) == "It goes with the method grid only"
 
 
 def test_a_download_is_a_gait_that_flies(page: Page) -> None:

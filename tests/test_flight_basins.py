@@ -152,8 +152,8 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
         ({"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
         ({"biases": [0.0]}, "bias must be a number above 0, up to 1, got 0.0"),
         ({"biases": [1.01]}, "bias must be a number above 0, up to 1, got 1.01"),
-        ({"biases": []}, "biases must be one or more numbers, got []"),
-        ({"biases": "0.8"}, "biases must be one or more numbers, got '0.8'"),
+        ({"biases": []}, "biases must be one or more numbers, got none"),
+        ({"biases": "0.8"}, "bias must be a number above 0, up to 1, got '0'"),
         ({"biases": [0.8, 1.0, 0.8]}, "bias must be given once, got 0.8 twice"),
     ],
 )

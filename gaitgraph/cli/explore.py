@@ -29,9 +29,9 @@ def explore_command(port: int, no_browser: bool, as_json: bool) -> int:
     The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs
     starlette and uvicorn: pip install 'gaitgraph[explore]'.
     """
-    from gaitgraph.explorer.server import Listening
+    from gaitgraph.explorer.server import Server
 
-    server = Listening(port)
+    server = Server(port)
     try:
         if as_json:
             print_json({"address": server.address})

@@ -1,33 +1,24 @@
-"""What a request must be before anything looks at it: from this page, of a bounded size, with headers on its answer.
-
-Plain ASGI, so that it costs nothing and needs no library.
-"""
+"""Guards of the explorer: who may ask, how large and slow a request may be, and how long work on it may take."""
 
 from __future__ import annotations
 
 import asyncio
-import json
 import secrets
+import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from gaitgraph.errors import GaitgraphError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, MutableMapping
 
-    Scope = MutableMapping[str, Any]
-    Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-    Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-    App = Callable[[Scope, Receive, Send], Awaitable[None]]
+    from starlette.requests import Request
 
-__all__ = ["HEADERS", "LONGEST_BODY", "LONGEST_SILENCE", "Guard", "TooLarge", "TooSlow", "error_bytes"]
+    Message = MutableMapping[str, Any]
+    App = Callable[[Message, Callable[[], Awaitable[Message]], Callable[[Message], Awaitable[None]]], Awaitable[None]]
 
-LONGEST_SILENCE = 10.0
-"""Seconds that may pass without a further piece of a body."""
-
-LONGEST_BODY = 60.0
-"""Seconds in which a body must be whole."""
+Answer = TypeVar("Answer")
 
 HEADERS = {
     "content-security-policy": (
@@ -35,7 +26,6 @@ HEADERS = {
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     ),
     "x-content-type-options": "nosniff",
-    "x-frame-options": "DENY",
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
@@ -43,24 +33,26 @@ HEADERS = {
 }
 """On every answer: nothing is loaded from elsewhere, framed, sniffed, or kept."""
 
-_OWN_SITE = ("same-origin", "none")  # none: typed into the address bar
+LONGEST_BODY = 60.0
+"""Seconds in which a body must be complete."""
+
+LONGEST_WORK = 20.0
+"""Seconds that the work on one request may take."""
+
+AT_ONCE = 2
+"""Requests that are worked on at once."""
 
 
-class TooLarge(GaitgraphError):
-    """A body with more bytes than are taken; raised where the application reads it."""
+class Refused(GaitgraphError):
+    """A request was refused or given up, with the HTTP status of its answer."""
 
-
-class TooSlow(GaitgraphError):
-    """A body that does not come to its end; raised where the application reads it."""
-
-
-def error_bytes(message: str) -> bytes:
-    """Return an error as the page reads it: one line under the name ``error``."""
-    return json.dumps({"error": " ".join(message.split())}, ensure_ascii=False).encode()
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(message)
+        self.status = status
 
 
 class Guard:
-    """Refuses what is not meant for this page before the application sees it.
+    """ASGI middleware that refuses requests without the token or from another origin, and adds :data:`HEADERS`.
 
     Parameters
     ----------
@@ -69,103 +61,91 @@ class Guard:
     token
         The first part of every path.
     port
-        Where it listens, which a page's own origin names.
-    most_bytes
-        The largest body of each path below the token; of others no body is read at all.
-
-    Notes
-    -----
-    A body must come within :data:`LONGEST_BODY` and without a pause of :data:`LONGEST_SILENCE`.
+        The port of the page's own origin.
+    refuse
+        Makes the response of a status and a message.
     """
 
-    def __init__(self, app: App, *, token: str, port: int, most_bytes: dict[str, int]) -> None:
-        self.app, self.token = app, token
-        hosts = [f"{name}:{port}" for name in ("127.0.0.1", "localhost")]
-        if port == 80:
-            hosts += ["127.0.0.1", "localhost"]
-        self.hosts = hosts
-        self.origins = [f"http://{host}" for host in hosts]
-        self.most_bytes = most_bytes
+    def __init__(self, app: App, *, token: str, port: int, refuse: Callable[[int, str], App]) -> None:
+        self.app, self.token, self.refuse = app, token.encode(), refuse
+        self.origins = [f"http://{name}:{port}" for name in ("127.0.0.1", "localhost")]
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Refuse a request, or hand it on."""
+    async def __call__(self, scope: Message, receive: Any, send: Any) -> None:
+        """Refuse a request, or pass it on."""
         if scope["type"] != "http":
             return
 
-        async def with_headers(message: MutableMapping[str, Any]) -> None:
+        async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
                 message = {**message, "headers": [*message.get("headers", ()), *own]}
             await send(message)
 
-        headers = _headers_of(scope)
-        path = self._path_below_token(scope["path"])
-        refused = self._refusal(scope, headers, path)
-        if refused is not None:
-            await _answer(with_headers, *refused)
-            return
-        most, taken, whole = self.most_bytes.get(path or "", 0), 0, False
-        end = time.monotonic() + LONGEST_BODY
-
-        async def counted() -> MutableMapping[str, Any]:
-            nonlocal taken, whole
-            if whole:  # what comes now is that the client leaves, whenever that is
-                return await receive()
-            try:
-                async with asyncio.timeout(min(LONGEST_SILENCE, end - time.monotonic())):
-                    message = await receive()
-            except TimeoutError as error:
-                waited = f"{LONGEST_SILENCE:g} s of silence, {LONGEST_BODY:g} s in all"
-                raise TooSlow(f"a body that does not come to its end; allowed are {waited}") from error
-            whole = not message.get("more_body", False)
-            taken += len(message.get("body", b""))
-            if taken > most:
-                raise TooLarge(_too_large(most))
-            return message
-
-        await self.app(scope, counted, with_headers)
-
-    def _path_below_token(self, path: str) -> str | None:
-        first, slash, rest = path.removeprefix("/").partition("/")
-        known = secrets.compare_digest(first.encode(), self.token.encode())
-        return rest if known and slash else None
-
-    def _refusal(self, scope: Scope, headers: dict[str, list[str]], path: str | None) -> tuple[int, str] | None:
-        hosts = headers.get("host", [])
-        if len(hosts) != 1 or hosts[0].lower() not in self.hosts:
-            return 400, f"Host: {shown(hosts[0] if hosts else 'none')}; allowed are {', '.join(self.hosts)}"
-        if path is None:
-            return 404, "no such page; allowed is the whole address that 'gaitgraph explore' printed"
-        origins, sites = headers.get("origin", []), headers.get("sec-fetch-site", [])
-        if origins and (len(origins) > 1 or origins[0] not in self.origins):
-            return 403, f"Origin: {shown(origins[0])}, a page elsewhere; allowed are {', '.join(self.origins)}"
-        navigates = scope["method"] == "GET" and headers.get("sec-fetch-mode") == ["navigate"] and path == ""
-        if sites and not navigates and (len(sites) > 1 or sites[0] not in _OWN_SITE):
-            return 403, "Sec-Fetch-Site: a page elsewhere; allowed is this page itself"
-        stated = headers.get("content-length", ["0"])
-        digits = all(text.isdecimal() and len(text) <= 20 for text in stated)
-        if not digits or max(map(int, stated)) > self.most_bytes.get(path, 0):
-            return 413, _too_large(self.most_bytes.get(path, 0))
-        return None
+        app, origins = self.app, [value.decode("latin-1") for name, value in scope["headers"] if name == b"origin"]
+        first, slash, _ = scope["path"].removeprefix("/").partition("/")
+        if not (slash and secrets.compare_digest(first.encode(), self.token)):
+            app = self.refuse(404, "no such page; open the whole address that 'gaitgraph explore' printed")
+        elif any(origin not in self.origins for origin in origins):
+            app = self.refuse(403, f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}")
+        await app(scope, receive, send_with_headers)
 
 
-def _too_large(most: int) -> str:
-    if not most:
-        return "a body where none belongs; allowed is none"
-    return f"a body that is too large; allowed are {most} bytes"
+async def body_of(request: Request, most: int) -> bytes:
+    """Return the body of a request; Refused if it has more bytes than `most`, or does not come to its end."""
+    body = bytearray()
+    try:
+        async with asyncio.timeout(LONGEST_BODY):
+            async for piece in request.stream():
+                body += piece
+                if len(body) > most:
+                    raise Refused(413, f"a body must have at most {most} bytes")
+    except TimeoutError as error:
+        raise Refused(408, f"a body must be complete within {LONGEST_BODY:g} s") from error
+    return bytes(body)
 
 
-def _headers_of(scope: Scope) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name, value in scope["headers"]:
-        found.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
-    return found
+class Job:
+    """Stops work: :meth:`check` is its progress callback.
+
+    Attributes
+    ----------
+    gone
+        Set when the client has left.
+    """
+
+    def __init__(self) -> None:
+        self.gone = threading.Event()
+        self._end = time.monotonic() + LONGEST_WORK
+
+    def check(self, *_: Any) -> None:
+        """Raise Refused if the client has left or the time is over; arguments are ignored."""
+        if self.gone.is_set():
+            raise Refused(503, "the client has left")
+        if time.monotonic() > self._end:
+            raise Refused(503, f"it took longer than {LONGEST_WORK:g} s; use fewer waypoints, polygons or rows")
+
+    def run(self, work: Callable[[Job], Answer]) -> Answer:
+        """Return the answer of the work, or raise Refused if it came too late."""
+        self._end = time.monotonic() + LONGEST_WORK
+        self.check()
+        answer = work(self)
+        self.check()  # the work may have taken long without calling it
+        return answer
 
 
-async def _answer(send: Send, status: int, message: str) -> None:
-    body = error_bytes(message)
-    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
-    if status == 413:
-        headers.append((b"connection", b"close"))  # what is left of the body is not read
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
+async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Callable[[Job], Answer]) -> Answer:
+    """Run work in a thread while a slot is free, and stop it when the client leaves."""
+    job = Job()
+
+    async def watch() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        job.gone.set()
+
+    watching = asyncio.ensure_future(watch())
+    try:
+        async with slots:
+            return await asyncio.to_thread(job.run, work)
+    finally:
+        job.gone.set()
+        watching.cancel()

@@ -260,9 +260,9 @@ def basins_of(
     """
     if not isinstance(timed, TimedGait):
         raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
-    etas = list(biases) if isinstance(biases, Iterable) and not isinstance(biases, str) else []
+    etas = list(biases)
     if not etas:
-        raise InputError(f"biases must be one or more numbers, got {shown(biases)}")
+        raise InputError("biases must be one or more numbers, got none")
     for k, eta in enumerate(etas):
         if not 0 < number_of(eta) <= 1:
             raise InputError(f"bias must be a number above 0, up to 1, got {shown(eta)}")

@@ -1,4 +1,4 @@
-"""A user's table on the map, and the planned gait as a file: bytes in, bytes out, by no path of the user's."""
+"""The queries with files: a user's table on the map, and the planned gait as a file; no path of the user is used."""
 
 from __future__ import annotations
 
@@ -14,8 +14,21 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
-from gaitgraph.explorer.answers import checks_answer, planned, rounded, scene_answer, series_answer, spread_rows
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, State, checked_choice, state_of, vehicle_of
+from gaitgraph.explorer.plan_query import (
+    DEFAULTS,
+    LIMITS,
+    RANGES,
+    State,
+    checked_choice,
+    checks_answer,
+    planned,
+    rounded,
+    scene_answer,
+    series_answer,
+    spread_rows,
+    state_of,
+    vehicle_of,
+)
 from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import merged
 from gaitgraph.invertibility.matrices import (
@@ -40,8 +53,6 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
-
-__all__ = ["file_answer", "formats_answer", "table_answer"]
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The (α1, α2) map below the loop: shading, regions and plane types of one sheet."""
+"""The query for the (α1, α2) map below the loop: shading, regions and plane types of one sheet."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import GaitgraphError
-from gaitgraph.explorer.state import checked_choice, checked_object, vehicle_of
+from gaitgraph.explorer.plan_query import checked_choice, checked_object, vehicle_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -26,15 +26,12 @@ from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.surface.region import Region
     from gaitgraph.vehicle import Vehicle
-
-__all__ = ["SHADINGS", "map_answer"]
 
 FloatArray = npt.NDArray[np.float64]
 
 SHADINGS = ("R", "least_singular_value", "none")
-"""What the map may be shaded by."""
+"""What shades the map."""
 
 _REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
 _POINTS = 129
@@ -47,7 +44,7 @@ _ROUNDED_BLUE = (
 
 
 def map_answer(content: object, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return the map that a question asks for, as plain values.
+    """Return the map that a query asks for, as plain values.
 
     Parameters
     ----------
@@ -69,26 +66,29 @@ def map_answer(content: object, progress: Callable[[str], None] | None = None) -
     InputError
         If a name is unknown or a value is not allowed.
     """
-    asked = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
-    vehicle = vehicle_of(asked.get("vehicle", "paper"), asked.get("drag_ratio"))
-    kind = checked_choice("coefficients", asked.get("coefficients"), ("published", "exact", None))
-    sheet = checked_choice("sheet", asked.get("sheet", "red"), COLORS)
-    shading = checked_choice("shading", asked.get("shading", "none"), SHADINGS)
+    query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
+    vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))
+    kind = checked_choice("coefficients", query.get("coefficients"), ("published", "exact", None))
+    sheet: Color = checked_choice("sheet", query.get("sheet", "red"), COLORS)
+    shading: str = checked_choice("shading", query.get("shading", "none"), SHADINGS)
     coefficients = coefficients_of(vehicle, kind)
-    tell = progress or (lambda _: None)
-    tell("shading the map")
-    values = _values(vehicle, coefficients, sheet, shading)
+    update = progress or (lambda _: None)
+    update("shading the map")
+    values, extent = _shading(vehicle, coefficients, sheet, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
-    note = None
-    if sheet == "blue":
-        note = _SINGULAR_BLUE if blank else _ROUNDED_BLUE
+    regions = []
+    for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
+        update(f"drawing the region {label}")
+        rings = _rings(name, vehicle, coefficients, sheet)
+        if rings is not None:
+            regions.append({"name": name, "label": label, "polygons": rings})
     return {
         "n": _POINTS,
-        "values": None if values is None else values[0],
-        "range": None if values is None else values[1],
-        "regions": _regions(vehicle, coefficients, sheet, tell),
+        "values": values,
+        "range": extent,
+        "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
-        "note": note,
+        "note": None if sheet == "red" else _SINGULAR_BLUE if blank else _ROUNDED_BLUE,
     }
 
 
@@ -100,17 +100,17 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
 
 
 @lru_cache(maxsize=32)
-def _values(
+def _shading(
     vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str
-) -> tuple[list[float], list[float]] | None:
+) -> tuple[list[float] | None, list[float] | None]:
     """Return the values of a shading, and their range."""
     if shading == "none":
-        return None
+        return None, None
     alpha = _on_grid(_POINTS, coefficients, sheet)
     signed = shading == "R"
     values = np.asarray(level_determinant(alpha, coefficients) if signed else least_singular_value(alpha, vehicle))
-    told = [float(f"{value:.5g}") for value in values.ravel().tolist()]
-    return told, [float(values.min()), float(values.max())]
+    short = [float(f"{value:.5g}") for value in values.ravel().tolist()]
+    return short, [float(values.min()), float(values.max())]
 
 
 @lru_cache(maxsize=32)
@@ -123,42 +123,23 @@ def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     return [text_from_types(a, b) if there else None for a, b, there in rows]
 
 
-def _regions(
-    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, tell: Callable[[str], None]
-) -> list[dict[str, Any]]:
-    if sheet == "blue" and coefficients.kind == "exact":
-        return []
-    found = []
-    for name, label in _REGIONS if sheet == "red" else _REGIONS[:2]:
-        tell(f"drawing the region {label}")
-        rings = _rings(name, vehicle, coefficients, sheet)
-        if rings is not None:
-            found.append({"name": name, "label": label, "polygons": rings})
-    return found
-
-
 @lru_cache(maxsize=64)
 def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[Any] | None:
-    """Return a region as rings, or None where nothing can be said of it for this vehicle."""
+    """Return a region as rings, or None where the vehicle's flyable region is unknown."""
     import shapely
 
-    try:
-        region = _region(name, vehicle, coefficients, sheet)
-    except GaitgraphError:
-        if name != "flyable":
-            raise
-        return None
-    rings = shapely.get_rings(shapely.get_parts(region.inner))
-    return [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings]
-
-
-def _region(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> Region:
     from gaitgraph.surface.admissible import admissible_region, hover_region
     from gaitgraph.surface.components import sign_region
 
     if name == "hover":
-        return hover_region(vehicle)
-    if name == "flyable":
-        return admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
-    sign: Any = "positive" if name == "R>0" else "negative"
-    return sign_region(sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY)
+        region = hover_region(vehicle)
+    elif name == "flyable":
+        try:
+            region = admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
+        except GaitgraphError:
+            return None
+    else:
+        sign: Any = "positive" if name == "R>0" else "negative"
+        region = sign_region(sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY)
+    rings = shapely.get_rings(shapely.get_parts(region.inner))
+    return [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings]

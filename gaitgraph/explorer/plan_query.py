@@ -1,0 +1,455 @@
+"""The query that the page sends on a click: its state, checked; and the answers, a plan and a roll–pitch diagram.
+
+The state is the page's whole memory and comes back with every query. Anyone might have sent it: unknown names, wrong
+types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES` are refused, and a vehicle is a preset's name,
+never a file.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.invertibility.matrices import (
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+    level_determinant,
+)
+from gaitgraph.planning.planner import plan
+from gaitgraph.planning.request import PlanRequest, request_of
+from gaitgraph.plots.scenes import scene_of
+from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
+from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.planning.plan import Loop, Plan
+    from gaitgraph.robustness.biased import Robustness
+    from gaitgraph.validation.report import Check
+
+    Progress = Callable[[str], None]
+
+FloatArray = npt.NDArray[np.float64]
+
+LIMITS: dict[str, int] = {
+    "waypoints": 64,
+    "polygons": 32,
+    "corners": 64,
+    "rows": 200_000,
+    "table_bytes": 8 << 20,
+    "request_bytes": 256 << 10,
+}
+"""The explorer's largest counts and sizes; the library itself allows more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """The range of a number of the state.
+
+    Parameters
+    ----------
+    low, high
+        The ends, which are allowed themselves.
+    whole
+        Whether it is a whole number.
+    above
+        Whether `low` itself is not allowed.
+    noun
+        The name of the number in messages.
+    """
+
+    low: float
+    high: float
+    whole: bool = False
+    above: bool = False
+    noun: str = "a number"
+
+    def contains(self, value: object) -> bool:
+        """Return whether a value is one of these numbers."""
+        number = number_of(value)
+        if self.whole and not isinstance(value, int):
+            return False
+        return (self.low < number if self.above else self.low <= number) and number <= self.high
+
+    @property
+    def allowed(self) -> str:
+        """The range in words.
+
+        >>> Range(low=1e-5, high=0.1).allowed, Range(low=0, high=1, above=True).allowed
+        ('a number from 1e-5 to 0.1', 'a number above 0, up to 1')
+        """
+        low, high = (f"{end:g}".replace("e-0", "e-").replace("e+0", "e") for end in (self.low, self.high))
+        noun = "a whole number" if self.whole else self.noun
+        return f"{noun} above {low}, up to {high}" if self.above else f"{noun} from {low} to {high}"
+
+
+RANGES: dict[str, Range] = {
+    "divisions": Range(low=2, high=64, whole=True),
+    "drag_ratio": Range(low=0.02, high=1.0),
+    "accuracy": Range(low=1e-5, high=0.1),
+    "period": Range(low=1e-6, high=1e9, noun="a number of seconds"),
+    "samples": Range(low=1, high=10_000, whole=True),
+    "eta": Range(low=0.0, high=1.0, above=True),
+}
+"""The ranges of the state's numbers; the library itself allows more divisions and samples, and a finer accuracy."""
+
+DEFAULTS: dict[str, Any] = {
+    "waypoints": [],
+    "color": "auto",
+    "sign": "auto",
+    "objective": "shortest",
+    "method": "exact",
+    "divisions": 16,
+    "any_order": False,
+    "reverse": False,
+    "keep_out": [],
+    "keep_in": [],
+    "vehicle": PAPER.name,
+    "drag_ratio": None,
+    "coefficients": None,
+    "accuracy": 1e-4,  # coarser than elsewhere, so that dragging is smooth
+    "period": 1.0,
+    "law": LAWS[0],
+    "samples": DEFAULT_SAMPLES,
+    "eta": 0.8,
+}
+"""The state of an empty page."""
+
+_NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
+_MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
+_MOST_ROWS = 401  # of series; more than there are pixels
+_MOST_FRAMES = 101
+_SCENE = (480.0, 360.0)
+_FINE_DIGITS = 10  # of what may be as small as the rounding of the published coefficients
+_CURVES = 16
+_KEPT_PLANS = 16
+
+_plans: OrderedDict[str, Plan] = OrderedDict()
+_lock = threading.Lock()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """A checked state.
+
+    Parameters
+    ----------
+    request
+        The plan that is asked for; without waypoints, one with the waypoint (0, 0) in their place.
+    empty
+        Whether there are no waypoints.
+    samples
+        Even intervals per period, of a table.
+    eta
+        η of the biased gait beside the planned one.
+    key
+        A text that two states share if and only if their plans are the same.
+    """
+
+    request: PlanRequest
+    empty: bool
+    samples: int
+    eta: float
+    key: str
+
+
+def state_of(content: object) -> State:
+    """Return the state that a JSON value describes.
+
+    Parameters
+    ----------
+    content
+        An object with any of the names of :data:`DEFAULTS`, the others have their defaults; ``view`` is ignored.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a value is not allowed.
+
+    Examples
+    --------
+    >>> state = state_of({"waypoints": [[1.178, -1.178]], "color": "red"})
+    >>> state.empty, state.request.color, state.request.method
+    (False, 'red', 'exact')
+    """
+    values = DEFAULTS | checked_object(content, (*DEFAULTS, "view"))
+    values.pop("view", None)
+    _check_count("waypoints", values["waypoints"], LIMITS["waypoints"])
+    for name in ("keep_out", "keep_in"):
+        _check_count(name, values[name], LIMITS["polygons"])
+        for number, polygon in enumerate(values[name], start=1):
+            _check_count(f"{name} polygon {number}", polygon, LIMITS["corners"])
+    if values["method"] == "exact":
+        values["divisions"] = DEFAULTS["divisions"]
+    for name, allowed in RANGES.items():
+        if name != "drag_ratio" and not allowed.contains(values[name]):
+            raise InputError(f"{name} must be {allowed.allowed}, got {shown(values[name])}")
+    samples = checked_clock(values["period"], values["law"], samples=values["samples"])
+    fields = {name: value for name, value in values.items() if name not in _NOT_OF_A_REQUEST}
+    fields["vehicle"] = vehicle_of(values["vehicle"], values["drag_ratio"])
+    fields["coefficients"] = checked_choice("coefficients", values["coefficients"], ("published", "exact", None))
+    empty = not values["waypoints"]
+    request = request_of(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
+    key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
+    return State(request=request, empty=empty, samples=samples, eta=float(values["eta"]), key=key)
+
+
+def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
+    """Return a preset, or a vehicle that differs from it by its drag ratio κ (and constants that contradict that).
+
+    >>> vehicle_of("paper", 0.3).drag_coefficient is None
+    True
+    """
+    checked_choice("vehicle", preset, preset_names())
+    vehicle = vehicle_named(str(preset))
+    if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
+        return vehicle
+    allowed = RANGES["drag_ratio"]
+    if not allowed.contains(drag_ratio):
+        raise InputError(f"drag_ratio must be {allowed.allowed}, or null for the preset's, got {shown(drag_ratio)}")
+    return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
+
+
+def checked_object(content: object, known: Iterable[str]) -> dict[str, Any]:
+    """Return a copy of an object; InputError if it is none, or has a name that is not known."""
+    names = list(known)
+    if not isinstance(content, dict):
+        raise InputError(f"request must be an object with {', '.join(names)}, got {shown(content)}")
+    for name in content:
+        if name not in names:
+            hint = did_you_mean(name, names) or f"; the fields are {', '.join(names)}"
+            raise InputError(f"{shown(name)} is no field of this request{hint}")
+    return dict(content)
+
+
+def checked_choice(name: str, value: object, allowed: Iterable[str | None]) -> Any:
+    """Return a value that is one of a few; InputError otherwise."""
+    choices = list(allowed)
+    if (isinstance(value, str) or value is None) and value in choices:
+        return value
+    listed = ", ".join("null" if choice is None else choice for choice in choices)
+    hint = did_you_mean(value, [one for one in choices if one is not None]) if isinstance(value, str) else ""
+    raise InputError(f"{name} must be one of {listed}, got {shown(value)}{hint}")
+
+
+def _check_count(name: str, value: object, most: int) -> None:
+    if not isinstance(value, list):
+        raise InputError(f"{name} must be a list, got {shown(value)}")
+    if len(value) > most:
+        raise InputError(f"{name} must have at most {most} entries, got {len(value)}")
+
+
+def planned(state: State, progress: Progress | None = None) -> Plan:
+    """Return the plan of a state that has waypoints; the last few are kept, for the diagram and for undoing."""
+    with _lock:
+        if state.key in _plans:
+            _plans.move_to_end(state.key)
+            return _plans[state.key]
+    found = plan(state.request, progress=progress)
+    with _lock:
+        _plans[state.key] = found
+        while len(_plans) > _KEPT_PLANS:
+            _plans.popitem(last=False)
+    return found
+
+
+def plan_answer(state: State, progress: Progress | None = None) -> dict[str, Any]:
+    """Return the plan of a state as plain values.
+
+    Parameters
+    ----------
+    state
+        A checked state.
+    progress
+        Called before each step of long work.
+
+    Returns
+    -------
+    dict
+        ``status`` "empty", "infeasible" or "planned", the verdict with its checks, the paths in the plane, the series
+        over one period and the scene of the tilting vehicle; see ``docs/explorer.md``. Angles are exact in ``corners``
+        and ``vertices``, elsewhere rounded to 1e-6 rad for the picture.
+    """
+    lists = ("checks", "warnings", "obstacles", "corners", "types", "colors", "path", "vertices", "order")
+    answer: dict[str, Any] = {
+        "status": "empty",
+        "reason": None,
+        **dict.fromkeys(("color", "sign", "length", "lower_bound"), None),
+        **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
+        **{name: [] for name in lists},
+        "alternatives": [],
+        "series": None,
+        "scene": None,
+    }
+    if state.empty:
+        return answer
+    result = planned(state, progress)
+    answer |= {
+        "status": "infeasible",
+        "reason": result.reason,
+        "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
+        "warnings": list(result.warnings),
+        "alternatives": [
+            {
+                "color": loop.color,
+                "sign": loop.sign,
+                "length": loop.length,
+                "valid": loop.report.valid if loop.is_judged else None,
+                "flyable": loop.report.flyable if loop.is_judged else None,
+                "path": _closed_path(loop),
+            }
+            for loop in result.alternatives
+        ],
+    }
+    loop = result.loop
+    if loop is None:
+        return answer
+    timed, report, gait = result.timed(samples=state.samples), loop.report, loop.gait
+    t = timed.t if len(timed.t) <= _MOST_ROWS else np.linspace(0.0, timed.period, _MOST_ROWS)
+    alpha, rates, _ = timed.at(t)
+    hovers = report["hover_thrust"].value is not None
+    return answer | {
+        "status": "planned",
+        "color": loop.color,
+        "sign": loop.sign,
+        "length": loop.length,
+        "lower_bound": loop.lower_bound,
+        "valid": report.valid,
+        "two_color": report.two_color,
+        "flyable": report.flyable,
+        "reachable_from_hover": report.reachable_from_hover,
+        "checks": checks_answer(report.checks),
+        "corners": gait.alpha.tolist(),
+        "types": list(gait.types),
+        "colors": list(gait.colors),
+        "path": _closed_path(loop),
+        "vertices": loop.path.vertices().tolist(),
+        "order": list(loop.order),
+        "series": series_answer(alpha, gait.vehicle, gait.coefficients, t=t, rates=rates, hovers=hovers),
+        "scene": scene_answer(alpha, gait.vehicle, t=t),
+    }
+
+
+def _closed_path(loop: Loop) -> list[list[float]]:
+    plane = loop.gait.alpha[:, :2]
+    return rounded(np.vstack([plane, plane[:1]]))
+
+
+def rounded(values: FloatArray, digits: int = 6) -> list[Any]:
+    """Return an array as nested lists of numbers with a few decimals, without negative zeros."""
+    out: list[Any] = (np.round(values, digits) + 0.0).tolist()
+    return out
+
+
+def checks_answer(checks: Iterable[Check]) -> list[dict[str, Any]]:
+    """Return checks for the page: with a title, a mark, and the angles of the place by name."""
+    out = []
+    for check in checks:
+        place = check.where
+        if place is not None:
+            angles = dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), place["alpha"], strict=True))
+            place = {name: value for name, value in place.items() if name != "alpha"} | angles
+        title = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
+        out.append(check.as_mapping() | title)
+    return out
+
+
+def series_answer(
+    alpha: FloatArray,
+    vehicle: Vehicle,
+    coefficients: Coefficients,
+    *,
+    t: FloatArray | None,
+    rates: FloatArray | None,
+    hovers: bool,
+) -> dict[str, Any]:
+    """Return tilt angles, shape (n, 4) [rad], and what follows from them, as lists over the rows.
+
+    Parameters
+    ----------
+    alpha, vehicle, coefficients
+        The rows and their vehicle; R has these coefficients, the rest is exact.
+    t, rates
+        Times [s] and tilt rates [rad/s]; left out where they are None.
+    hovers
+        Whether there are thrusts that carry the weight; else there are no numbers under ``hover_thrusts``.
+    """
+    shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
+    thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
+    if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # on the red sheet in closed form, which is quicker
+        least = np.asarray(least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
+    else:
+        least = np.asarray(least_singular_value(alpha, vehicle))
+    return {
+        **({} if t is None else {"t": rounded(t, 9)}),
+        "alpha": rounded(alpha.T),
+        **({} if rates is None else {"rates": rounded(rates.T)}),
+        "R": rounded(np.asarray(level_determinant(alpha, coefficients)), _FINE_DIGITS),
+        "least_singular_value": rounded(least, _FINE_DIGITS),
+        "hover_thrusts": thrusts,
+    }
+
+
+def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
+    """Return the vehicle tilting through rows, shape (n, 4) [rad], in at most 101 frames.
+
+    Each frame has its time under ``t``, or without times the number of its row, from 1.
+    """
+    rows = spread_rows(len(alpha), _MOST_FRAMES)
+    scene = scene_of(alpha[rows], vehicle, size=_SCENE).as_mapping(decimals=1)
+    return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
+
+
+def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
+    """Return the numbers of at most so many of `count` rows, spread evenly, the first and the last among them.
+
+    >>> spread_rows(7, 4).tolist()
+    [0, 2, 4, 6]
+    """
+    return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
+
+
+def diagram_answer(state: State, progress: Progress | None = None) -> dict[str, Any]:
+    """Return the roll–pitch diagram of a state's plan, and of the gait biased by the state's η, as plain values."""
+    answer = {"extent": [-math.pi / 2, math.pi / 2], "own": None, "biased": None, "eta": state.eta}
+    if state.empty:
+        return answer | {"reason": "no waypoints yet"}
+    result = planned(state, progress)
+    if result.loop is None:
+        return answer | {"reason": result.reason}
+    if progress is not None:
+        progress("drawing the roll–pitch diagram")
+    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES, progress=progress)
+    return answer | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
+
+
+def _diagram(one: Robustness) -> dict[str, Any]:
+    import shapely
+
+    margin = one.tilt_margin
+    outline = shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
+    curves = [curve.points(61) for _, curve in one.curves]
+    return {
+        "curves": [rounded(points, 5) for points in curves if len(points)],
+        "tilt_margin_deg": None if margin is None else math.degrees(margin),
+        "tilt_margin_reason": one.margin.reason or None,
+        "acceptable_fraction": one.acceptable.fraction,
+        "acceptable_reason": one.acceptable.reason or None,
+        "acceptable": rounded(outline, 5),
+        "nearest_singular_attitude": None if one.direction is None else list(one.direction),
+        "least_singular_value": one.singular_value[1],
+        "tilt_deg": math.degrees(one.tilt),
+    }
