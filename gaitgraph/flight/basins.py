@@ -12,7 +12,6 @@ no moment of its period. The basin is another set, and neither contains the othe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +32,7 @@ from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
