@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
     Content = bytes | Callable[[Path], None]
 
-__all__ = ["MOST_BYTES", "blocks_of", "decoded", "table_from_toml", "target_of", "text_of", "write_whole"]
-
-
 MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
@@ -96,6 +93,40 @@ def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, floa
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
+
+
+def check_new_files(paths: Sequence[str | Path], *, force: bool) -> None:
+    """Raise before any work is done if one of these files cannot be written.
+
+    Raises
+    ------
+    InputError
+        If a file is named twice.
+    OutputExists
+        If something has the name, and is no file or `force` is not set.
+    FileProblem
+        If the folder does not exist, or the file system refuses the name.
+    """
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        try:
+            target, folder = target_of(path), path.parent
+            if target in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(target)
+            if target.exists() and not target.is_file():
+                what = "a folder" if target.is_dir() else "no regular file"
+                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a file")
+            if os.path.lexists(path) and not force:
+                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+            if not folder.is_dir():
+                what = "is no folder" if folder.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:  # a name that the file system refuses
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {str(path)!r}: {reason}") from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:

@@ -274,9 +274,9 @@ class Vehicle:
         return "\n".join([f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}", *lines])
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_vehicle
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_vehicle(self)
+        return html_of(self)
 
 
 def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:

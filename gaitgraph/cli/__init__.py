@@ -15,39 +15,15 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from gaitgraph import __version__
-from gaitgraph.cli.commands import CommandFiles, Group, as_typed, complete_after_equals_signs
+from gaitgraph.cli.commands import Group, as_typed
 from gaitgraph.cli.terminal import print_problem
 from gaitgraph.errors import GaitgraphError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["cli", "main"]
 
-# The file of each command, which is the function NAME_command there.
-_FILES = {
-    "plan": "plan",
-    "validate": "validate",
-    "colorings": "validate",
-    "cycles": "cycles",
-    "region": "region",
-    "robustness": "validate",
-    "transition": "plan",
-    "optimize": "optimize",
-    "pace": "pace",
-    "retarget": "optimize",
-    "fly": "fly",
-    "basin": "basin",
-    "study": "study",
-    "roots": "roots",
-    "export": "export",
-    "vehicles": "vehicles",
-    "figures": "export",
-    "explore": "explore",
-}
-
-
-@click.group(cls=Group, commands=CommandFiles(__name__, _FILES), context_settings={"max_content_width": 100})
+@click.group(cls=Group, context_settings={"max_content_width": 100})
 @click.version_option(__version__, prog_name="gaitgraph")
 def cli() -> None:
     """Plan gaits of a tilt-rotor that keep its decoupling matrix invertible.
@@ -68,13 +44,11 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         sys.stderr = io.StringIO()
     if sys.stdout is None:
         sys.stdout = io.StringIO()
-        _stop(2, "standard output is closed; allowed is an open one")
+        _stop(2, "standard output is closed")
     for stream in (sys.stdout, sys.stderr):
         # An encoding without Greek letters gets question marks instead of a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    if os.environ.get("_GAITGRAPH_COMPLETE", "").startswith("bash"):
-        complete_after_equals_signs()
     try:
         code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()
@@ -83,19 +57,18 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(2 if error.ctx and error.ctx.parent else 0)
     except click.UsageError as error:
         message = as_typed(error.format_message()).rstrip(".")
-        _stop(2, f"{message}; allowed is what '{error.ctx.command_path if error.ctx else 'gaitgraph'} --help' says")
+        _stop(2, f"{message}; see {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
-    except BrokenPipeError:
-        # The reader went away; there is nobody to tell.
+    except BrokenPipeError:  # the reader of the output went away
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except GaitgraphError as error:
-        _stop(2, str(error))
+        _stop(2, as_typed(str(error)))
     except MemoryError:
-        _stop(2, "not enough memory; allowed are smaller grids and files, or a table as CSV, which is read in pieces")
+        _stop(2, "not enough memory; use a smaller grid or file, or a table as CSV, which is read in pieces")
     except OSError as error:
-        # Every file is guarded in its own place: this is the output itself, a full disk for example.
+        # Every file is guarded in its own place: this is standard output itself, on a full disk for example.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        _stop(2, f"standard output: cannot write: {error.strerror or error}; allowed is a place with room")
+        _stop(2, f"standard output cannot be written: {error.strerror or error}")
     sys.exit(code or 0)

@@ -4,59 +4,42 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import click
-
+from gaitgraph.cli import flight_options, options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.flight_options import (
-    PAPER_NAMES,
-    clock_options,
-    flight_options,
-    refuse_two_limits,
-    settings_from_options,
-    timed_of_argument,
-    told_warnings,
-)
-from gaitgraph.cli.options import a_file, as_options, force_option, json_option
+from gaitgraph.cli.options import option
 from gaitgraph.cli.terminal import print_json, print_text, working
 from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["basin_command"]
-
 
 @command("From which roll and pitch a gait settles, by flight.")
-@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file(*PAPER_NAMES))
-@click.option("--bias", type=float, multiple=True, metavar="ETA", help="Also α3 and α4 scaled by η; repeatable.")
-@click.option("--resolution", type=int, metavar="N", help="Attitudes along each side of the grid.  [default: 17]")
-@click.option("--extent", metavar="ANGLE", help="Largest roll and pitch at the start.  [default: 80deg]")
-@click.option("--begins", type=int, metavar="N", help="Moments of the period to take off at.  [default: 1]")
-@click.option("--anyway", is_flag=True, help="Fly what physics forbids.")
-@clock_options
-@flight_options
-@click.option(
+@flight_options.gait_file
+@option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True)
+@option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]")
+@option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]")
+@option("--begins", "N", "Moments of the period to take off at.  [default: 1]")
+@options.flag("--anyway", "Fly what physics forbids.")
+@flight_options.clock
+@flight_options.settings
+@option(
     "--output",
-    "outputs",
+    "FILE",
+    "Write one row a flight (.csv, .json, .npz, .mat, .parquet) or the picture (.png, .svg, .pdf); repeatable.",
+    name="outputs",
     multiple=True,
-    metavar="FILE",
-    shell_complete=a_file(),
-    help="Write one row a flight (.csv, .json, .npz, .mat, .parquet) or the picture (.png, .svg, .pdf); repeatable.",
 )
-@force_option
-@json_option
+@options.force
+@options.as_json
 def basin_command(
     gait_file: str,
-    bias: Sequence[float],
-    anyway: bool,
-    vehicle: str | None,
-    coefficients: Any,
-    period: float | None,
-    law: str | None,
-    outputs: Sequence[str],
-    force: bool,
-    as_json: bool,
-    **options: Any,
+    bias: Sequence[float] = (),
+    anyway: bool = False,
+    outputs: Sequence[str] = (),
+    force: bool = False,
+    as_json: bool = False,
+    **given: Any,
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and say from which it settles.
 
@@ -66,52 +49,42 @@ def basin_command(
     """
     from gaitgraph.flight.basins import basins_of
     from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.plots.flight_outputs import check_basin_outputs, write_basins
+    from gaitgraph.plots.flights import check_flight_outputs, write_basins
 
-    check_basin_outputs(outputs, force=force)
+    check_flight_outputs(outputs, of="basin", force=force)
     mujoco_library()  # MissingExtra, before anything is read
-    refuse_two_limits(options)
-    file, duration = options.get("settings_file"), options.get("duration")
-    settings = settings_from_options(options)
+    asked = {**given, "bias": bias or None}
+    settings = flight_options.settings_from_options(given)
     if settings.reference != "attitude":
-        raise InputError(f"settings file {file!r}: reference: {settings.reference!r}; allowed for a basin is attitude")
-    if 1.0 in bias:
-        raise InputError("--bias: 1; allowed are others, for the gait itself, which η = 1 is, is flown in any case")
-    asked = {name: value for name, value in options.items() if value is not None}
-    given = {**asked, "period": period, "law": law, "duration": duration, "bias": bias or None}
-    flags = {name: (f"--{name}", value) for name, value in given.items()}
-    with working(f"reading {gait_file}") as progress, as_options(**flags):
-        try:
-            timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
-        except Infeasible as error:
-            return _refused(f"there is no gait to fly: {error}", as_json=as_json)
-        progress("flying")
-        basins = basins_of(
-            timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **asked
+        raise InputError(
+            f"settings file {asked['settings']!r}: the reference of a basin must be attitude, got {settings.reference}"
         )
+    if 1.0 in bias:
+        raise InputError("--bias must differ from 1: the gait itself is flown in any case")
+    grid = {name: given[name] for name in ("resolution", "extent", "begins") if name in given}
+    with working(f"reading {gait_file}") as progress, options.named_in_errors(asked):
+        try:
+            timed = flight_options.timed_gait(gait_file, given)
+        except Infeasible as error:
+            reason = f"there is no gait to fly: {error}"
+            if as_json:
+                print_json({"basins": [], "reason": reason})
+            else:
+                print_text(reason)
+            return 1
+        progress("flying")
+        basins = basins_of(timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **grid)
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    warnings = [told_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
+    warnings = [flight_options.flight_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
     if as_json:
-        about = {
-            "vehicle": timed.gait.vehicle.name,
-            "settings": basins[0].settings.as_mapping(),
-            "outputs": list(outputs),
-        }
-        told = [basin.as_mapping() | {"warnings": one} for basin, one in zip(basins, warnings, strict=True)]
-        print_json({"basins": told, **about})
+        answers = [basin.as_mapping() | {"warnings": one} for basin, one in zip(basins, warnings, strict=True)]
+        used = basins[0].settings.as_mapping()
+        print_json({"basins": answers, "vehicle": timed.gait.vehicle.name, "settings": used, "outputs": list(outputs)})
     else:
         lines = []
         for basin, one in zip(basins, warnings, strict=True):
             lines += [str(basin), *(f"warning: {warning}" for warning in one)]
         print_text("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
     return 1 if any(basin.refusal for basin in basins) else 0
-
-
-def _refused(reason: str, *, as_json: bool) -> int:
-    if as_json:
-        print_json({"basins": [], "reason": reason})
-    else:
-        print_text(reason)
-    return 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import MutableMapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -13,63 +12,58 @@ import click
 from gaitgraph.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable
 
-__all__ = ["Command", "CommandFiles", "Group", "as_typed", "command", "complete_after_equals_signs"]
+COMMANDS = (
+    "plan", "validate", "colorings", "cycles", "region", "robustness", "transition", "optimize", "pace", "retarget",
+    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "explore",
+)  # fmt: skip
+"""Each is the function NAME_command in the file of its name."""
+
+REMOVED = {
+    "--watch": "Run the command again when the file changes, for example with: entr, watchexec",
+    "--sheets": "No gait on a fibre can fly; gaitgraph roots lists the fibres",
+    "--objective thrust": "Use: gaitgraph optimize --objective hover_reserve",
+}
+"""Options that earlier versions had, and what to use instead."""
 
 _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
 
 
 def as_typed(message: str) -> str:
-    """Give the arguments that a message quotes their hyphens back."""
+    """Return a message in which the arguments that it quotes have their hyphens again."""
     return message.replace(_MINUS, "-")
 
 
-def _unmarked(value: Any) -> Any:
-    """Give a marked argument its hyphen back."""
-    return "-" + value[1:] if isinstance(value, str) and value.startswith(_MINUS) else value
-
-
 class Command(click.Command):
-    """A command whose arguments may be negative angles as they stand; there are no short options."""
+    """A command whose arguments may be negative angles as they stand; there are no short options.
+
+    The function gets what was given: an option without a default that was not given is not among its arguments.
+    """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments; a negative angle is never taken for an option."""
-        valued = {
-            name
-            for option in self.params
-            if isinstance(option, click.Option) and not option.is_flag
-            for name in option.opts
-        }
-        marked = [
-            _MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and before not in valued else arg
-            for before, arg in zip(["", *args], args, strict=False)
-        ]
-        try:
-            rest = super().parse_args(ctx, marked)
-        except click.BadParameter as error:
-            told = _told_of_number(error)
-            if not told:
-                raise
-            raise InputError(as_typed(told)) from error
-        for name, value in ctx.params.items():
-            if isinstance(value, tuple):
-                ctx.params[name] = tuple(map(_unmarked, value))
+        """Parse the arguments; a negative angle is never an option."""
+        known = {name: one for one in self.params if isinstance(one, click.Option) for name in one.opts}
+        marked = []
+        for before, arg, after in zip(["", *args], args, [*args[1:], ""], strict=False):
+            name, _, value = arg.partition("=")
+            for gone in (name, f"{name} {value or after}"):
+                if gone in REMOVED and gone not in known:
+                    raise InputError(f"{gone} was removed. {REMOVED[gone]}")
+            is_value = before in known and not known[before].is_flag
+            marked.append(_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and not is_value else arg)
+        rest = super().parse_args(ctx, marked)
+        for name, value in list(ctx.params.items()):
+            if value is None or value is False or value == ():
+                del ctx.params[name]
             else:
-                ctx.params[name] = _unmarked(value)
+                ctx.params[name] = tuple(map(_unmarked, value)) if isinstance(value, tuple) else _unmarked(value)
         return rest
 
 
-def _told_of_number(error: click.BadParameter) -> str:
-    """Return what is told of an option whose text is not the number that it must be; "" of any other problem."""
-    option = error.param
-    text, said, _ = error.message.partition(" is not a valid ")
-    if option is None or not said or option.type not in (click.FLOAT, click.INT):
-        return ""
-    number = "a whole number" if option.type is click.INT else "a number"
-    unit = f" of {str(option.metavar).lower()}" if option.metavar in ("SECONDS", "METRES") else ""
-    return f"{option.opts[0]}: {text}; allowed is {number}{unit}"
+def _unmarked(value: Any) -> Any:
+    return "-" + value[1:] if isinstance(value, str) and value.startswith(_MINUS) else value
 
 
 def command(short_help: str) -> Callable[[Callable[..., int]], Command]:
@@ -77,44 +71,19 @@ def command(short_help: str) -> Callable[[Callable[..., int]], Command]:
     return click.command(cls=Command, short_help=short_help)
 
 
-class CommandFiles(MutableMapping[str, click.Command]):
-    """The commands by name, each loaded from its file when it is first asked for.
-
-    Parameters
-    ----------
-    package
-        Where the files are.
-    files
-        The file of each command, which is its function ``NAME_command`` there.
-    """
-
-    def __init__(self, package: str, files: Mapping[str, str]) -> None:
-        self._package = package
-        self._commands: dict[str, str | click.Command] = dict(files)
-
-    def __getitem__(self, name: str) -> click.Command:
-        found = self._commands[name]
-        if isinstance(found, str):
-            module = import_module(f"{self._package}.{found}")
-            loaded: click.Command = getattr(module, name.replace("-", "_") + "_command")
-            self._commands[name] = found = loaded
-        return found
-
-    def __setitem__(self, name: str, command: click.Command) -> None:
-        self._commands[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._commands[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._commands)
-
-    def __len__(self) -> int:
-        return len(self._commands)
-
-
 class Group(click.Group):
-    """A group that answers an unknown name with the one that was meant, or with all there are."""
+    """The group of :data:`COMMANDS`, each loaded from its file when it is first asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands."""
+        return sorted(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command by its name, or None."""
+        if cmd_name not in COMMANDS:
+            return None
+        found: click.Command = getattr(import_module(f"gaitgraph.cli.{cmd_name}"), f"{cmd_name}_command")
+        return found
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; Abort if it is interrupted, without the empty line that click prints even into a pipe."""
@@ -128,22 +97,8 @@ class Group(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the first argument names; UsageError if there is none."""
-        name = args[0]
-        if self.get_command(ctx, name) is None and not name.startswith("-"):
-            known = self.list_commands(ctx)
-            hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
-            raise click.UsageError(f"no command {name!r}{hint}")
+        """Find the command that the first argument names; UsageError with a hint if there is none."""
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            hint = did_you_mean(args[0], sorted(COMMANDS)) or f"; the commands are {', '.join(sorted(COMMANDS))}"
+            raise click.UsageError(f"no command {args[0]!r}{hint}")
         return super().resolve_command(ctx, args)
-
-
-def complete_after_equals_signs() -> None:
-    """Let bash complete ``--color=r`` too: it hands the name, the sign and the value over as three words."""
-    from click.shell_completion import BashComplete, add_completion_class
-
-    class Bash(BashComplete):
-        def get_completion_args(self) -> tuple[list[str], str]:
-            args, incomplete = super().get_completion_args()
-            return (args[:-1] if args[-1:] == ["="] else args), incomplete
-
-    add_completion_class(Bash)

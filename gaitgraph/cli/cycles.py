@@ -2,61 +2,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from gaitgraph.cli import options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import (
-    Choice,
-    a_file,
-    angle_not_negative,
-    json_option,
-    keep_options,
-    name_option,
-    polygons_from_texts,
-    setting_options,
-    stated,
-    waypoints_from_texts,
-)
 from gaitgraph.cli.terminal import print_json, working
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-__all__ = ["cycles_command"]
 
 
 @command("Closed cycles of the graph, shortest first.")
-@click.argument("request_file", metavar="[REQUEST.toml]", required=False, shell_complete=a_file())
-@click.option("--waypoint", "waypoints", multiple=True, metavar="A1,A2", help="Only through these; repeat in order.")
-@click.option("--any-order", is_flag=True, help="Through the waypoints in any order.")
-@keep_options
-@click.option("--max-length", metavar="ANGLE", help="No longer ones, in the (α1, α2) plane.")
+@options.request_file
+@options.waypoints("Only through these; repeat in order.")
+@options.flag("--any-order", "Through the waypoints in any order.")
+@options.keep
+@options.option("--max-length", "ANGLE", "No longer ones, in the (α1, α2) plane.")
 @click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
-@name_option("--color", "auto (both), red or blue.  [default: auto]")
-@name_option("--sign", "Sign of R: auto (both), positive or negative.  [default: auto]")
-@click.option("--divisions", type=int, metavar="N", help="Grid pieces of [−π/2, π/2].  [default: 16]")
+@options.color
+@options.sign
+@options.divisions
 @click.option(
     "--require",
-    type=Choice(["flyable", "valid", "two_color"]),
+    type=options.Choice(["flyable", "valid", "two_color"]),
     default="valid",
     help="Which edges of the graph count.  [default: valid]",
 )
 @click.option(
-    "--effort", type=click.IntRange(min=1), metavar="STEPS", help="Give up then, telling the bound.  [default: none]"
+    "--effort",
+    type=click.IntRange(min=1),
+    metavar="STEPS",
+    help="Stop after so many steps and print the bound.  [default: none]",
 )
-@setting_options
-@json_option
+@options.setting
+@options.as_json
 def cycles_command(
-    request_file: str | None,
-    waypoints: Sequence[str],
-    max_length: str | None,
     limit: int,
     require: Any,
-    effort: int | None,
-    as_json: bool,
-    **options: Any,
+    request_file: str | None = None,
+    max_length: float | None = None,
+    effort: int | None = None,
+    as_json: bool = False,
+    **given: Any,
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
 
@@ -69,35 +55,26 @@ def cycles_command(
     from gaitgraph.graph.catalog import catalog
     from gaitgraph.planning.request import read_request, request_from_mapping, stated_fields
 
-    asked = stated(options)
-    polygons_from_texts(asked)
-    if waypoints:
-        asked["waypoints"] = waypoints_from_texts(waypoints)
-    through = bool(waypoints) or (request_file is not None and "waypoints" in stated_fields(request_file))
+    def answer(cycle: Any, **more: Any) -> None:
+        if as_json:
+            print_json({**cycle.as_mapping(), **more})
+        else:
+            click.echo(str(cycle))
+
+    through = "waypoints" in given or (request_file is not None and "waypoints" in stated_fields(request_file))
     if not through:
         # The whole region counts; a request has at least one waypoint, which then plays no part.
-        asked["waypoints"] = [(0.0, 0.0)]
-    request, _ = request_from_mapping(asked) if request_file is None else read_request(request_file, asked)
-    longest = None if max_length is None else angle_not_negative(max_length, "max_length")
+        given["waypoints"] = [(0.0, 0.0)]
+    request, _ = request_from_mapping(given) if request_file is None else read_request(request_file, given)
     with working("building the graph") as progress:
-        found = catalog(
-            request,
-            through=through,
-            max_length=longest,
-            use=require,
-            effort=effort,
-            progress=progress,
-        )
+        found = catalog(request, through=through, max_length=max_length, use=require, effort=effort, progress=progress)
         for note in found.notes:
             with progress.aside():
                 click.echo(f"warning: {note}", err=True)
         progress("searching cycles")
         for cycle in islice(found, limit):
             with progress.aside():
-                if as_json:
-                    print_json(cycle.as_mapping())
-                else:
-                    click.echo(str(cycle))
+                answer(cycle)
     if found.found:
         click.echo(found.told(), err=True)
         return 0
@@ -105,10 +82,7 @@ def cycles_command(
         best, bound, reason = found.best(effort=effort or 1_000_000)
     if best is not None:
         exact = best.length <= bound
-        if as_json:
-            print_json({**best.as_mapping(), "exact": exact, "bound": bound})
-        else:
-            click.echo(str(best))
+        answer(best, exact=exact, bound=bound)
         proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
         click.echo(f"the best one found, {proof}", err=True)
         return 0

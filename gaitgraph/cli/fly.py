@@ -7,107 +7,94 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gaitgraph.cli import flight_options, options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.flight_options import (
-    PAPER_NAMES,
-    angles_from_text,
-    clock_options,
-    flight_options,
-    refuse_two_limits,
-    settings_from_options,
-    timed_of_argument,
-    told_warnings,
-)
-from gaitgraph.cli.options import a_file, a_word, as_options, force_option, json_option, vehicle_or_none
-from gaitgraph.cli.terminal import print_json, print_text, working
-from gaitgraph.errors import InputError, shown
+from gaitgraph.cli.options import Kind, option
+from gaitgraph.cli.terminal import show, working
+from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
-
-__all__ = ["fly_command"]
+    from gaitgraph.vehicle import Vehicle
 
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
-_PLACES = _REFERENCES[1:]
-_IDLE = {
-    "size": ("step", "line", "circle"),
-    "lap": ("line", "circle"),
-    "position_stiffness": _PLACES,
-    "position_damping": _PLACES,
+# The references that a setting has an effect with.
+_SERVES = {
+    "size": _REFERENCES[2:],
+    "lap": _REFERENCES[3:],
+    "position_stiffness": _REFERENCES[1:],
+    "position_damping": _REFERENCES[1:],
 }
-"""Settings that do nothing but with some references."""
 
 
-def _own_settings(command: Callable[..., int]) -> Callable[..., int]:
-    """Add the settings that a single flight has beside those of every flight."""
-    number, angle = {"type": float}, {"metavar": "ANGLE"}
-    named: tuple[tuple[str, dict[str, Any], str], ...] = (
-        ("--size", number | {"metavar": "METRES"}, "Ahead to a step, a line's end, a circle's centre.  [default: 1]"),
-        ("--lap", number | {"metavar": "SECONDS"}, "Of a line or a circle, from rest to rest.  [default: 6]"),
-        ("--position-stiffness", number | {"metavar": "X"}, "kp of x and y, per s².  [default: 2.25]"),
-        ("--position-damping", number | {"metavar": "X"}, "kd of x and y, per s.  [default: 3]"),
-        ("--attitude-noise", angle, "Standard deviation of the sensors' error.  [default: 0]"),
-        ("--rate-noise", angle, "The same of angular rates, per second.  [default: 0]"),
-        ("--position-noise", number | {"metavar": "METRES"}, "The same of places.  [default: 0]"),
-        ("--velocity-noise", number | {"metavar": "M/S"}, "The same of velocities.  [default: 0]"),
-        ("--gust", number | {"metavar": "M/S"}, "Standard deviation of the wind.  [default: 0]"),
-        ("--seed", {"type": int, "metavar": "N"}, "Of noise and gusts.  [default: 0]"),
-    )
-    options = [click.option(flag, help=text, **given) for flag, given, text in named]
-    wind = click.option("--wind", metavar="X,Y[,Z]", help="Mean wind in m/s.  [default: 0,0]")
-    reference = click.option(
-        "--reference",
-        metavar="NAME",
-        shell_complete=a_word(*_REFERENCES),
-        help="attitude, hover, step, line or circle.  [default: attitude]",
-    )
-    for option in reversed([reference, *options, wind]):
-        command = option(command)
-    return command
+def _attitude(text: str) -> tuple[float, float]:
+    from gaitgraph.angles import angle_from_text
+
+    roll, pitch = (angle_from_text(part.strip(), "attitude") for part in text.split(","))
+    return roll, pitch
+
+
+def _wind(text: str) -> tuple[float, ...]:
+    numbers = tuple(map(float, text.split(",")))
+    if len(numbers) not in (2, 3):
+        raise ValueError
+    return numbers
 
 
 @command("Fly a gait in a physics engine.")
-@click.argument("gait_file", metavar="GAIT_FILE", shell_complete=a_file(*PAPER_NAMES))
-@click.option("--attitude", metavar="ROLL,PITCH", help="At the start.  [default: 0.3,-0.2 to level out, else level]")
-@clock_options
-@click.option("--bias", type=float, metavar="ETA", help="Fly with α3 and α4 scaled by η in (0, 1].")
-@click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back.")
-@click.option("--periods", type=int, metavar="N", help="How often around it, with --from-hover.  [default: 2]")
-@click.option("--anyway", is_flag=True, help="Fly what is not flyable.")
-@_own_settings
-@flight_options
-@click.option(
-    "--output",
-    "outputs",
-    multiple=True,
-    metavar="FILE",
-    shell_complete=a_file(),
-    help="Write a table, a plot (.png, .svg, .pdf) or a film (.gif); repeatable.",
+@flight_options.gait_file
+@option(
+    "--attitude",
+    "ROLL,PITCH",
+    "At the start.  [default: 0.3,-0.2 to level out, else level]",
+    type=Kind("ROLL,PITCH, two angles", _attitude),
 )
-@force_option
-@click.option("--render", is_flag=True, help="Let the engine render the film, where it can.  [default: drawn]")
-@click.option("--view", is_flag=True, help="Then show the flight in the engine's viewer.")
-@json_option
+@flight_options.clock
+@option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1].")
+@click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back.")
+@option("--periods", "N", "How often around it, with --from-hover.  [default: 2]")
+@options.flag("--anyway", "Fly what is not flyable.")
+@option("--reference", "NAME", "attitude, hover, step, line or circle.  [default: attitude]", words=_REFERENCES)
+@option("--size", "METRES", "Ahead to a step, a line's end, a circle's centre.  [default: 1]")
+@option("--lap", "SECONDS", "Of a line or a circle, from rest to rest.  [default: 6]")
+@option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]")
+@option("--position-damping", "X", "kd of x and y, per s.  [default: 3]")
+@option("--attitude-noise", "ANGLE", "Standard deviation of the sensors' error.  [default: 0]")
+@option("--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]")
+@option("--position-noise", "METRES", "The same of positions.  [default: 0]")
+@option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]")
+@option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]")
+@option("--seed", "N", "Of noise and gusts.  [default: 0]")
+@option(
+    "--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers X,Y[,Z] (m/s)", _wind)
+)
+@flight_options.settings
+@option(
+    "--output",
+    "FILE",
+    "Write a table, a plot (.png, .svg, .pdf) or a film (.gif, .mp4); repeatable.",
+    name="outputs",
+    multiple=True,
+)
+@options.force
+@options.flag("--render", "Let the engine render the film, where it can.  [default: drawn]")
+@options.flag("--view", "Then show the flight in the engine's viewer.")
+@options.as_json
 def fly_command(
     gait_file: str,
-    attitude: str | None,
-    vehicle: str | None,
-    coefficients: Any,
-    period: float | None,
-    law: str | None,
-    bias: float | None,
-    hovers: bool,
-    periods: int | None,
-    anyway: bool,
-    outputs: Sequence[str],
-    force: bool,
-    render: bool,
-    view: bool,
-    as_json: bool,
-    **options: Any,
+    bias: float | None = None,
+    hovers: bool = False,
+    periods: int | None = None,
+    anyway: bool = False,
+    outputs: Sequence[str] = (),
+    force: bool = False,
+    render: bool = False,
+    view: bool = False,
+    as_json: bool = False,
+    **given: Any,
 ) -> int:
     """Fly a gait by feedback linearisation, from an attitude that it is to level out, or along a reference.
 
@@ -115,125 +102,84 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    from gaitgraph.errors import Infeasible
-    from gaitgraph.flight.course import from_hover
-    from gaitgraph.flight.engine import mujoco_library
+    from gaitgraph.flight.course import from_hover, repeated
+    from gaitgraph.flight.engine import check_rendering, check_screen, mujoco_library, show_flight
     from gaitgraph.flight.gait_file import biased_timed_gait
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
-    from gaitgraph.plots.flight_outputs import FILM, check_flight_outputs, write_flight
+    from gaitgraph.plots.films import is_film
+    from gaitgraph.plots.flights import check_flight_outputs, write_flight
+    from gaitgraph.vehicle import PAPER
 
     check_flight_outputs(outputs, force=force)
     if periods is not None and not hovers:
-        raise InputError(f"--periods: {periods}; allowed is with --from-hover; --duration SECONDS flies for longer")
-    if options.get("wind") is not None:
-        options["wind"] = _numbers(options["wind"], "--wind")
-    refuse_two_limits(options)
-    asked = {name: options.get(name) for name in _IDLE}
-    settings = settings_from_options(options)
-    for name, serves in _IDLE.items():
-        if asked[name] is not None and settings.reference not in serves:
+        raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
+    asked = dict(given)
+    settings = flight_options.settings_from_options(given)
+    for name, serves in _SERVES.items():
+        if name in asked and settings.reference not in serves:
             raise InputError(
-                f"--{name.replace('_', '-')}: {asked[name]:g} with the reference {settings.reference}; "
-                f"allowed is with --reference {', '.join(serves)}"
+                f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only, "
+                f"got the reference {settings.reference}"
             )
-    with as_options(attitude=("--attitude", attitude)):
-        start = None if attitude is None else checked_attitude(angles_from_text(attitude, "--attitude", "ROLL,PITCH"))
+    with options.named_in_errors(asked):
+        start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
     mujoco_library()
     if render:
-        from gaitgraph.flight.engine import check_rendering
-        from gaitgraph.vehicle import PAPER
-
-        if not any(name.lower().endswith(FILM) for name in outputs):
-            raise InputError(f"--render: no film to render; allowed is with --output FILE{FILM}")
+        if not any(map(is_film, outputs)):
+            raise InputError("--render needs a film, got no --output FILE.gif")
         check_rendering(PAPER)
     if view:
-        from gaitgraph.flight.engine import check_screen
-
         check_screen()
-    flags = {
-        "period": ("--period", period),
-        "law": ("--law", law),
-        "eta": ("--bias", bias),
-        "periods": ("--periods", periods),
-    }
-    with working("planning") as progress, as_options(**flags):
+
+    def refused(course: Course, reason: str) -> Any:
+        return record_of(course, settings, start or (0.0, 0.0), failure=("refused", reason))
+
+    with (
+        working("planning") as progress,
+        options.named_in_errors({**asked, "bias": bias, "periods": periods}, eta="bias"),
+    ):
         try:
-            timed = timed_of_argument(gait_file, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+            timed = flight_options.timed_gait(gait_file, given)
         except Infeasible as error:
-            nothing = _hovering(vehicle)
-            flight = record_of(
-                nothing, settings, start or (0.0, 0.0), failure=("refused", f"there is no gait to fly: {error}")
-            )
+            flight = refused(repeated(_standing(asked.get("vehicle", PAPER))), f"there is no gait to fly: {error}")
         else:
-            flown: Course | TimedGait = timed if bias is None else biased_timed_gait(timed, bias)
+            flown: Any = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-            refusal = ""
-            if hovers:
-                given = {} if periods is None else {"periods": periods}
-                way = from_hover(flown, anyway=anyway, **given)  # type: ignore[arg-type]
-                if isinstance(way, str):
-                    refusal = way
-                else:
-                    flown = way
-                    settings = settings if settings.duration is not None else replace(settings, duration=way.duration)
+            course = (
+                from_hover(flown, anyway=anyway, **({} if periods is None else {"periods": periods})) if hovers else ""
+            )
             progress("flying")
-            if refusal:
-                flight = record_of(
-                    _course(flown),
-                    settings,
-                    start or (0.0, 0.0),
-                    failure=("refused", f"refused before take-off: {refusal}"),
-                )
+            if isinstance(course, str) and course:
+                flight = refused(repeated(flown), f"refused before take-off: {course}")
             else:
+                if not isinstance(course, str):
+                    flown = course
+                    settings = (
+                        settings if settings.duration is not None else replace(settings, duration=course.duration)
+                    )
                 flight = fly(flown, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = told_warnings(flight.course.timed, flight.warnings, bias)
+        warnings = flight_options.flight_warnings(flight.course.timed, flight.warnings, bias)
+        written: Sequence[str] = outputs if len(flight.rows) else ()
         if not len(flight.rows):
             warnings = [one.replace("flown although it is not flyable", "it is not flyable") for one in warnings]
-        written: Sequence[str] = outputs if len(flight.rows) else ()
+            if outputs:
+                warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
             write_flight(flight, written, force=force, rendered=render)
-        elif outputs:
-            warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
-    if as_json:
-        print_json({**flight.as_mapping(), "warnings": warnings, "outputs": list(written)})
-    else:
-        lines = [str(flight), *(f"warning: {one}" for one in warnings)]
-        print_text("\n".join([*lines, *(f"wrote {name}" for name in written)]))
+    lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
+    show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
     if view and len(flight.rows):
-        from gaitgraph.flight.engine import show_flight
-
         show_flight(flight)
     return 0 if flight else 1
 
 
-def _hovering(vehicle: str | None) -> Course:
-    """Return what stands for a gait that there is none of, in the record of a flight that was not begun."""
+def _standing(vehicle: Vehicle) -> TimedGait:
+    """Return a gait that does not move, for the record of a flight that was refused because there is no gait."""
     import numpy as np
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.timing.timed_gait import parametrize
-    from gaitgraph.vehicle import PAPER
 
-    model = vehicle_or_none(vehicle) or PAPER
-    still = Gait(alpha=np.zeros((1, 4)), vehicle=model, coefficients=coefficients_of(model))
-    return _course(parametrize(still, 1.0))
-
-
-def _course(flown: Course | TimedGait) -> Course:
-    from gaitgraph.flight.course import Course, repeated
-
-    return flown if isinstance(flown, Course) else repeated(flown)
-
-
-def _numbers(text: str, flag: str) -> tuple[float, ...]:
-    """Return the numbers of an option such as ``X,Y``; InputError if a part is none, or there are not two or three."""
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) not in (2, 3):
-        raise InputError(f"{flag}: {shown(text)}; allowed are two or three numbers with commas between (m/s)")
-    return numbers
+    return Gait(alpha=np.zeros((1, 4)), vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()

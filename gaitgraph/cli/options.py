@@ -1,4 +1,4 @@
-"""Options that several commands share, and the texts in them."""
+"""Options that several commands share, the kinds of values they take, and where their outputs go."""
 
 from __future__ import annotations
 
@@ -8,54 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.errors import InputError, did_you_mean
+from gaitgraph.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from click.shell_completion import CompletionItem
 
-    from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.gait.table import Table
 
-    Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
-
-__all__ = [
-    "NAMES",
-    "Choice",
-    "a_file",
-    "a_word",
-    "angle_not_negative",
-    "as_options",
-    "columns_option",
-    "crossing_option",
-    "field_of",
-    "force_option",
-    "json_option",
-    "keep_options",
-    "name_option",
-    "outputs_option",
-    "polygons_from_texts",
-    "require_option",
-    "sampling_options",
-    "servo_map_or_none",
-    "servos_option",
-    "setting_options",
-    "stated",
-    "vehicle_or_none",
-    "waypoints_from_texts",
-]
-
-NAMES = {
-    "color": ("auto", "red", "blue"),
-    "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust"),
-    "goal": ("singular_value", "hover_reserve", "tilt_rate"),
-    "method": ("grid", "exact"),
-    "law": ("smooth", "constant-speed", "equal-time"),
-    "arms": ("served", "planned"),
-}
-"""What a shell offers for options whose values the library checks; here too because the library takes long to load."""
+    Decorator = Callable[[Any], Any]
+    Words = Iterable[str] | Callable[[], Iterable[str]]
 
 
 class Choice(click.Choice[str]):
@@ -67,20 +30,108 @@ class Choice(click.Choice[str]):
         return message.rstrip(".") + did_you_mean(str(value), list(self.choices))
 
 
-def a_word(*words: str) -> Completion:
-    """Return what completes one of a few words."""
-    return _one_of(lambda: words)
+class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click alone
+    """A kind of value: what it must be, and what parses it. What is refused ends in one line that names the option."""
+
+    def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
+        self.name, self._parse = name, parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return what a text stands for."""
+        try:
+            return self._parse(value)
+        except ValueError:
+            raise InputError(f"{param.opts[0] if param else ''} must be {self.name}, got {shown(value)}") from None
 
 
-def name_option(flag: str, text: str, kind: str = "") -> Callable[[Any], Any]:
-    """Make an option whose value the library checks, and a shell completes: one of :data:`NAMES` of its kind."""
-    names = NAMES[kind or flag.removeprefix("--")]
-    return click.option(flag, metavar="NAME", shell_complete=a_word(*names), help=text)
+class File(click.Path):
+    """The name of a file, or one of a few words that may stand for it."""
+
+    def __init__(self, words: Words = ()) -> None:
+        super().__init__()
+        self._words = words
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell offers; files first, since bash drops what comes before them."""
+        return [*super().shell_complete(ctx, param, incomplete), *_items(self._words, incomplete)]
 
 
-def a_file(*words: str) -> Completion:
-    """Return what completes the name of a file, or one of a few words that may stand for it."""
-    return _one_of(lambda: words, files=True)
+def _items(words: Words, incomplete: str) -> list[CompletionItem]:
+    from click.shell_completion import CompletionItem
+
+    known = words() if callable(words) else words
+    return [CompletionItem(name) for name in known if name.startswith(incomplete)]
+
+
+def _angle(text: str) -> float:
+    from gaitgraph.angles import angle_from_text
+
+    angle = angle_from_text(text, "angle")
+    if angle < 0:
+        raise ValueError
+    return angle
+
+
+def _pair(text: str) -> list[str]:
+    first, second = text.split(",")
+    return [first.strip(), second.strip()]
+
+
+_KINDS: dict[str, Any] = {
+    "ANGLE": Kind("an angle ≥ 0, such as 0.3, pi/8 or 20deg", _angle),
+    "A1,A2": Kind("A1,A2, two angles", _pair),
+    "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [_pair(corner) for corner in text.split()]),
+    "N": Kind("a whole number", int),
+    "SECONDS": Kind("a number of seconds", float),
+    **dict.fromkeys(("X", "ETA", "HZ", "METRES", "M/S", "NEWTON"), Kind("a number", float)),
+}
+
+
+def option(flag: str, metavar: str, text: str, *, name: str = "", words: Words = (), **more: Any) -> Decorator:
+    """Return an option with a value.
+
+    Parameters
+    ----------
+    flag
+        Such as ``--max-rate``.
+    metavar
+        What the help calls the value. It says the kind of the value too: a number, an angle, a file.
+    text
+        The help.
+    name
+        The argument of the function, if it is not that of the flag.
+    words
+        Names that a shell completes. The library checks them.
+    more
+        As for :func:`click.option`: `multiple`, `default`, `callback`, `type`.
+    """
+    if "type" not in more:
+        is_file = re.search("FILE|FOLDER|DIR", metavar)
+        more["type"] = _KINDS.get(metavar, File(words) if is_file else click.STRING)
+        if words and not is_file:
+            more["shell_complete"] = lambda ctx, param, incomplete: _items(words, incomplete)
+    return click.option(flag, *([name] if name else []), metavar=metavar, help=text, **more)
+
+
+def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
+    """Return an argument that is the name of a file, or one of a few words."""
+    return click.argument(name, metavar=metavar, type=File(words), **more)
+
+
+def flag(flag: str, text: str) -> Decorator:
+    """Return an option without a value."""
+    return click.option(flag, is_flag=True, help=text)
+
+
+def together(*options: Decorator) -> Decorator:
+    """Return options as one decorator, in the order in which the help lists them."""
+
+    def decorated(command: Any) -> Any:
+        for one in reversed(options):
+            command = one(command)
+        return command
+
+    return decorated
 
 
 def _preset_names() -> list[str]:
@@ -89,183 +140,123 @@ def _preset_names() -> list[str]:
     return preset_names()
 
 
-def _servo_map_names() -> list[str]:
-    from gaitgraph.io.servo_map import PRESETS
+def _vehicle(_: click.Context, __: click.Parameter, name: str | None) -> Any:
+    if name is None:
+        return None
+    from gaitgraph.vehicle import vehicle_named
 
-    return list(PRESETS)
-
-
-def _one_of(known: Callable[[], Iterable[str]], *, files: bool = False) -> Completion:
-    def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        from click.shell_completion import CompletionItem
-
-        # Bash drops what it was offered before files.
-        found = [CompletionItem(incomplete, type="file")] if files else []
-        return found + [CompletionItem(name) for name in known() if name.startswith(incomplete)]
-
-    return complete
+    return vehicle_named(name)
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
-
-columns_option = click.option(
-    "--columns",
-    metavar="NAME_OR_FILE",
-    shell_complete=_one_of(_servo_map_names, files=True),
-    help="What the columns of a servo table from elsewhere are: a preset or a TOML file.",
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+force = flag("--force", "Overwrite outputs that exist.")
+gait_file = file("gait_file", "GAIT_FILE")
+request_file = file("request_file", "[REQUEST.toml]", required=False)
+outputs = option(
+    "--output", "FILE", "Write the gait, in the format of the suffix; repeatable.", name="outputs", multiple=True
 )
-
-servos_option = click.option(
-    "--servos",
-    metavar="NAME_OR_FILE",
-    shell_complete=_one_of(_servo_map_names, files=True),
-    help="Write what the joints do, not tilt angles: paper, x_frame, … or a TOML file.",
+setting = together(
+    option(
+        "--vehicle",
+        "NAME_OR_FILE",
+        "A preset (see gaitgraph vehicles) or a TOML file.",
+        words=_preset_names,
+        callback=_vehicle,
+    ),
+    click.option(
+        "--coefficients",
+        type=Choice(["published", "exact"]),
+        help="Coefficients of formula (1); published for the paper's own vehicle, exact for any other.",
+    ),
 )
-
-force_option = click.option("--force", is_flag=True, help="Overwrite outputs that exist.")
-
-outputs_option = click.option(
-    "--output",
-    "outputs",
-    multiple=True,
-    metavar="FILE",
-    shell_complete=a_file(),
-    help="Write the gait table, in the format of the suffix; repeatable.",
+color = option("--color", "NAME", "auto, red or blue.  [default: auto]", words=("auto", "red", "blue"))
+sign = option(
+    "--sign", "NAME", "Sign of R: auto, positive or negative.  [default: auto]", words=("auto", "positive", "negative")
 )
-
-crossing_option = click.option(
-    "--crossing-tolerance",
-    metavar="ANGLE",
-    help="Distance from a crossing line within which a type is '?'.  [default: pi/32]",
+divisions = option("--divisions", "N", "Grid pieces of [−π/2, π/2].  [default: 16]")
+floor = option("--floor", "X", "Least singular value to keep.  [default: 0.05]")
+accuracy = option("--accuracy", "ANGLE", "Of curved borders, with the method exact.  [default: 1e-6]")
+crossing_tolerance = option(
+    "--crossing-tolerance", "ANGLE", "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
 )
-
-require_option = click.option(
+angle_rounding = option("--angle-rounding", "ANGLE", "Assumed error of each angle.  [default: inferred from the file]")
+period = option("--period", "SECONDS", "Period T.  [default: 1]")
+law = option(
+    "--law",
+    "NAME",
+    "smooth, constant-speed or equal-time.  [default: smooth]",
+    words=("smooth", "constant-speed", "equal-time"),
+)
+sampling = together(
+    option("--samples", "N", "Even intervals per period.  [default: 100]"),
+    option("--rate", "HZ", "Samples per second, instead of --samples."),
+)
+require = click.option(
     "--require",
     type=Choice(["valid", "flyable"]),
     default="valid",
     help="What decides the exit code.  [default: valid]",
 )
+keep = together(
+    option("--keep-in", "POLYGON", 'Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.', multiple=True),
+    option("--keep-out", "POLYGON", "Only outside; repeatable.", multiple=True),
+)
 
 
-def setting_options(command: Callable[..., int]) -> Callable[..., int]:
-    """Add the options that every command has."""
-    command = click.option(
-        "--coefficients",
-        type=Choice(["published", "exact"]),
-        help="Coefficients of formula (1); published for the paper's own vehicle, exact for any other.",
-    )(command)
-    return click.option(
-        "--vehicle",
-        metavar="NAME_OR_FILE",
-        shell_complete=_one_of(_preset_names, files=True),
-        help="A preset (see gaitgraph vehicles) or a TOML file.",
-    )(command)
+def waypoints(text: str = "A waypoint; repeat in order.") -> Decorator:
+    """Return the option ``--waypoint``."""
+    return option("--waypoint", "A1,A2", text, name="waypoints", multiple=True)
 
 
-def sampling_options(command: Callable[..., int]) -> Callable[..., int]:
-    """Add the options of a clock over one period, and ``--force`` for the files that get it."""
-    options = (
-        click.option("--period", type=float, metavar="SECONDS", help="Period T.  [default: 1]"),
-        click.option("--samples", type=int, metavar="N", help="Even intervals per period.  [default: 100]"),
-        click.option("--rate", type=float, metavar="HZ", help="Samples per second, instead of --samples."),
-        name_option("--law", "smooth, constant-speed or equal-time.  [default: smooth]"),
-        force_option,
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def keep_options(command: Callable[..., int]) -> Callable[..., int]:
-    """Add the options for the user's own polygons."""
-    command = click.option("--keep-out", multiple=True, metavar="POLYGON", help="Only outside; repeatable.")(command)
-    return click.option(
-        "--keep-in", multiple=True, metavar="POLYGON", help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.'
-    )(command)
-
-
-def stated(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that were given, flags and repeatable ones among them; a zero is given."""
-    return {name: value for name, value in options.items() if value is not None and value is not False and value != ()}
-
-
-def vehicle_or_none(name: str | None) -> Vehicle | None:
-    """Return the vehicle of ``--vehicle``; None, which leaves the choice to the library, if it is not given."""
-    from gaitgraph.vehicle import vehicle_named
-
-    return None if name is None else vehicle_named(name)
+def field_of(error: InputError) -> str:
+    """Return the field that a message begins with, such as "period must be …" or "period: …"; "" if there is none."""
+    match = re.match(r"(\w+)(?=:| must | is )", str(error))
+    return "" if match is None else match[0]
 
 
 @contextmanager
-def as_options(**flags: Any) -> Iterator[None]:
-    """Let an InputError that begins with the name of one of these fields name the option instead.
+def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
+    """Let an InputError about a field name the option that gave it: ``--max-rate``, not ``rate``.
 
     Parameters
     ----------
-    flags
-        The option's value by the field's name, with the option's own name for hyphens: ``eta=("--bias", 0.8)``. One
-        whose value is None was not given, so that the field is another's.
+    given
+        The options that were given; a field of any other is left as it is.
+    names
+        The option of each field that is named otherwise.
     """
     try:
         yield
     except InputError as error:
         field = field_of(error)
-        flag, value = flags.get(field, ("", None))
-        if value is None:
+        name = names.get(field, field)
+        if given.get(name) is None:
             raise
-        raise type(error)(flag + str(error)[len(field) :]) from error
+        raise type(error)(f"--{name.replace('_', '-')}{str(error)[len(field) :]}") from error
 
 
-def field_of(error: InputError) -> str:
-    """Return the field at the start of a message such as "period must be …" or "period: …", "" if there is none."""
-    match = re.match(r"(\w+)(?=:| must | is )", str(error))
-    return "" if match is None else match[0]
+def films_in(paths: Sequence[str]) -> list[str]:
+    """Return those of some outputs that are films."""
+    from gaitgraph.plots.films import is_film
+
+    return [path for path in paths if is_film(path)]
 
 
-def servo_map_or_none(name: str | None) -> ServoMap | None:
-    """Return the map of ``--servos`` or ``--columns``; None if it is not given."""
-    from gaitgraph.io.servo_map import servo_map_named
+def check_outputs(paths: Sequence[str], *, force: bool) -> None:
+    """Raise before any work is done if a gait cannot be written to one of these files, tables or films."""
+    from gaitgraph.io.writing import check_outputs
+    from gaitgraph.plots.films import check_films
 
-    return None if name is None else servo_map_named(name)
-
-
-def angle_not_negative(text: str, name: str) -> float:
-    """Return an option's angle [rad]; InputError if it is none, or negative."""
-    from gaitgraph.angles import angle_from_text
-
-    flag = _flag(name)
-    angle = angle_from_text(text, flag)
-    if angle < 0:
-        raise InputError(f"{flag}: {text!r}; allowed is an angle ≥ 0")
-    return angle
+    films = films_in(paths)
+    check_outputs([path for path in paths if path not in films], force=force)
+    check_films(films, force=force)
 
 
-def waypoints_from_texts(texts: Sequence[str]) -> list[list[str]]:
-    """Split every ``A1,A2`` into angles, still texts; InputError, with the number, otherwise."""
-    waypoints = []
-    for number, text in enumerate(texts, start=1):
-        parts = text.split(",")
-        if len(parts) != 2:
-            raise InputError(f"waypoint {number}: {text!r}; allowed is A1,A2")
-        waypoints.append([part.strip() for part in parts])
-    return waypoints
+def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Sequence[str], *, force: bool) -> None:
+    """Write a gait that comes piece by piece to files, tables and films."""
+    from gaitgraph.io.writing import write_pieces
+    from gaitgraph.plots.films import write_films
 
-
-def polygons_from_texts(asked: dict[str, Any]) -> None:
-    """Split every ``A1,A2 A1,A2 …`` under keep_in and keep_out into corners of two angles, still texts, in place.
-
-    InputError if one is no pair.
-    """
-    for name in ("keep_in", "keep_out"):
-        polygons = []
-        for text in asked.get(name, ()):
-            corners = [corner.split(",") for corner in text.split()]
-            if any(len(corner) != 2 for corner in corners):
-                raise InputError(f"{_flag(name)}: {text!r}; allowed is 'A1,A2 A1,A2 A1,A2 …'")
-            polygons.append(corners)
-        if name in asked:
-            asked[name] = polygons
-
-
-def _flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
+    films = films_in(paths)
+    write_pieces(pieces, [path for path in paths if path not in films], force=force)
+    write_films(pieces, films, force=force)

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from gaitgraph.cli import options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import angle_not_negative, crossing_option, json_option, setting_options
 from gaitgraph.cli.terminal import print_json
 
-__all__ = ["roots_command"]
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
 
 
 @command("Every (α3, α4) on the gait surfaces for one (α1, α2).")
 @click.argument("a1", metavar="A1")
 @click.argument("a2", metavar="A2")
-@crossing_option
-@setting_options
-@json_option
+@options.crossing_tolerance
+@options.setting
+@options.as_json
 def roots_command(
-    a1: str,
-    a2: str,
-    crossing_tolerance: str | None,
-    vehicle: str | None,
-    coefficients: Any,
-    as_json: bool,
+    a1: str, a2: str, vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False, **given: float
 ) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict
@@ -33,21 +29,14 @@ def roots_command(
     from gaitgraph.angles import angle_from_text, text_from_angle
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.surface.closed_form_roots import roots
-    from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
-    from gaitgraph.vehicle import PAPER, vehicle_named
+    from gaitgraph.vehicle import PAPER
 
-    numbers = coefficients_of(PAPER if vehicle is None else vehicle_named(vehicle), coefficients)
-    tolerance = DEFAULT_CROSSING_TOLERANCE
-    if crossing_tolerance is not None:
-        tolerance = angle_not_negative(crossing_tolerance, "crossing_tolerance")
+    numbers = coefficients_of(vehicle or PAPER, coefficients)
     alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
-    found = roots(alpha1, alpha2, numbers, crossing_tolerance=tolerance)
+    found = roots(alpha1, alpha2, numbers, **given)
     if as_json:
-        rows = []
-        for root in found:
-            row = asdict(root)
-            del row["alpha1"], row["alpha2"]
-            rows.append(row)
+        plane = ("alpha1", "alpha2")
+        rows = [{name: value for name, value in asdict(root).items() if name not in plane} for root in found]
         fibers = [asdict(fiber) for fiber in found.fibers]
         print_json({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": fibers})
         return 0

@@ -7,21 +7,17 @@ import threading
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import click
-
+from gaitgraph.cli import options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import a_file, json_option
-from gaitgraph.cli.terminal import print_json, print_problem, print_text, working
+from gaitgraph.cli.terminal import print_json, print_problem, print_text, show, working
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
     from gaitgraph.study.designs import Study
-
-__all__ = ["study_command"]
 
 _ONCE = 3.0  # seconds in which further signals are the same wish
 
@@ -60,23 +56,19 @@ def _ended_in_order() -> Iterator[None]:
 
 
 @command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
-@click.argument("study_file", metavar="STUDY.toml", shell_complete=a_file())
-@click.option(
-    "--output", metavar="FOLDER", shell_complete=a_file(), help="Of the rows.  [default: the file's name without .toml]"
-)
-@click.option("--workers", type=int, metavar="N", help="Processes here; 0 for this one.  [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler whose workers fly instead: tcp://HOST:PORT.")
-@click.option("--yes", is_flag=True, help="Fly more than 10,000 cases, or for more than an hour.")
-@click.option("--dry-run", is_flag=True, help="Count the cases and fly none.")
-@json_option
+@options.file("study_file", "STUDY.toml")
+@options.option("--output", "FOLDER", "Of the rows.  [default: the file's name without .toml]")
+@options.option("--workers", "N", "Processes here; 0 for this one.  [default: one a core]")
+@options.option("--scheduler", "ADDRESS", "A Dask scheduler whose workers fly instead: tcp://HOST:PORT.")
+@options.flag("--yes", "Fly more than 10,000 cases, or for more than an hour.")
+@options.flag("--dry-run", "Count the cases and fly none.")
+@options.as_json
 def study_command(
     study_file: str,
-    output: str | None,
-    workers: int | None,
-    scheduler: str | None,
-    yes: bool,
-    dry_run: bool,
-    as_json: bool,
+    output: str | None = None,
+    dry_run: bool = False,
+    as_json: bool = False,
+    **given: Any,
 ) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
@@ -94,7 +86,7 @@ def study_command(
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
         with _ended_in_order(), working(f"study {study.name}") as progress:
-            run = run_study(study, folder, workers=workers, scheduler=scheduler, yes=yes, progress=progress)
+            run = run_study(study, folder, progress=progress, **given)
     except KeyboardInterrupt as error:
         number = error.args[0] if isinstance(error, _Stopped) else signal.SIGINT
         parts = len(list((folder / "rows").glob("part-*.parquet")))
@@ -104,10 +96,7 @@ def study_command(
                 f"in {str(folder)!r}, and the same command goes on from there"
             )
         return 128 + number
-    if as_json:
-        print_json(run.as_mapping())
-    else:
-        print_text(str(run))
+    show(run, as_json=as_json)
     return 0
 
 

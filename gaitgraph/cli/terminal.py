@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any, Self
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from contextlib import AbstractContextManager
-    from types import TracebackType
+    from threading import Event, Thread
 
-__all__ = ["Working", "print_json", "print_note", "print_problem", "print_text", "working"]
-
-_GRACE = 1.0  # seconds without a word
+_GRACE = 1.0  # seconds without progress
 _TICK = 0.2
-_RARELY = 10.0  # seconds between two lines where a line cannot be written over
+_RARELY = 10.0  # seconds between two lines on a terminal that cannot write over a line
 
 _COLORS = {"ok": "green", "yes": "green", "NO": "red", "no": "red", "??": "yellow", "unknown": "yellow"}
 _MARK = re.compile(r"^(  )(ok|NO|\?\?)(?=  )", re.MULTILINE)
@@ -37,17 +35,28 @@ def print_json(content: Any) -> None:
 
 
 def print_text(text: str) -> None:
-    """Print what people read: on a terminal its verdicts in color, unless the environment says otherwise."""
-    if _is_colored():
-        click.echo(_in_color(text), color=True)
-    else:
+    """Print text for people: on a terminal with its verdicts in color, unless the environment says otherwise."""
+    # NO_COLOR forbids color and FORCE_COLOR asks for it, in a pipe too.
+    forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
+    if os.environ.get("NO_COLOR") or not (forced or (sys.stdout.isatty() and not _is_dumb())):
         click.echo(text)
+        return
+
+    def colored(word: str) -> str:
+        return click.style(word, fg=_COLORS[word])
+
+    text = _MARK.sub(lambda found: found[1] + colored(found[2]), text)
+    text = _VERDICT.sub(lambda line: _ANSWER.sub(lambda found: colored(found[0]), line[0]), text)
+    text = _REFUSAL.sub(lambda found: click.style(found[0], fg="red"), text)
+    click.echo(_WARNING.sub(lambda found: click.style(found[0], fg="yellow"), text), color=True)
 
 
-def print_note(text: str) -> None:
-    """Print on standard error what helps at a terminal; nothing for a pipe."""
-    if sys.stderr.isatty():
-        click.echo(text, err=True)
+def show(found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = ()) -> None:
+    """Print a result: its mapping with some more keys as JSON, or its text with some more lines."""
+    if as_json:
+        print_json({**found.as_mapping(), **(more or {})})
+    else:
+        print_text("\n".join([str(found), *lines]))
 
 
 def print_problem(message: str) -> None:
@@ -55,36 +64,17 @@ def print_problem(message: str) -> None:
     click.echo("gaitgraph: " + " ".join(message.split()), err=True)
 
 
-def _is_colored() -> bool:
-    """Return whether standard output is colored: NO_COLOR forbids it, FORCE_COLOR asks for it, else a terminal's is."""
-    if os.environ.get("NO_COLOR"):
-        return False
-    if os.environ.get("FORCE_COLOR", "0") not in ("", "0"):
-        return True
-    return sys.stdout.isatty() and not _is_dumb()
-
-
 def _is_dumb() -> bool:
     return os.environ.get("TERM") == "dumb"
 
 
-def _in_color(text: str) -> str:
-    def painted(word: str) -> str:
-        return click.style(word, fg=_COLORS[word])
-
-    text = _MARK.sub(lambda found: found[1] + painted(found[2]), text)
-    text = _VERDICT.sub(lambda line: _ANSWER.sub(lambda found: painted(found[0]), line[0]), text)
-    text = _REFUSAL.sub(lambda found: click.style(found[0], fg="red"), text)
-    return _WARNING.sub(lambda found: click.style(found[0], fg="yellow"), text)
-
-
 def working(doing: str) -> Working:
-    """Return a context that says on a terminal what is being done, once it takes longer than a second.
+    """Return a context that shows on a terminal what is being done, once it takes longer than a second.
 
     Parameters
     ----------
     doing
-        A few words, such as "planning"; told until the work itself says more.
+        A few words, such as "planning", which are shown until the work itself reports more.
 
     Notes
     -----
@@ -94,26 +84,25 @@ def working(doing: str) -> Working:
 
 
 class Working:
-    """What :func:`working` gives: called with a few words, it shows them, and for how many seconds work has gone on."""
+    """The context of :func:`working`: called with a few words, it shows them and for how many seconds work goes on."""
 
     def __init__(self, doing: str, *, live: bool) -> None:
         self._words, self._live = doing, live
         self._line = ""
-        self._end: Callable[[], None] | None = None
+        self._clock: tuple[Event, Thread] | None = None
         self._alone: AbstractContextManager[Any] = nullcontext()
 
     def __call__(self, words: str) -> None:
-        """Say what is being done now."""
+        """Show from now on what is being done now."""
         self._words = words
 
     def part(self, fraction: float) -> None:
-        """Say that a fraction of what is being done is done, so that the words end with a percentage."""
-        words = re.sub(r" \d+ %$", "", self._words)
-        self._words = f"{words} {int(100 * fraction)} %"
+        """Show which fraction of the work is done, as a percentage."""
+        self._words = f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
 
     @contextmanager
     def aside(self) -> Iterator[None]:
-        """Make room for lines of the answer while work goes on."""
+        """Clear the line for a part of the answer while work goes on."""
         with self._alone:
             self._erase()
             yield
@@ -123,47 +112,37 @@ class Working:
             # A thread of its own, since most of what takes long does not call back.
             from threading import Event, RLock, Thread
 
-            over, self._alone = Event(), RLock()
-            thread = Thread(target=self._run, args=(over.wait,), daemon=True)
-            thread.start()
-
-            def end() -> None:
-                over.set()
-                thread.join()
-
-            self._end = end
+            self._alone = RLock()
+            over = Event()
+            self._clock = over, Thread(target=self._run, args=(over,), daemon=True)
+            self._clock[1].start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._end is not None:
-            self._end()
+    def __exit__(self, *_: object) -> None:
+        if self._clock is not None:
+            over, thread = self._clock
+            over.set()
+            thread.join()
             self._erase()
 
-    def _run(self, ended_within: Callable[[float], bool]) -> None:
+    def _run(self, over: Event) -> None:
         from time import monotonic
 
-        start = monotonic()
-        pause, dumb = _GRACE, _is_dumb()
-        # The terminal may be gone; the work goes on.
-        with suppress(OSError, ValueError):
-            while not ended_within(pause):
-                if dumb:
+        start, pause = monotonic(), _GRACE
+        with suppress(OSError, ValueError):  # the terminal may be gone; the work goes on
+            while not over.wait(pause):
+                if _is_dumb():
                     click.echo(f"{self._words} …", err=True)
                     pause = _RARELY
-                else:
-                    self._draw(monotonic() - start)
-                    pause = _TICK
-
-    def _draw(self, seconds: float) -> None:
-        with self._alone:
-            clock = f" … {seconds:.0f} s"
-            width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
-            line = self._words[: max(width - 1 - len(clock), 0)] + clock
-            if line != self._line:
-                click.echo("\r" + line.ljust(len(self._line)), err=True, nl=False)
-                self._line = line
+                    continue
+                pause = _TICK
+                with self._alone:
+                    clock = f" … {monotonic() - start:.0f} s"
+                    width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+                    line = self._words[: max(width - 1 - len(clock), 0)] + clock
+                    if line != self._line:
+                        click.echo("\r" + line.ljust(len(self._line)), err=True, nl=False)
+                        self._line = line
 
     def _erase(self) -> None:
         if self._line:

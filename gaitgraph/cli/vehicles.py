@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from gaitgraph.cli import options
 from gaitgraph.cli.commands import command
-from gaitgraph.cli.options import json_option, setting_options
 from gaitgraph.cli.terminal import print_json
 
-__all__ = ["vehicles_command"]
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
 
 
 @command("List the vehicles that come with the package, or show one.")
-@setting_options
-@json_option
-def vehicles_command(vehicle: str | None, coefficients: Any, as_json: bool) -> int:
+@options.setting
+@options.as_json
+def vehicles_command(vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show the one of --vehicle."""
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import preset_names, vehicle_named
 
-    rows = []
-    for name in preset_names() if vehicle is None else [vehicle]:
-        one = vehicle_named(name)
-        delta = coefficients_of(one, coefficients).delta
-        rows.append({**one.as_mapping(), "delta": delta})
+    known = map(vehicle_named, preset_names()) if vehicle is None else [vehicle]
+    rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]
     if as_json:
         print_json({"vehicles": rows})
         return 0

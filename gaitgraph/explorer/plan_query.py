@@ -27,7 +27,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, request_of
-from gaitgraph.plots.scenes import scene_of
+from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
@@ -409,7 +409,7 @@ def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -
     Each frame has its time under ``t``, or without times the number of its row, from 1.
     """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    scene = scene_of(alpha[rows], vehicle, size=_SCENE).as_mapping(decimals=1)
+    scene = vehicle_view(alpha[rows], vehicle).as_mapping(_SCENE, decimals=1)
     return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
 
 

@@ -264,9 +264,9 @@ class Gait:
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_gait
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_gait(self)
+        return html_of(self)
 
 
 def lift(

@@ -192,9 +192,6 @@ class Format:
         FileProblem, InputError
             If the file cannot be read, does not state it, or was cut off.
         """
-        if self.suffix in (".svg", ".gif"):
-            found: str = self._function("provenance_of")(path)
-            return found
         module = import_module(self.module)
         lines = text_of(path, "gait file", f"a {self.name} that gaitgraph wrote").rstrip().splitlines()
         line = next((line for line in lines if line.startswith(module.MARK)), None)
@@ -237,18 +234,12 @@ FORMATS = {
             reads=False,
             options=("joint_names", "number", "c_name"),
         ),
-        Format(suffix=".svg", name="animated SVG", module="gaitgraph.plots.svg_films", reads=False),
-        Format(
-            suffix=".gif",
-            name="animated GIF",
-            module="gaitgraph.plots.gif_films",
-            library="PIL",
-            extra="plot",
-            reads=False,
-        ),
     )
 }
 """The formats by suffix."""
+
+FILMS = (".gif", ".mp4")
+"""Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
 
 
 def readable_suffixes() -> list[str]:

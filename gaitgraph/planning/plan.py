@@ -287,6 +287,6 @@ class Plan:
         return f"<Plan: {answer} through {count} waypoint{'s' * (count != 1)}, vehicle {vehicle!r}>"
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_plan
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_plan(self)
+        return html_of(self)

@@ -7,15 +7,32 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.plots.basins import basin_map as basin_map, basins_figure as basins_figure
-    from gaitgraph.plots.flights import flights_side_by_side as flights_side_by_side, plot_flight as plot_flight
+    from gaitgraph.plots.axes import plane_axes as plane_axes
+    from gaitgraph.plots.figures import FIGURES as FIGURES, draw as draw, write_figures as write_figures
+    from gaitgraph.plots.films import write_films as write_films, write_flight_film as write_flight_film
+    from gaitgraph.plots.flights import (
+        basin_map as basin_map,
+        basins_figure as basins_figure,
+        flights_side_by_side as flights_side_by_side,
+        plot_flight as plot_flight,
+        write_basins as write_basins,
+        write_flight as write_flight,
+    )
     from gaitgraph.plots.gaits import (
         at_face_value as at_face_value,
         axes_of_a_gait as axes_of_a_gait,
         gait_in_four_dimensions as gait_in_four_dimensions,
         roll_pitch_diagram as roll_pitch_diagram,
+        singular_attitudes as singular_attitudes,
     )
-    from gaitgraph.plots.regions import regions_map as regions_map, singular_value_map as singular_value_map
+    from gaitgraph.plots.notebook import html_of as html_of
+    from gaitgraph.plots.planes import (
+        adjacency_rule as adjacency_rule,
+        gait_loop as gait_loop,
+        regions_map as regions_map,
+        singular_value_map as singular_value_map,
+        type_map as type_map,
+    )
     from gaitgraph.plots.root_maps import (
         InteriorRoots as InteriorRoots,
         interior_roots as interior_roots,
@@ -24,8 +41,11 @@ if TYPE_CHECKING:
         root_counts as root_counts,
         signed_roots as signed_roots,
     )
-    from gaitgraph.plots.scenes import Scene as Scene, scene_of as scene_of
-    from gaitgraph.plots.type_maps import adjacency_rule as adjacency_rule, gait_loop as gait_loop, type_map as type_map
-    from gaitgraph.plots.vehicle import vehicle_sketch as vehicle_sketch
+    from gaitgraph.plots.vehicles import (
+        VehicleView as VehicleView,
+        draw_vehicle as draw_vehicle,
+        vehicle_figure as vehicle_figure,
+        vehicle_view as vehicle_view,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

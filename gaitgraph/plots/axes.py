@@ -25,31 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.path import Path
 
-__all__ = [
-    "BLUE",
-    "COLOR_OF",
-    "FORMATS",
-    "GREY",
-    "MARKER_OF",
-    "RED",
-    "SINGULAR",
-    "STYLE",
-    "angle_axis",
-    "axes_or_new",
-    "blank_figure",
-    "draw_arrow",
-    "draw_label",
-    "half_markers",
-    "legend_above",
-    "legend_below",
-    "paper_style",
-    "picture_bytes",
-    "plane_axes",
-    "require_matplotlib",
-    "space_axes",
-    "text_of_multiple",
-]
-
 Format = Literal["png", "svg", "pdf"]
 
 FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
@@ -264,11 +239,13 @@ def legend_below(ax: Axes, **options: Any) -> None:
 
 
 def draw_arrow(
-    ax: Axes, start: Any, end: Any, color: str, width: float = 1.0, size: float = 9.0, gid: str | None = None
-) -> None:
+    ax: Axes, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, zorder: float = 5.0,
+    gid: str | None = None,
+) -> Any:  # fmt: skip
     """Draw an arrow between two places; width and head size in points."""
     style = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=style | {"mutation_scale": size}, zorder=5, gid=gid)
+    arrow = style | {"mutation_scale": size}
+    return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=zorder, gid=gid)
 
 
 def draw_label(ax: Axes, place: Any, text: str, color: str = "black", offset: tuple[float, float] = (0.0, 0.0)) -> None:

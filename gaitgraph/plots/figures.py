@@ -1,22 +1,20 @@
 """Every figure of the paper, drawn from the package's own results, and two that it lacks.
 
-A figure is known by its number, "1" to "22", or by its name, "regions" and "gait". :func:`draw` returns one,
-:func:`write_figures` writes them to files. Neither uses pyplot, and both hold their own style: the same figures come
-out whatever the user's settings.
+A figure is known by its number, "1" to "22", or by its name, "regions" and "gait". Neither :func:`draw` nor
+:func:`write_figures` uses pyplot, and both have their own style: the same figures come out whatever the user's settings.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph import plots
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, did_you_mean, shown
-from gaitgraph.files import write_whole
+from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
+from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.paper_gaits import paper_gait, printed_gait
 from gaitgraph.gait.table import Table
@@ -33,6 +31,10 @@ from gaitgraph.plots.axes import (
     picture_bytes,
     require_matplotlib,
 )
+from gaitgraph.plots.gaits import at_face_value, axes_of_a_gait, gait_in_four_dimensions, roll_pitch_diagram
+from gaitgraph.plots.planes import adjacency_rule, gait_loop, regions_map, singular_value_map, type_map
+from gaitgraph.plots.root_maps import level_determinants, root_angle, root_counts, signed_roots
+from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -43,8 +45,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.timing.timed_gait import TimedGait
-
-__all__ = ["FIGURES", "PaperFigure", "draw", "names_of_figures", "write_figures"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,55 +91,53 @@ class _Setting:
     def coefficients(self) -> Coefficients:
         return coefficients_of(self.vehicle, self.kind)
 
+    @property
+    def grid(self) -> dict[str, Any]:
+        return {"coefficients": self.coefficients, "divisions": self.divisions}
 
-def _sketch(setting: _Setting) -> Figure:
+
+def _vehicle(setting: _Setting) -> Figure:
     figure = blank_figure(170, 98)
-    plots.vehicle_sketch(setting.vehicle, ax=figure.add_subplot())
+    vehicle_figure(setting.vehicle, ax=figure.add_subplot())
     return figure
 
 
 def _counts(setting: _Setting) -> Figure:
     figure = blank_figure(85, 92)
-    plots.root_counts(setting.coefficients, divisions=setting.divisions, ax=figure.add_subplot())
+    root_counts(**setting.grid, ax=figure.add_subplot())
     return figure
 
 
-def _in_space(function: Callable[..., Any], first: str, which: str) -> Callable[[_Setting], Figure]:
-    def drawn(setting: _Setting) -> Figure:
-        figure = blank_figure(85, 74)
-        ax = figure.add_subplot(projection="3d")
-        grid = {"coefficients": setting.coefficients, "divisions": setting.divisions}
-        function(first, which=which, ax=ax, **grid)
-        return figure
-
-    return drawn
+def _roots(function: Callable[..., Any], first: str, which: str, setting: _Setting) -> Figure:
+    figure = blank_figure(85, 74)
+    function(first, which=which, ax=figure.add_subplot(projection="3d"), **setting.grid)
+    return figure
 
 
 def _rule(setting: _Setting) -> Figure:
     figure = blank_figure(170, 68)
     left, right = figure.subplots(1, 2)
-    plots.adjacency_rule("angle", ax=left)
-    plots.adjacency_rule("pair", ax=right)
+    adjacency_rule("angle", ax=left)
+    adjacency_rule("pair", ax=right)
     left.set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
     right.set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
     return figure
 
 
-def _map(setting: _Setting) -> Figure:
+def _types(setting: _Setting) -> Figure:
     figure = blank_figure(170, 173)
-    numbers, divisions = setting.coefficients, setting.divisions
-    plots.type_map("negative", coefficients=numbers, divisions=divisions, ax=figure.add_subplot())
+    type_map("negative", **setting.grid, ax=figure.add_subplot())
     return figure
 
 
 def _loops(setting: _Setting) -> Figure:
     figure = blank_figure(170, 177)
     ax = figure.add_subplot()
-    plots.type_map("negative", coefficients=setting.coefficients, divisions=setting.divisions, ax=ax)
+    type_map("negative", **setting.grid, ax=ax)
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
     for number, width in ((1, 18.0), (2, 18.0), (3, 10.0)):
         gait = paper_gait(number, setting.vehicle, setting.coefficients)
-        plots.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
+        gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
         if number != 3:
             x, y = gait.alpha[:, :2].mean(axis=0)
             name = "Gait 1" if number == 1 else "Gaits 2 and 3"
@@ -148,118 +146,97 @@ def _loops(setting: _Setting) -> Figure:
     return figure
 
 
-def _around_gait(number: int, eta: float, claim: str) -> Callable[[_Setting], Figure]:
-    """Return what draws one roll–pitch diagram of a gait of the paper and its biased gait."""
-
-    def drawn(setting: _Setting) -> Figure:
+def _attitudes(number: int, eta: float, claim: str, setting: _Setting) -> Figure:
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding."""
+    vehicle, numbers = setting.vehicle, setting.coefficients
+    own = vehicle.carries_published_coefficients
+    if number > 2 or not own:
         figure = blank_figure(85, 108)
-        gait = paper_gait(number, setting.vehicle, setting.coefficients)
-        digits = "four-digit" if setting.coefficients.kind == "published" else "exact"
-        judged = claim if setting.vehicle.carries_published_coefficients else ""
-        _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", judged)
+        gait = paper_gait(number, vehicle, numbers if number > 2 else coefficients_of(vehicle, "exact"))
+        digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
+        _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", claim if own else "")
         return figure
-
-    return drawn
-
-
-def _four_readings(number: int, eta: float, claim: str) -> Callable[[_Setting], Figure]:
-    """Return what draws a blue gait and its biased gait with each rounding that there is of it."""
-
-    def drawn(setting: _Setting) -> Figure:
-        vehicle = setting.vehicle
-        exact = coefficients_of(vehicle, "exact")
-        gait = paper_gait(number, vehicle, exact)
-        if not vehicle.carries_published_coefficients:
-            figure = blank_figure(85, 108)
-            _diagram(figure.add_subplot(), gait, number, eta, "exact coefficients", "")
-            return figure
-        published = coefficients_of(vehicle, "published")
-        rounded = paper_gait(number, vehicle, published)
-        figure = blank_figure(170, 216, apart=0.08)
-        panels = figure.subplots(2, 2)
-        readings = (
-            ("(a) exact coefficients", gait),
-            ("(b) four-digit coefficients", rounded),
-            ("(c) printed vertices", printed_gait(number, exact)),
-            ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=vehicle, coefficients=exact)),
-        )
-        for ax, (title, one) in zip(panels.flat, readings, strict=True):
-            _diagram(ax, one, number, eta, title, claim)
-        return figure
-
-    return drawn
+    exact = coefficients_of(vehicle, "exact")
+    rounded = paper_gait(number, vehicle, coefficients_of(vehicle, "published"))
+    readings = (
+        ("(a) exact coefficients", paper_gait(number, vehicle, exact)),
+        ("(b) four-digit coefficients", rounded),
+        ("(c) printed vertices", printed_gait(number, exact)),
+        ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=vehicle, coefficients=exact)),
+    )
+    figure = blank_figure(170, 216, apart=0.08)
+    for ax, (title, one) in zip(figure.subplots(2, 2).flat, readings, strict=True):
+        _diagram(ax, one, number, eta, title, claim)
+    return figure
 
 
 def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: str) -> None:
-    """Draw a roll–pitch diagram, and say in its title what it shows and whether the paper claims that."""
-    plots.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-    both = (gait, gait.biased(eta))
-    margins = [_nearest(one) for one in both]
-    told = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
-    lines = [title, f"tilt margin {told[0]}, biased {told[1]}"]
+    """Draw a roll–pitch diagram, and say in its title what it shows and whether the paper claims that.
+
+    The claims are "farther", the gait's singular curves leave it a wider region than its biased gait, and "alike", it
+    has little advantage. Coefficients are taken at face value.
+    """
+    roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
+    numbers, both = at_face_value(gait.coefficients), (gait, gait.biased(eta))
+    margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
+    texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
+    lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
     if claim:
-        agrees = not math.isnan(margins[0]) and _agrees([_fraction(one) for one in both], claim)
+        agrees = not math.isnan(margins[0])  # else the gait is singular at every attitude
+        if agrees:
+            own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
+            agrees = own > biased if claim == "farther" else own < biased + _LITTLE
         lines.append("as the paper says" if agrees else "unlike the paper")
     ax.set_title("\n".join(lines))
 
 
-def _nearest(gait: Gait) -> float:
-    """Return the least tilt at which a gait is singular [rad], its coefficients at face value; NaN if at any."""
-    numbers = plots.at_face_value(gait.coefficients)
-    return least_tilt_margin(gait.alpha, gait.ends, numbers, tolerance=1e-4).upper
-
-
-def _fraction(gait: Gait) -> float:
-    """Return the part of the diagram, around level flight, where a gait is never singular, at face value too."""
-    return acceptable_attitudes(gait.alpha, plots.at_face_value(gait.coefficients)).fraction
-
-
-_LITTLE = 0.02
-"""Fractions of the diagram that differ by less are alike."""
-
-
-def _agrees(fractions: list[float], claim: str) -> bool:
-    """Return whether the acceptable fractions of a gait and of its biased gait show what the paper claims.
-
-    "farther": the gait's singular curves leave it a wider region; "alike": the gait has little advantage.
-    """
-    gait, biased = fractions
-    return gait > biased if claim == "farther" else gait < biased + _LITTLE
+_LITTLE = 0.02  # fractions of the diagram that differ by less are alike
 
 
 def _regions(setting: _Setting) -> Figure:
     figure = blank_figure(170, 93)
     left, right = figure.subplots(1, 2)
-    plots.regions_map(setting.vehicle, ax=left)
-    plots.singular_value_map(setting.vehicle, ax=right)
+    regions_map(setting.vehicle, ax=left)
+    singular_value_map(setting.vehicle, ax=right)
     return figure
 
 
 def _gait(setting: _Setting) -> Figure:
     figure = blank_figure(170, 120)
-    axes = plots.axes_of_a_gait(figure)
+    axes = axes_of_a_gait(figure)
     given = setting.gait if setting.gait is not None else paper_gait(3, setting.vehicle, setting.coefficients)
     if isinstance(given, Table):
         polyline = gait_of(given, vehicle=setting.asked, coefficients=setting.kind)
-        plots.gait_in_four_dimensions(given, gait=polyline, axes=axes)
+        gait_in_four_dimensions(given, gait=polyline, axes=axes)
     else:
-        plots.gait_in_four_dimensions(given.parametrize() if isinstance(given, Gait) else given, axes=axes)
+        gait_in_four_dimensions(given.parametrize() if isinstance(given, Gait) else given, axes=axes)
     return figure
 
 
-_ORDER = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
-_INNER = "Interior nodes of the grid of 16 divisions."
-_ROUND = (
-    "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones it is singular, "
-    "grey and hollow here."
-)
-
-
-def _catalog() -> dict[str, PaperFigure]:
+def _figures() -> dict[str, PaperFigure]:
+    order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
+    inner = "Interior nodes of the grid of 16 divisions."
+    rounded = (
+        "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones it is singular, "
+        "grey and hollow here."
+    )
+    readings = (
+        "The blue sheet depends on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
+        "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
+        "between the vertices as printed, with exact coefficients; (d) angles found with four digits, judged with "
+        "exact coefficients. For another vehicle there is (a) alone. "
+    )
+    lines = (
+        "Thin lines are singular attitudes, red solid for the gait, blue dashed for the biased gait; thick ones border "
+        "what is never singular around level flight. Above: the least tilt from level flight to a singular attitude, "
+        "gait | biased gait, and whether the bordered regions are as the paper says, "
+    )
+    claims = {"farther": "that the gait's is the wider one.", "alike": "that the gait has little advantage."}
     found: dict[str, PaperFigure] = {}
 
-    def add(name: object, title: str, caption: str, drawing: Callable[[_Setting], Figure]) -> None:
-        found[str(name)] = PaperFigure(name=str(name), title=title, caption=f"{title}. {caption}", draw=drawing)
+    def add(name: object, title: str, caption: str, drawing: Callable[..., Figure], *first: Any) -> None:
+        text = f"{title}. {caption}"
+        found[str(name)] = PaperFigure(name=str(name), title=title, caption=text, draw=partial(drawing, *first))
 
     add(
         1,
@@ -267,7 +244,7 @@ def _catalog() -> dict[str, PaperFigure]:
         "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the outward "
         "arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are spins seen from "
         "above.",
-        _sketch,
+        _vehicle,
     )
     add(
         2,
@@ -275,37 +252,38 @@ def _catalog() -> dict[str, PaperFigure]:
         "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end too.",
         _counts,
     )
-    for number, angle, which, word in (
-        (3, "alpha3", "first", "the first root"),
-        (4, "alpha4", "first", "the first root"),
-        (5, "alpha3", "other", "the other root"),
-        (6, "alpha4", "other", "the other root"),
-        (7, "alpha3", "both", "both roots"),
-        (8, "alpha4", "both", "both roots"),
-    ):
+    words = {"first": "the first root", "other": "the other root", "both": "both roots"}
+    for number, (which, angle) in enumerate(((w, a) for w in words for a in ("alpha3", "alpha4")), start=3):
         symbol = angle.replace("alpha", "α")
-        planes = f"Red squares lie on the + plane of {symbol}, blue discs on its − plane. "
-        order = "" if which == "both" else f" {_ORDER}"
-        add(number, f"{symbol} of {word}", f"{planes}{_INNER}{order}", _in_space(plots.root_angle, angle, which))
-    for number, sign, which, word in (
-        (9, "positive", "first", "first root"),
-        (11, "positive", "other", "other root"),
-        (13, "negative", "first", "first root"),
-        (14, "negative", "other", "other root"),
+        planes = f"Red squares lie on the + plane of {symbol}, blue discs on its − plane. {inner}"
+        caption = planes if which == "both" else f"{planes} {order}"
+        add(number, f"{symbol} of {words[which]}", caption, _roots, root_angle, angle, which)
+    for number, sign, which in (
+        (9, "positive", "first"),
+        (11, "positive", "other"),
+        (13, "negative", "first"),
+        (14, "negative", "other"),
     ):
-        compared = "R > 0" if sign == "positive" else "R < 0"
+        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
         add(
             number,
-            f"α3 and α4 of the {word} where {compared}",
-            f"Red squares are α3, blue discs α4. {_INNER} {_ORDER} {_ROUND}",
-            _in_space(plots.signed_roots, sign, which),
+            title,
+            f"Red squares are α3, blue discs α4. {inner} {order} {rounded}",
+            _roots,
+            signed_roots,
+            sign,
+            which,
         )
-    for number, which, word in ((10, "first", "first root"), (12, "other", "other root")):
+    for number, which in ((10, "first"), (12, "other")):
+        caption = f"Red squares lie on the red sheet, blue discs on the blue one. {inner} {order} {rounded}"
         add(
             number,
-            f"R of the {word} where it is positive",
-            f"Red squares lie on the red sheet, blue discs on the blue one. {_INNER} {_ORDER} {_ROUND}",
-            _in_space(plots.level_determinants, "positive", which),
+            f"R of the {which} root where it is positive",
+            caption,
+            _roots,
+            level_determinants,
+            "positive",
+            which,
         )
     add(
         15,
@@ -318,42 +296,25 @@ def _catalog() -> dict[str, PaperFigure]:
         16,
         "Types of the roots with R < 0",
         f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? are "
-        f"written, those of the red sheet in red, those of the blue one in blue. {_INNER} {_ROUND}",
-        _map,
+        f"written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
+        _types,
     )
     add(
         17,
         "Gaits 1 to 3 on the map of types",
-        f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {_ROUND}",
+        f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
         _loops,
     )
-    blue = (
-        "The blue sheet turns on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
-        "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
-        "between the vertices as printed, with exact coefficients; (d) angles found with four digits, judged with "
-        "exact coefficients. For another vehicle there is (a) alone. "
-    )
-    lines = (
-        "Thin lines are singular attitudes, red solid for the gait, blue dashed for the biased gait; thick ones border "
-        "what is never singular around level flight. Above: the least tilt from level flight to a singular attitude, "
-        "gait | biased gait, and whether the bordered regions are as the paper says, "
-    )
-    farther, alike = "that the gait's is the wider one.", "that the gait has little advantage."
-    for number, gait, eta, claim in ((18, 1, 0.8, "farther"), (19, 2, 0.99, "farther"), (22, 2, 0.8, "alike")):
-        add(
-            number,
-            f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}",
-            f"{blue}{lines}{farther if claim == 'farther' else alike}",
-            _four_readings(gait, eta, claim),
-        )
-    for number, gait, eta in ((20, 3, 0.8), (21, 4, 0.8)):
-        add(
-            number,
-            f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}",
-            f"{lines}{farther}",
-            _around_gait(gait, eta, "farther"),
-        )
-    found = {name: found[name] for name in sorted(found, key=int)}
+    for number, gait, eta, claim in (
+        (18, 1, 0.8, "farther"),
+        (19, 2, 0.99, "farther"),
+        (20, 3, 0.8, "farther"),
+        (21, 4, 0.8, "farther"),
+        (22, 2, 0.8, "alike"),
+    ):
+        title = f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}"
+        caption = f"{readings if gait <= 2 else ''}{lines}{claims[claim]}"
+        add(number, title, caption, _attitudes, gait, eta, claim)
     add(
         "regions",
         "Exact regions of the (α1, α2) plane on the red sheet",
@@ -369,11 +330,14 @@ def _catalog() -> dict[str, PaperFigure]:
         "(blue, dashed) as thin lines; arrows show the direction. Gait 3 unless another is given.",
         _gait,
     )
-    return found
+    numbers = sorted((name for name in found if name.isdigit()), key=int)
+    return {name: found[name] for name in (*numbers, "regions", "gait")}
 
 
-FIGURES: dict[str, PaperFigure] = _catalog()
+FIGURES: dict[str, PaperFigure] = _figures()
 """Every figure by its name, in the order in which they are written."""
+
+_ALLOWED = "1 to 22, ranges such as 9-14, regions and gait"
 
 
 def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
@@ -385,25 +349,19 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
     asked: set[str] = set()
     for text in texts:
         if isinstance(text, bool) or not isinstance(text, (str, int)):
-            raise InputError(f"only: {shown(text)}; allowed are {_ALLOWED}")
-        for part in str(text).split(","):
-            asked.update(_names_of(part.strip().lower()))
+            raise InputError(f"only must be some of {_ALLOWED}, got {shown(text)}")
+        for part in (part.strip().lower() for part in str(text).split(",")):
+            span = re.fullmatch(r"(\d{1,3})\s*-\s*(\d{1,3})", part)
+            first, last = (int(span[1]), int(span[2])) if span else (0, 0)
+            name = str(int(part)) if re.fullmatch(r"[0-9]{1,3}", part) else part
+            if 1 <= first <= last <= 22:
+                asked.update(str(number) for number in range(first, last + 1))
+            elif name in FIGURES:
+                asked.add(name)
+            else:
+                hint = did_you_mean(part, ["regions", "gait"])
+                raise InputError(f"only must be some of {_ALLOWED}, got {shown(part)}{hint}")
     return tuple(name for name in FIGURES if name in asked)
-
-
-_ALLOWED = "1 to 22, ranges such as 9-14, regions and gait"
-
-
-def _names_of(part: str) -> Sequence[str]:
-    span = re.fullmatch(r"(\d{1,3})\s*-\s*(\d{1,3})", part)
-    first, last = (int(span[1]), int(span[2])) if span else (0, 0)
-    if span and 1 <= first <= last <= 22:
-        return [str(number) for number in range(first, last + 1)]
-    name = str(int(part)) if re.fullmatch(r"[0-9]{1,3}", part) else part
-    if span or name not in FIGURES:
-        hint = did_you_mean(part, [name for name in FIGURES if not name.isdigit()])
-        raise InputError(f"only: {shown(part)}; allowed are {_ALLOWED}{hint}")
-    return [name]
 
 
 def draw(
@@ -427,7 +385,7 @@ def draw(
         "published" or "exact"; by default published for the paper's vehicle, exact for any other. Figures 18, 19 and 22
         show both.
     gait
-        For "gait": a gait as it stands, or a table, to which vehicle and coefficients apply; by default Gait 3.
+        For "gait": a gait as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
     divisions
         Pieces n of the grid.
 
@@ -438,7 +396,7 @@ def draw(
     """
     names = names_of_figures([name])
     if len(names) != 1:
-        raise InputError(f"name: {shown(name)}; allowed is one of {', '.join(FIGURES)}")
+        raise InputError(f"name must be one of {', '.join(FIGURES)}, got {shown(name)}")
     setting = _Setting(asked=vehicle, kind=coefficients, divisions=divisions, gait=gait)
     coefficients_of(setting.vehicle, coefficients)  # refuses what does not go together, whatever the figure
     with paper_style():
@@ -495,71 +453,30 @@ def write_figures(
     require_matplotlib()
     names = tuple(FIGURES) if only is None else names_of_figures(only)
     if not names:
-        raise InputError(f"only: no figure; allowed are {_ALLOWED}")
+        raise InputError(f"only must be some of {_ALLOWED}, got none")
     if gait is not None and "gait" not in names:
-        raise InputError(f"gait: given, and drawn are {', '.join(names)}; allowed is with the figure gait")
-    kinds = _checked_formats(formats)
+        raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
+    kinds: tuple[Any, ...] = tuple(dict.fromkeys((formats,) if isinstance(formats, str) else formats))
+    for kind in kinds or (None,):
+        if kind not in FORMATS:
+            hint = did_you_mean(kind, list(FORMATS)) if isinstance(kind, str) else ""
+            raise InputError(f"format must be one of {', '.join(FORMATS)}, got {shown(kind)}{hint}")
     coefficients_of(vehicle or PAPER, coefficients)
-    folder = _folder_of(out)
+    if not isinstance(out, (str, Path)) or not str(out):
+        raise InputError(f"out must be the name of a folder, got {shown(out)}")
+    folder = Path(out)
     paths = {name: [folder / f"{FIGURES[name].stem}.{kind}" for kind in kinds] for name in names}
-    _check_targets([path for of_one in paths.values() for path in of_one], force=force)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"out must be a folder that can be written, got {shown(str(folder))}: {reason}") from error
+    check_new_files([path for targets in paths.values() for path in targets], force=force)
     for name, targets in paths.items():
         if progress is not None:
             progress(f"drawing {targets[0].stem}")
         figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=gait)
-        contents = [(path, picture_bytes(figure, kind)) for path, kind in zip(targets, kinds, strict=True)]
-        _make(folder)
-        write_whole(contents, force=force)
-    return [path for of_one in paths.values() for path in of_one]
-
-
-def _checked_formats(formats: Sequence[Any]) -> tuple[Format, ...]:
-    if isinstance(formats, str):
-        formats = (formats,)
-    for kind in formats:
-        if kind not in FORMATS:
-            hint = did_you_mean(kind, list(FORMATS)) if isinstance(kind, str) else ""
-            raise InputError(f"format: {shown(kind)}; allowed are {', '.join(FORMATS)}{hint}")
-    if not formats:
-        raise InputError(f"format: none; allowed are {', '.join(FORMATS)}")
-    return tuple(dict.fromkeys(formats))
-
-
-def _folder_of(out: str | Path) -> Path:
-    """Return the folder to write to, or raise FileProblem if it is something else."""
-    if not isinstance(out, (str, Path)) or not str(out):
-        raise InputError(f"out: {shown(out)}; allowed is the name of a folder")
-    folder = Path(out)
-    try:
-        known, is_folder = os.path.lexists(folder), folder.is_dir()
-    except (OSError, ValueError) as error:
-        raise _unwritable(folder, error) from error
-    if known and not is_folder:
-        raise FileProblem(f"out: {str(folder)!r} is no folder; allowed is a folder, which is made if need be")
-    return folder
-
-
-def _check_targets(paths: Sequence[Path], *, force: bool) -> None:
-    """Raise before any work is done if a file exists, or something that is no file."""
-    for path in paths:
-        try:
-            if path.is_dir():
-                raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
-            if os.path.lexists(path) and not force:
-                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-        except GaitgraphError:
-            raise
-        except (OSError, ValueError) as error:
-            raise _unwritable(path, error) from error
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        raise _unwritable(folder, error) from error
-
-
-def _unwritable(path: Path, error: Exception) -> FileProblem:
-    reason = getattr(error, "strerror", None) or error
-    return FileProblem(f"out: cannot write {shown(str(path))}: {reason}; allowed is a folder that can be written")
+        write_whole(
+            [(path, picture_bytes(figure, kind)) for path, kind in zip(targets, kinds, strict=True)], force=force
+        )
+    return [path for targets in paths.values() for path in targets]

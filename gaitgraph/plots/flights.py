@@ -1,15 +1,39 @@
-"""Flights over time: attitude, place, thrusts, tilt angles, and how near the decoupling matrix is to a singular one."""
+"""Flights over time, basins over the roll–pitch diagram, and the files that both are written to."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.plots.axes import GREY, RED, axes_or_new, legend_above, require_matplotlib
-from gaitgraph.plots.scenes import ROTOR_COLORS
+from gaitgraph.files import check_new_files, write_whole
+from gaitgraph.flight.basins import Basin, table_of_basins
+from gaitgraph.flight.record import TABLES
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.io.formats import FILMS, FORMATS
+from gaitgraph.plots.axes import (
+    COLOR_OF,
+    FORMATS as PICTURES,
+    GREY,
+    RED,
+    Format,
+    axes_or_new,
+    blank_figure,
+    legend_above,
+    legend_below,
+    paper_style,
+    picture_bytes,
+    require_matplotlib,
+)
+from gaitgraph.plots.films import check_films, write_flight_film
+from gaitgraph.plots.gaits import ANGLE_LOOKS, singular_attitudes
+from gaitgraph.plots.vehicles import INK
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -17,30 +41,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.flight.record import Flight
+    from gaitgraph.flight.record import Flight, Outcome
 
-__all__ = ["PANELS", "figure_of_panels", "flights_side_by_side", "name_of_flight", "plot_flight"]
-
-PANELS = ("attitude", "place", "thrusts", "tilts", "singular_value")
-"""What a flight is drawn as, from the top."""
-
+_MM = 1.0 / 25.4  # inch
 _HEIGHTS = {"attitude": 40.0, "place": 38.0, "thrusts": 42.0, "tilts": 38.0, "singular_value": 38.0}  # mm
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # above each panel, part of its height
-_INK = "#23262b"
-_HELD = "#7b3294"  # what is asked for
-
-# In no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
-_ROTORS: tuple[dict[str, Any], ...] = (
-    {"color": ROTOR_COLORS[0], "linewidth": 3.2},
-    {"color": ROTOR_COLORS[1], "linewidth": 3.2},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
-)
+_WANTED = "#7b3294"  # references
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
 _MOST_DEGREES = 60.0  # of attitudes side by side, lest one that tumbles makes the others flat
-_LETTERS = 96  # of a title's line
-_NAME = 24  # letters of a vehicle's
+
+PANELS = tuple(_HEIGHTS)
+"""The panels of a flight, from the top."""
 
 
 def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS, title: str | None = None) -> Any:
@@ -49,13 +61,13 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     Parameters
     ----------
     flight
-        What :func:`gaitgraph.flight.simulation.fly` returns. One that was refused has nothing to draw: its reason is written.
+        What :func:`gaitgraph.flight.simulation.fly` returns. The panels of a refused one are empty.
     axes
         As many plane axes as there are panels; by default those of a new figure, one below another.
     panels
         Which of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter
-        of the weight, with their limits; tilt angles [°]; and the band in which the least singular value of the scaled
-        decoupling matrix lies, with the value at which flight stops. What is asked for is dashed.
+        of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
+        scaled decoupling matrix, with the value at which flight stops. References are dashed.
     title
         Of the first panel; by default what was flown, and the verdict.
 
@@ -67,10 +79,15 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     for name in panels:
         if name not in PANELS:
             hint = did_you_mean(name, list(PANELS)) if isinstance(name, str) else ""
-            raise InputError(f"panels: {shown(name)}; allowed are {', '.join(PANELS)}{hint}")
-    axes = _new_axes(panels) if axes is None else np.ravel(np.asarray(axes, dtype=object))
+            raise InputError(f"panels must be some of {', '.join(PANELS)}, got {shown(name)}{hint}")
+    if axes is None:
+        require_matplotlib()
+        from matplotlib import pyplot
+
+        axes = _panel_axes(pyplot.figure(), panels)
+    axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
-        raise InputError(f"axes: {len(axes)} of them; allowed are {len(panels)}, one a panel")
+        raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
     for ax, name in zip(axes, panels, strict=True):
         axes_or_new(ax)
         _DRAWN[name](ax, flight)
@@ -84,14 +101,33 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
-    told = [name_of_flight(flight), _verdict(flight)] if title is None else [title]
-    axes[0].set_title("\n".join(line for one in told for line in wrap(one, _LETTERS)), pad=20.0)
+    lines = [_name_of(flight), _verdict_of(flight)] if title is None else [title]
+    axes[0].set_title("\n".join(part for line in lines for part in wrap(line, 96)), pad=20.0)
     return axes
 
 
-def name_of_flight(flight: Flight) -> str:
+def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
+    """Return axes of a figure for panels, one below another.
+
+    Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
+    """
+    top = height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)
+    figure.set_size_inches(_WIDTH * _MM, height * _MM)
+    axes: list[Any] = []
+    top -= _TOP
+    for name in panels:
+        low = top - _HEIGHTS[name]
+        box = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_HEIGHTS[name] - _LEGEND) / height)
+        axes.append(figure.add_axes(box, sharex=axes[0] if axes else None))
+        top = low
+    for ax in axes[:-1]:
+        ax.tick_params(labelbottom=False)
+    return np.array(axes, dtype=object)
+
+
+def _name_of(flight: Flight) -> str:
     """Return what was flown in a line: the gait's color, the vehicle, T, the reference, the attitude at the start."""
-    timed, settings = flight.course.timed, flight.settings
+    timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     size, lap = f"{settings.size:g} m", f"{settings.lap:g} s"
     follows = {
         "hover": ["hover"],
@@ -100,16 +136,29 @@ def name_of_flight(flight: Flight) -> str:
         "circle": [f"circle of {size} in {lap}"],
     }
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
-    name = flight.vehicle.name
     parts = [
         f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
-        f"vehicle {name if len(name) <= _NAME else name[: _NAME - 1] + '…'}",
+        f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
         *follows.get(settings.reference, []),
         *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
         f"from roll {roll}, pitch {pitch}",
     ]
     return " · ".join(parts).replace("-", "−")
+
+
+def _verdict_of(flight: Flight) -> str:
+    if flight.refused:
+        return flight.reason
+    if flight.settled:
+        return f"settled after {flight.settling_time:.2f} s"
+    return f"{'stopped' if flight.failed else 'not settled'}: {flight.reason}"
+
+
+def _end_of(flight: Flight) -> float:
+    """Return the end of the time axis: what was to be flown, or a little beyond a stop that came early."""
+    asked = min(flight.settings.seconds, flight.course.duration)
+    return asked if not flight.failed else min(asked, max(1.25 * flight.flown, flight.flown + 0.02))
 
 
 def flights_side_by_side(
@@ -120,7 +169,7 @@ def flights_side_by_side(
     Parameters
     ----------
     flights
-        What each is called, to the flight.
+        The flights by the titles of their columns.
     panels
         As for :func:`plot_flight`.
 
@@ -129,18 +178,17 @@ def flights_side_by_side(
     array of axes of shape (panels, flights)
     """
     if not flights:
-        raise InputError("flights: none; allowed is at least one")
+        raise InputError("flights must be at least one, got none")
     require_matplotlib()
     from matplotlib import pyplot
 
-    height = _size_of(panels)[1] + 8.0 / 25.4
-    figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) / 25.4, height), layout="constrained")
+    height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels) + 8.0
+    figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) * _MM, height * _MM), layout="constrained")
     axes = figure.subplots(len(panels), len(flights), sharex=True, sharey="row", squeeze=False)
     ends: list[list[tuple[float, float]]] = [[] for _ in panels]
     for k, (name, flight) in enumerate(flights.items()):
-        verdict = "\n".join(wrap(_verdict(flight), 38))
         plot_flight(flight, axes=axes[:, k], panels=panels)
-        axes[0, k].set_title(f"{name}\n{verdict}", pad=5.0, fontsize=7.5)
+        axes[0, k].set_title("\n".join([name, *wrap(_verdict_of(flight), 38)]), pad=5.0, fontsize=7.5)
         if len(flight.rows):
             for panel, own, ax in zip(panels, ends, axes[:, k], strict=True):
                 reach = np.clip(1.1 * ax.dataLim.intervaly, -_MOST_DEGREES, _MOST_DEGREES)
@@ -161,58 +209,6 @@ def flights_side_by_side(
     return axes
 
 
-def figure_of_panels(panels: Sequence[str] = PANELS) -> tuple[Figure, Any]:
-    """Return an empty figure apart from pyplot and any window, and the axes that :func:`plot_flight` draws on.
-
-    Its layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
-    """
-    require_matplotlib()
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=_size_of(panels))
-    return figure, _axes_of(figure, panels)
-
-
-def _size_of(panels: Sequence[str]) -> tuple[float, float]:
-    """Return width and height of a figure of panels, one below another [inch]."""
-    return _WIDTH / 25.4, (_TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)) / 25.4
-
-
-def _axes_of(figure: Figure, panels: Sequence[str]) -> Any:
-    height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)
-    top = height - _TOP
-    axes: list[Any] = []
-    for name in panels:
-        low = top - _HEIGHTS[name]
-        place = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_HEIGHTS[name] - _LEGEND) / height)
-        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
-        top = low
-    for ax in axes[:-1]:
-        ax.tick_params(labelbottom=False)
-    return np.array(axes, dtype=object)
-
-
-def _new_axes(panels: Sequence[str]) -> Any:
-    require_matplotlib()
-    from matplotlib import pyplot
-
-    return _axes_of(pyplot.figure(figsize=_size_of(panels)), panels)
-
-
-def _end_of(flight: Flight) -> float:
-    """Return the end of the time axis: what was to be flown, or a little beyond a stop that came early."""
-    asked = min(flight.settings.seconds, flight.course.duration)
-    return asked if not flight.failed else min(asked, max(1.25 * flight.flown, flight.flown + 0.02))
-
-
-def _verdict(flight: Flight) -> str:
-    if flight.refused:
-        return flight.reason
-    if flight.settled:
-        return f"settled after {flight.settling_time:.2f} s"
-    return f"{'stopped' if flight.failed else 'not settled'}: {flight.reason}"
-
-
 def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
     """Shade every other phase of a flight from hover."""
     course = flight.course
@@ -224,21 +220,20 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
         if begin >= end:
             continue
         if k % 2:
-            ax.axvspan(begin, end, color="#f0f0f3", linewidth=0.0, zorder=0)
+            ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
         if named:
-            ax.annotate(
-                phase, (begin, 0.0), (3, 3), xycoords=ax.get_xaxis_transform(), textcoords="offset points", color=GREY
-            )
+            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "color": GREY}
+            ax.annotate(phase, (begin, 0.0), (3, 3), **at)
 
 
 def _draw_attitude(ax: Axes, flight: Flight) -> None:
     t = flight.column("t")
-    looks = {"roll": (_INK, "-", 1.4), "pitch": ("#0072b2", "-", 1.4), "yaw": (GREY, (0, (1, 1)), 1.1)}
+    looks = {"roll": (INK, "-", 1.4), "pitch": ("#0072b2", "-", 1.4), "yaw": (GREY, (0, (1, 1)), 1.1)}
     for wanted in () if flight.settings.reference == "attitude" else ("roll_wanted", "pitch_wanted"):
-        ax.plot(t, np.degrees(flight.column(wanted)), color=_HELD, linestyle="--", linewidth=0.8, label="asked for")
+        ax.plot(t, np.degrees(flight.column(wanted)), color=_WANTED, linestyle="--", linewidth=0.8, label="asked for")
     for name, (color, dash, width) in looks.items():
         angle = np.degrees(flight.column(name))
-        angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan  # it goes on at the other end
+        angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan  # it wraps there
         ax.plot(t, angle, color=color, linestyle=dash, linewidth=width, label=name)
     ax.set(ylabel="attitude (°)")
     _widen(ax, 1.0)
@@ -247,14 +242,13 @@ def _draw_attitude(ax: Axes, flight: Flight) -> None:
 
 def _draw_place(ax: Axes, flight: Flight) -> None:
     t = flight.column("t")
-    looks = {"x": (_INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
+    looks = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
     held = ("z",) if flight.settings.reference == "attitude" else tuple(looks)
     for name in held:
-        ax.plot(t, flight.column(f"{name}_wanted"), color=_HELD, linestyle="--", linewidth=0.8, label="asked for")
+        ax.plot(t, flight.column(f"{name}_wanted"), color=_WANTED, linestyle="--", linewidth=0.8, label="asked for")
     for name, (color, dash) in looks.items():
-        drifts = name not in held
-        label = f"${name}$, free" if drifts else f"${name}$"
-        ax.plot(t, flight.column(name), color=color, linestyle=dash, linewidth=0.9 if drifts else 1.4, label=label)
+        label, width = (f"${name}$", 1.4) if name in held else (f"${name}$, free", 0.9)
+        ax.plot(t, flight.column(name), color=color, linestyle=dash, linewidth=width, label=label)
     ax.set(ylabel="place (m)")
     _widen(ax, 0.01)
     legend_above(ax, columns=4)
@@ -270,7 +264,7 @@ def _draw_thrusts(ax: Axes, flight: Flight) -> None:
     (mass,) = flight.vehicle.require("mass", purpose="a share of the weight")
     quarter = mass * flight.vehicle.gravity / 4.0
     t, shares = flight.column("t"), flight.thrusts / quarter
-    for k, look in enumerate(_ROTORS):
+    for k, look in enumerate(ANGLE_LOOKS):
         ax.plot(t, shares[:, k], label=f"rotor {k + 1}", **look)
     settings = flight.settings
     most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
@@ -281,31 +275,29 @@ def _draw_thrusts(ax: Axes, flight: Flight) -> None:
         ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
         tens = [10.0**k for k in range(1, 12)]
         ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
-        low, high = shares.min(), shares.max()
-        ax.set(ylim=(min(2.0 * low, -1.0), max(2.0 * high, 4.0)))
+        ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
     ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
     ax.set(ylabel="thrust\n(weight / 4)")
     legend_above(ax, columns=5)
 
 
 def _draw_tilts(ax: Axes, flight: Flight) -> None:
-    t = flight.column("t")
-    for k, look in enumerate(_ROTORS):
+    for k, look in enumerate(ANGLE_LOOKS):
         tilt = np.degrees(flight.column(f"alpha{k + 1}"))
-        ax.plot(t, tilt, label=rf"$\alpha_{k + 1}$", **look)
+        ax.plot(flight.column("t"), tilt, label=rf"$\alpha_{k + 1}$", **look)
     ax.set(ylabel="tilt (°)")
     legend_above(ax, columns=4)
 
 
 def _draw_singular_value(ax: Axes, flight: Flight) -> None:
-    t, near = flight.column("t"), flight.column("nearness")
-    floor = flight.settings.floor
-    ax.fill_between(t, near, 2.0 * near, color="#009e73", alpha=0.45, linewidth=0.0, label="lies in this band")
+    near, floor = flight.column("nearness"), flight.settings.floor
+    look: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
+    ax.fill_between(flight.column("t"), near, 2.0 * near, **look)
     if floor > 0:
         ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
     ax.set_yscale("log")
-    lowest = min(float(near.min()), floor) if floor > 0 and len(near) else float(near.min()) if len(near) else 0.01
-    ax.set(ylabel="least singular\nvalue (1)", ylim=(max(0.6 * lowest, 1e-10), 3.0))
+    lowest = min([*near[-1:], near.min(initial=np.inf), *([floor] if floor > 0 else [])], default=0.01)
+    ax.set(ylabel="least singular\nvalue (1)", ylim=(max(0.6 * float(lowest), 1e-10), 3.0))
     legend_above(ax, columns=2)
 
 
@@ -316,3 +308,187 @@ _DRAWN: dict[str, Callable[[Axes, Flight], None]] = {
     "tilts": _draw_tilts,
     "singular_value": _draw_singular_value,
 }
+
+# ---------------------------------------------------------------- basins
+
+# Each outcome has its own shape, so that colors, which colour-blind eyes confuse, are not needed; in the order of
+# flight.record.OUTCOMES, whose codes count them.
+OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
+    "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
+    "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
+    "near singular": {"marker": "x", "color": "black", "markersize": 4.2, "markeredgewidth": 1.1},
+    "sign change": {"marker": "*", "color": "black", "markersize": 5.2, "markeredgewidth": 0.0},
+    "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
+    "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
+    "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
+}
+_WORDS: dict[Outcome, str] = {"sign change": "determinant changed sign", "near singular": "stopped near singularity"}
+_FULL_SIZE = 17  # attitudes along a side whose marks have full size
+
+
+def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
+    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait.
+
+    Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
+    thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
+    sheet, or are grey where it is on neither, as a biased gait is. Numbers are of the grid's attitudes. An attitude has
+    the mark of the first of its flights, in the order of take-off, that did not settle; a green disc where all did.
+
+    Parameters
+    ----------
+    basin
+        What was flown.
+    name
+        What the title calls the gait; by default the basin's name.
+    ax
+        Plane axes; by default those of a new figure. Marks have "outcome" as their ``gid``.
+    """
+    ax = axes_or_new(ax, size=(85, 105))
+    gait = basin.timed.gait
+    exact = replace(gait, coefficients=coefficients_of(gait.vehicle, "exact"))
+    label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
+    color = COLOR_OF.get(gait.color or "", GREY)
+    singular_attitudes(exact, basin.acceptable, label=label, color=color, count=24, ax=ax)
+    smaller = min(1.0, _FULL_SIZE / len(basin.angles))
+    for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
+        roll, pitch = (basin.worst == code).nonzero()
+        if len(roll):
+            ax.plot(
+                basin.angles[roll],
+                basin.angles[pitch],
+                linestyle="none",
+                label=f"{_WORDS.get(outcome, outcome)}: {len(roll)}",
+                gid="outcome",
+                zorder=4,
+                **look | {"markersize": look["markersize"] * smaller},
+            )
+    ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
+    legend_below(ax)
+    return ax
+
+
+def basins_figure(basins: Sequence[Basin]) -> Figure:
+    """Return a figure of basins side by side, four in a row at most.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    MissingExtra
+        If matplotlib is not installed.
+    """
+    if not basins:
+        raise InputError("basins must be at least one, got none")
+    width, height, legend_line = 68.0, 73.0, 4.2  # mm
+    with paper_style():
+        columns = min(len(basins), 4)
+        figure = blank_figure(width * columns, height)
+        panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
+        for ax, basin in zip(panels.flat, basins, strict=False):
+            basin_map(basin, ax=ax)
+        for ax in panels.flat[len(basins) :]:
+            ax.set_axis_off()
+        legends = [[ax.get_legend() for ax in row] for row in panels]
+        lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
+        figure.set_size_inches(width * columns * _MM, sum(height + legend_line * count for count in lines) * _MM)
+    return figure
+
+
+# ---------------------------------------------------------------- files
+
+_PLOTS = tuple(f".{name}" for name in PICTURES)
+
+
+def check_flight_outputs(
+    paths: Sequence[str | Path], *, of: Literal["flight", "basin"] = "flight", force: bool = False
+) -> None:
+    """Raise before a flight if an output cannot be written: its suffix, a library, a folder, a name that is taken.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`gaitgraph.io.writing.check_outputs` does for gaits.
+    """
+    known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix not in known:
+            why = f" is a {FORMATS[suffix].name}, which is of gaits alone" if suffix in FORMATS else ""
+            hint = did_you_mean(suffix, known) if suffix and not why else ""
+            raise InputError(f"output: {str(path)!r}{why}; the suffixes for a {of} are {', '.join(known)}{hint}")
+        if suffix in FILMS:
+            check_films([path], force=force)
+        elif suffix in _PLOTS:
+            require_matplotlib()
+        else:
+            FORMATS[suffix].writer()  # MissingExtra, if that is so
+    check_new_files(paths, force=force)
+
+
+def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False, rendered: bool = False) -> None:
+    """Write a flight to files, each whole or not at all; the suffix says what.
+
+    Parameters
+    ----------
+    flight
+        One with rows.
+    paths
+        Tables (.csv, .json, .npz, .mat, .parquet), plots over time (.png, .svg, .pdf), or films (.gif, .mp4).
+    force
+        Overwrite files that exist.
+    rendered
+        Whether films are rendered by the engine, where it can, instead of drawn.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`check_flight_outputs`, or if nothing was flown or the disk is full.
+    """
+    check_flight_outputs(paths, force=force)
+    if paths and not len(flight.rows):
+        raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
+
+    def plotted() -> Figure:
+        require_matplotlib()
+        from matplotlib.figure import Figure
+
+        figure = Figure()
+        plot_flight(flight, axes=_panel_axes(figure, PANELS))
+        return figure
+
+    film = partial(write_flight_film, flight, rendered=rendered)
+    write_whole([(Path(path), _content(path, flight.table, plotted, film)) for path in paths], force=force)
+
+
+def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write basins to files, each whole or not at all: one row a flight, or the picture of all side by side.
+
+    Parameters
+    ----------
+    basins
+        Of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them.
+    paths
+        Tables (.csv, .json, .npz, .mat, .parquet) or pictures (.png, .svg, .pdf).
+    force
+        Overwrite files that exist.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists, MissingExtra
+        As :func:`check_flight_outputs`, or if the disk is full.
+    """
+    check_flight_outputs(paths, of="basin", force=force)
+    table, figure = partial(table_of_basins, basins), partial(basins_figure, basins)
+    write_whole([(Path(path), _content(path, table, figure)) for path in paths], force=force)
+
+
+def _content(path: str | Path, table: Callable[[], Any], figure: Callable[[], Figure], film: Any = None) -> Any:
+    """Return the bytes of a file, or what writes it."""
+    suffix = Path(path).suffix.lower()
+    if suffix in FILMS:
+        return film
+    if suffix in _PLOTS:
+        kind: Format = suffix.removeprefix(".")  # type: ignore[assignment]  # one of the formats
+        with paper_style():
+            return picture_bytes(figure(), kind)
+    return partial(FORMATS[suffix].writer(), [table()])

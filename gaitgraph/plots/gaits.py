@@ -23,8 +23,7 @@ from gaitgraph.plots.axes import (
     plane_axes,
     require_matplotlib,
 )
-from gaitgraph.plots.regions import FINE
-from gaitgraph.plots.type_maps import gait_loop, type_map
+from gaitgraph.plots.planes import FINE, gait_loop, type_map
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import COLORS, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
@@ -37,8 +36,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.surface.sheets import Sign
-
-__all__ = ["at_face_value", "axes_of_a_gait", "gait_in_four_dimensions", "roll_pitch_diagram", "singular_attitudes"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -195,7 +192,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
         raise InputError(f"axes: {len(axes)} of them; allowed are five")
     for ax in axes:
         axes_or_new(ax)
-    _draw_angles(axes[0], time, alpha)
+    draw_angles(axes[0], time, alpha)
     sign: Sign = "positive" if gait.R[np.argmax(np.abs(gait.R))] > 0 else "negative"
     type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
     gait_loop(gait, ax=axes[1])
@@ -236,7 +233,7 @@ def axes_of_a_gait(figure: Any) -> Any:
 
 
 # Of the angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
-_ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
+ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
     {"color": "#e69f00", "linewidth": 3.2},
     {"color": "#56b4e9", "linewidth": 3.2},
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
@@ -244,8 +241,8 @@ _ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
 )
 
 
-def _draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
-    for k, look in enumerate(_ANGLE_LOOKS):
+def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
+    for k, look in enumerate(ANGLE_LOOKS):
         ax.plot(time, alpha[:, k], label=rf"$\alpha_{k + 1}$", **look)
     angle_axis(ax.yaxis, r"\alpha_i")
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)

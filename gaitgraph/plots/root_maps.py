@@ -33,16 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-__all__ = [
-    "InteriorRoots",
-    "checked_sign",
-    "interior_roots",
-    "level_determinants",
-    "root_angle",
-    "root_counts",
-    "signed_roots",
-]
-
 FloatArray = npt.NDArray[np.float64]
 Which = Literal["first", "other", "both"]
 _SYMBOL = {"alpha3": r"\alpha_3", "alpha4": r"\alpha_4"}

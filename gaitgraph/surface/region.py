@@ -225,9 +225,9 @@ class Region:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_region
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_region(self)
+        return html_of(self)
 
 
 def _points(points: npt.ArrayLike) -> FloatArray:

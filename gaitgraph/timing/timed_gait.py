@@ -259,10 +259,25 @@ class TimedGait:
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
-        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`."""
-        from gaitgraph.io.writing import write_pieces
+        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`.
 
-        write_pieces(lambda: pieces_of(self), paths, force=force, options=options)
+        Films (.gif, .mp4) are written by :meth:`animate`.
+        """
+        from gaitgraph.io.formats import FILMS
+        from gaitgraph.io.writing import check_outputs, write_pieces
+
+        films = [path for path in paths if str(path).lower().endswith(FILMS)]
+        tables = [path for path in paths if path not in films]
+        check_outputs(tables, force=force)
+        if films:
+            self.animate(*films, force=force)
+        write_pieces(lambda: pieces_of(self), tables, force=force, options=options)
+
+    def animate(self, *paths: str | Path, force: bool = False) -> None:
+        """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.films.write_films`."""
+        from gaitgraph.plots.films import write_films
+
+        write_films(lambda: pieces_of(self), paths, force=force)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
@@ -301,9 +316,9 @@ class TimedGait:
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_timed_gait
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_timed_gait(self)
+        return html_of(self)
 
 
 def parametrize(

@@ -173,9 +173,9 @@ class Report:
         return f"<Report: {verdict}; {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
     def _repr_html_(self) -> str:
-        from gaitgraph.plots.showing import html_of_report
+        from gaitgraph.plots.notebook import html_of
 
-        return html_of_report(self)
+        return html_of(self)
 
 
 def verdict_line(valid: bool, flyable: bool, reachable: bool | None) -> str:

@@ -1,0 +1,50 @@
+"""The command colorings: every coloring of a loop that obeys the Two Color rule."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from gaitgraph.cli import options
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.terminal import print_text, working
+
+
+@command("Every Two-Color-consistent colouring of a loop.")
+@options.file("loop_file", "GAIT_FILE_OR_REQUEST")
+@options.sign
+@click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted.")
+@options.crossing_tolerance
+@options.setting
+@options.as_json
+def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = False, **given: Any) -> int:
+    """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
+
+    The loop is that of a gait table, of a table of alpha1 and alpha2 alone, or of a request's waypoints. The exit
+    code is 1, with the first pair of neighbours that forbids it, if there is none.
+    """
+    from itertools import islice
+
+    from gaitgraph.planning.request import colorings_of_file
+
+    with working(f"coloring {loop_file}"):
+        found = colorings_of_file(loop_file, **given)
+    listed = islice(found, limit)
+    if as_json:
+        # Written one by one: there may be more than fit in memory.
+        head = json.dumps({"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False)
+        click.echo(f'{head[:-1]}, "colorings": [', nl=False)
+        signs: list[str] = []
+        for coloring in listed:
+            click.echo((", " if signs else "") + json.dumps(list(coloring.colors)), nl=False)
+            signs.append(coloring.sign)
+        click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
+    else:
+        print_text(str(found))
+        for coloring in listed:
+            click.echo(f"  {coloring}")
+        if limit is not None and found.count > limit:
+            click.echo(f"  … {limit} of them shown")
+    return 0 if found else 1

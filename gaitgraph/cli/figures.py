@@ -1,0 +1,64 @@
+"""The command figures: draw the figures of the paper."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli import options
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.terminal import print_json, working
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_NAMES = [*map(str, range(1, 23)), "regions", "gait"]
+
+
+@command("Draw the figures of the paper, and two that it lacks.")
+@options.option(
+    "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
+)
+@options.option("--out", "DIR", "Folder, made if need be.  [default: figures]", default="figures")
+@options.option(
+    "--format",
+    "NAME",
+    "png, svg or pdf; repeatable.  [default: png, svg]",
+    name="formats",
+    words=("png", "svg", "pdf"),
+    multiple=True,
+)
+@options.option("--gait", "GAIT_FILE", "Gait of the figure named gait.  [default: Gait 3]")
+@options.force
+@options.setting
+@options.as_json
+def figures_command(
+    out: str, formats: Sequence[str] = (), gait: str | None = None, as_json: bool = False, **given: Any
+) -> int:
+    """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
+
+    With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
+    Needs matplotlib: pip install 'gaitgraph[plot]'.
+    """
+    from gaitgraph.io.reading import read_gait, read_table
+    from gaitgraph.plots.figures import FIGURES, write_figures
+
+    os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here
+    if formats:
+        given["formats"] = [name.lower() for name in formats]
+    if gait is not None:
+        read_gait(gait, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))  # errors name the file
+        given["gait"] = read_table(gait)
+    with working("drawing") as progress:
+        written = write_figures(out, progress=progress, **given)
+    known = {figure.stem: figure for figure in FIGURES.values()}
+    drawn = [(str(path), known[path.stem]) for path in written]
+    if as_json:
+        rows = [{"file": file, "figure": one.name, "title": one.title, "caption": one.caption} for file, one in drawn]
+        print_json({"files": rows})
+        return 0
+    for file, one in drawn:
+        click.echo(f"wrote {file}: {one.title}")
+    return 0

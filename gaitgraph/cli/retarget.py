@@ -1,0 +1,44 @@
+"""The command retarget: the flyable gait nearest to a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.cli import options
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.terminal import show, working
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+@command("The flyable gait nearest to a given table, and what was changed.")
+@options.gait_file
+@options.sign
+@options.floor
+@options.option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]")
+@options.keep
+@options.outputs
+@options.force
+@options.setting
+@options.as_json
+def retarget_command(
+    gait_file: str, outputs: Sequence[str] = (), force: bool = False, as_json: bool = False, **given: Any
+) -> int:
+    """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
+
+    Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
+    flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
+    """
+    from gaitgraph.optimization.nearest import retarget
+
+    if given.get("sign") == "auto":
+        del given["sign"]
+    options.check_outputs(outputs, force=force)
+    with working(f"retargeting {gait_file}"):
+        found = retarget(gait_file, **given)
+        table = found.table
+        if table is not None and outputs:
+            options.write_outputs(lambda: [table], outputs, force=force)
+    show(found, as_json=as_json)
+    return 0 if found.after is not None and found.after.flyable else 1

@@ -1,0 +1,33 @@
+"""The command robustness: how far a gait can be tilted before its decoupling matrix is singular."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gaitgraph.cli import options
+from gaitgraph.cli.commands import command
+from gaitgraph.cli.terminal import show, working
+
+
+@command("Tilt margin and acceptable attitudes, beside biased gaits.")
+@options.gait_file
+@options.option("--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True)
+@options.option("--scale", "ETA", "Scale all four by η; repeatable.", multiple=True)
+@options.option("--tilt", "ANGLE", "Report the least singular value within this tilt.  [default: 30deg]")
+@options.option("--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]")
+@options.option("--curves", "N", "Number of singular curves along the gait.  [default: 24]")
+@options.angle_rounding
+@options.setting
+@options.as_json
+def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> int:
+    """Say how far a gait can be tilted before its decoupling matrix is singular.
+
+    Works on any table of alpha1 to alpha4, on the gait surfaces or not. Judged with exact coefficients unless published
+    ones are asked for. The file's rows are joined by straight segments, and the last with the first.
+    """
+    from gaitgraph.robustness.biased import robustness_of
+
+    with working(f"tilting {gait_file}") as progress:
+        report = robustness_of(gait_file, progress=progress, **given)
+    show(report, as_json=as_json)
+    return 0

@@ -1,0 +1,357 @@
+"""The vehicle as a picture: the geometry that every drawing of it uses, one drawing by matplotlib, and Figure 1.
+
+The projection is orthographic. A rotor is a disc that tilts about its own arm, so its image is an ellipse: the unit
+disc under an affine map (a, b, c, d, e, f), x' = a·x + c·y + e and y' = b·x + d·y + f.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import rotor_directions
+from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label
+from gaitgraph.vehicle import PAPER, Vehicle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FloatArray = npt.NDArray[np.float64]
+
+ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
+"""Of rotors 1 to 4; told apart by colour-blind eyes, and of neither sheet."""
+
+DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
+"""Where the viewer is: azimuth from forward, positive to the left, and elevation [rad]; behind, right, above."""
+
+FROM_ABOVE = (math.pi, math.pi / 2)
+"""The view from above, forward up the picture."""
+
+INK, LINE_GREY = "#23262b", "#767b85"
+
+# In units of the arm's length.
+_DISC = 0.5
+_STALK = 0.1
+_THRUST = 0.62
+_NOSE = 0.34
+_LABEL = 0.24
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleView:
+    """A vehicle seen from one direction, for n samples of its tilt angles.
+
+    Lengths are in arm lengths, x to the right and y upwards on the screen, from the centre of mass.
+
+    Parameters
+    ----------
+    discs
+        Images of the unit disc, shape (n, 4, 6): a, b, c, d, e, f of each rotor's affine map. The disc's x axis is
+        the outward arm axis, its y axis turns with the tilt.
+    thrusts
+        Ends of the lines of thrust, shape (n, 4, 2), from the disc's centre (e, f).
+    facing
+        Whether the viewer sees the side of the disc that the thrust leaves from, shape (n, 4).
+    arms
+        Outer ends of the arms, shape (4, 2).
+    nose
+        End of an arrow from the centre that points forward, shape (2,).
+    order
+        Rotors from the farthest to the nearest, counted from 0: draw them in this order.
+    clockwise
+        Whether each rotor turns clockwise seen from above.
+    """
+
+    discs: FloatArray
+    thrusts: FloatArray
+    facing: npt.NDArray[np.bool_]
+    arms: FloatArray
+    nose: FloatArray
+    order: tuple[int, ...]
+    clockwise: tuple[bool, ...]
+
+    @property
+    def labels(self) -> FloatArray:
+        """Places for the rotors' numbers, beyond the arms' ends, shape (4, 2)."""
+        return (1.0 + _DISC + _LABEL) * self.arms
+
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and the upper corner of a rectangle that holds all that is drawn, whatever the tilt."""
+        reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
+        arms, labels = self.arms, self.labels
+        around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
+        return around.min(axis=0), around.max(axis=0)
+
+    def as_mapping(self, size: tuple[float, float] = (480.0, 360.0), decimals: int = 2) -> dict[str, Any]:
+        """Return the view as plain values for a picture of a size [px], y downwards; rotors in their own order.
+
+        >>> vehicle_view([[0.0, 0.0, 0.0, 0.0]]).as_mapping()["order"]
+        [0, 1, 3, 2]
+        """
+        low, high = self.limits()
+        scale = float(min(np.array(size) / (high - low)))
+        flip = scale * np.array([1.0, -1.0])
+        hub = np.array(size) / 2 - flip * (low + high) / 2
+
+        def pixels(values: FloatArray) -> list[Any]:
+            # Adding zero writes a negative zero as zero.
+            rounded: list[Any] = (np.round(values, decimals) + 0.0).tolist()
+            return rounded
+
+        discs = self.discs * np.tile(flip, 3) + [0.0, 0.0, 0.0, 0.0, *hub]
+        arms, labels = hub + flip * self.arms, hub + flip * self.labels
+        return {
+            "size": list(size),
+            "frames": len(self.discs),
+            "order": list(self.order),
+            "hub": pixels(hub),
+            "nose": pixels(hub + flip * self.nose),
+            "rotors": [
+                {
+                    "disc": pixels(discs[:, k]),
+                    "thrust": pixels(hub + flip * self.thrusts[:, k]),
+                    "facing": self.facing[:, k].tolist(),
+                    "arm": [*pixels(hub), *pixels(arms[k])],
+                    "label": pixels(labels[k]),
+                    "clockwise": self.clockwise[k],
+                    "color": ROTOR_COLORS[k],
+                }
+                for k in range(4)
+            ],
+        }
+
+
+def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Return the directions to the right and up on the screen of a viewer at an azimuth and an elevation [rad]."""
+    azimuth, elevation = view
+    right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
+    viewer = np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) * math.cos(elevation)
+    viewer[2] = math.sin(elevation)
+    return right, np.cross(viewer, right)
+
+
+def vehicle_view(
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    *,
+    view: tuple[float, float] = DEFAULT_VIEW,
+    attitude: npt.ArrayLike | None = None,
+    thrusts: npt.ArrayLike = 1.0,
+    disc: float = _DISC,
+) -> VehicleView:
+    """Return what a vehicle looks like while it tilts its rotors.
+
+    Parameters
+    ----------
+    alpha
+        Tilt angles, shape (n, 4) or (4,) [rad].
+    vehicle
+        Its `first_arm_angle` and `first_rotor_spin` are all that shows.
+    view
+        Azimuth and elevation of the viewer [rad]; elevation from −π/2 to π/2.
+    attitude
+        The rotation from body axes to those of the world, shape (3, 3); by default level.
+    thrusts
+        Lengths of the lines of thrust, in parts of the full length, shape (4,); negative where a rotor pulls.
+    disc
+        Radius of a rotor in arm lengths.
+
+    Raises
+    ------
+    InputError
+        If an angle is not finite or a shape is not allowed.
+
+    Examples
+    --------
+    >>> seen = vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE)
+    >>> seen.discs.shape, bool(seen.arms[0][1] > 0)
+    ((1, 4, 6), True)
+
+    Notes
+    -----
+    Rotors are ordered by the depth of their arms' ends, which is right for discs that reach no neighbour, as here;
+    lines of thrust can be drawn over what they are behind.
+    """
+    angles = np.atleast_2d(np.asarray(alpha, dtype=float))
+    if angles.ndim != 2 or angles.shape[1] != 4:
+        raise InputError(f"alpha must have the shape (n, 4), got {np.shape(alpha)}")
+    if not np.isfinite(angles).all():
+        raise InputError(f"alpha must be finite angles in radians, got {shown(float(angles[~np.isfinite(angles)][0]))}")
+    turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
+    right, up = screen_axes(view)
+    screen = turned.T @ np.stack([right, up], axis=-1)
+    toward = turned.T @ np.cross(right, up)
+
+    bearings = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
+    outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
+    # Thrusts are drawn as rotors push that push away from the body, shape (n, 4, 3).
+    upright, _ = rotor_directions(np.zeros(4), vehicle)
+    thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * np.sign(upright[2]), -1, -2)
+    length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
+    centre = outward + _STALK * thrust
+    clockwise = vehicle.first_rotor_spin == "clockwise"
+    return VehicleView(
+        discs=np.concatenate(
+            [
+                np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2)),
+                disc * np.cross(thrust, outward) @ screen,
+                centre @ screen,
+            ],
+            axis=-1,
+        ),
+        thrusts=(centre + _THRUST * length[:, None] * thrust) @ screen,
+        facing=(thrust @ toward > 0) ^ (length < 0),
+        arms=outward @ screen,
+        nose=_NOSE * screen[0],
+        # Equal depths, as in a view from above, keep the rotors' order whatever the last digits are.
+        order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
+        clockwise=tuple(clockwise == (k % 2 == 0) for k in range(4)),
+    )
+
+
+def underside(color: str) -> str:
+    """Return the color of a disc's underside: half way to the ink.
+
+    >>> underside("#ffffff")
+    '#9c9d9f'
+    """
+    mixed = ((int(color[k : k + 2], 16) * 11 + int(INK[k : k + 2], 16) * 9) // 20 for k in (1, 3, 5))
+    return "#" + "".join(f"{part:02x}" for part in mixed)
+
+
+_AROUND = np.linspace(0.0, math.tau, 73)
+_CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
+
+
+def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool = False) -> list[Any]:
+    """Draw one sample of a view on plane axes, in arm lengths, and return what was drawn.
+
+    Parameters
+    ----------
+    ax
+        The axes, of equal scales.
+    seen, sample
+        The view, and which of its samples.
+    outline
+        Draw arms and discs alone, in grey, for a picture with labels of its own.
+    """
+    drawn: list[Any] = []
+
+    def line(start: Any, end: Any, color: str, width: float, order: float) -> None:
+        drawn.extend(ax.plot(*np.array([start, end]).T, color=color, linewidth=width, zorder=order))
+
+    for arm in seen.arms:
+        line((0.0, 0.0), arm, "0.35" if outline else LINE_GREY, 2.5 if outline else 3.6, 1)
+    if not outline:
+        drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
+        drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
+    for place, rotor in enumerate(seen.order):
+        image, facing, order = seen.discs[sample, rotor], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
+        centre, rim = image[4:], (image[:4].reshape(2, 2).T @ _CIRCLE).T + image[4:]
+        if outline:
+            drawn.extend(ax.fill(*rim.T, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=order))
+            continue
+        color = ROTOR_COLORS[rotor] if facing else underside(ROTOR_COLORS[rotor])
+        line(seen.arms[rotor], centre, LINE_GREY, 2.9, order)
+        drawn.extend(ax.fill(*rim.T, facecolor=color, edgecolor=INK, linewidth=0.9, zorder=order + 0.02))
+        drawn.extend(ax.plot(*centre, "o", markersize=3.6, markeredgewidth=0.0, color=INK, zorder=order + 0.03))
+        tip, above = seen.thrusts[sample, rotor], order + (0.04 if facing else 0.01)
+        drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
+    for rotor, place in enumerate(() if outline else seen.labels):
+        box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
+    return drawn
+
+
+_PAPER_DISC = 0.42
+_LEAN = "#b35900"  # of tilts and what follows from them
+
+
+def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
+    """Draw a vehicle from above, and one of its rotors from the tip of its arm: axes, spins, positive tilts (Figure 1).
+
+    Parameters
+    ----------
+    vehicle
+        Its `first_arm_angle` and `first_rotor_spin` are all that shows.
+    ax
+        Plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
+        "lean 1" as its ``gid``, and so on.
+    """
+    ax = axes_or_new(ax, size=(170, 92))
+    ax.set_axis_off()
+    ax.set_aspect("equal")
+    ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
+    seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE, disc=_PAPER_DISC)
+    draw_vehicle(ax, seen, outline=True)
+    for number, outward in enumerate(seen.arms, start=1):
+        leaning = np.array([outward[1], -outward[0]])  # of the thrust, for a positive tilt
+        clockwise = seen.clockwise[number - 1]
+        _draw_spin(ax, outward, clockwise)
+        draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
+        draw_label(ax, (1.82 + _PAPER_DISC) * outward, rf"$e_{number}$")
+        start = outward + _PAPER_DISC * leaning
+        draw_arrow(ax, start, start + 0.5 * leaning, _LEAN, width=1.8, gid=f"lean {number}")
+        beyond = 0.5 + 0.42 * abs(leaning[0]) + 0.2 * abs(leaning[1])
+        draw_label(ax, start + beyond * leaning, rf"$\alpha_{number}>0$", _LEAN)
+        draw_label(ax, outward, f"{number}\n{'cw' if clockwise else 'ccw'}")
+    corner = np.array([-2.2, -2.2])
+    draw_arrow(ax, corner, corner + np.array([0.0, 0.75]), "black")
+    draw_arrow(ax, corner, corner + np.array([-0.5, 0.0]), "black")
+    draw_label(ax, corner, "$x$ forward", offset=(0.0, 0.92))
+    draw_label(ax, corner, "$y$ left", offset=(-0.3, -0.2))
+    _draw_axis_out_of_the_page(ax, corner, 5.0, 2.5)
+    draw_label(ax, corner, "$z$ up", offset=(0.38, 0.0))
+    _draw_from_the_tip(ax)
+    return ax
+
+
+def _draw_axis_out_of_the_page(ax: Axes, place: FloatArray, ring: float, dot: float) -> None:
+    ax.plot(*place, marker="o", markersize=ring, markerfacecolor="white", markeredgecolor="black", zorder=4)
+    ax.plot(*place, marker=".", markersize=dot, color="black", zorder=5)
+
+
+def _draw_spin(ax: Axes, center: FloatArray, clockwise: bool) -> None:
+    """Draw an arrow around a rotor."""
+    arc = (20, 340) if clockwise else (200, 520)
+    _draw_arc(ax, center, 0.8 * _PAPER_DISC, arc, "0.35", 7, backwards=clockwise, linewidth=0.9, zorder=3)
+
+
+def _draw_arc(
+    ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], color: str, size: float, *,
+    backwards: bool = False, **look: Any,
+) -> None:  # fmt: skip
+    """Draw an arrow along an arc from one angle to another [°]."""
+    from matplotlib.patches import FancyArrowPatch
+    from matplotlib.path import Path
+
+    curve = Path.arc(*arc)
+    points = np.asarray(curve.vertices)[:: -1 if backwards else 1] * radius + center
+    path = Path(points, curve.codes)
+    ax.add_patch(FancyArrowPatch(path=path, arrowstyle="-|>", mutation_scale=size, color=color, **look))
+
+
+def _draw_from_the_tip(ax: Axes) -> None:
+    """Draw a rotor with a positive tilt, seen from outside along its arm."""
+    hub, tilt = np.array([4.2, -0.75]), math.radians(32)
+    up, lean = np.array([0.0, 1.0]), np.array([-math.sin(tilt), math.cos(tilt)])
+    across = np.array([math.cos(tilt), math.sin(tilt)])
+    ax.plot(*np.array([hub, hub + 2.0 * up]).T, color="0.35", linewidth=0.8, linestyle=(0, (4, 3)))
+    rotor = hub + 0.45 * lean
+    ax.plot(*np.array([hub, rotor]).T, color="0.35", linewidth=2.0)
+    ax.plot(*np.array([rotor - 0.6 * across, rotor + 0.6 * across]).T, color="0.35", linewidth=3.0)
+    draw_arrow(ax, rotor, hub + 1.9 * lean, _LEAN, width=1.8)
+    draw_label(ax, hub + 2.12 * lean, "thrust", _LEAN)
+    _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), _LEAN, 8, shrinkA=0, shrinkB=0)
+    draw_label(ax, hub + 1.52 * np.array([-math.sin(tilt / 2), math.cos(tilt / 2)]), r"$\alpha_i>0$", _LEAN)
+    _draw_axis_out_of_the_page(ax, hub, 8.0, 4.0)
+    draw_label(ax, hub, "$e_i$", offset=(0.3, -0.02))
+    draw_label(ax, hub + 2.2 * up, "$z$", offset=(0.1, 0.0))
+    text = "rotor $i$ from the tip of its arm:\npositive tilts are right-handed\nabout the outward axis $e_i$"
+    draw_label(ax, hub - 0.75 * up, text)
