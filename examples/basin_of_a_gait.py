@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import gaitgraph as gg
 from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.plots.basins import basin_map
+from gaitgraph.plots.flights import basin_map
 
 gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
 timed = gait.parametrize(1.0)

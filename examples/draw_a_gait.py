@@ -27,7 +27,7 @@ plots.gait_in_four_dimensions(gait.parametrize(period=1.5))
 # Pictures go onto axes of your own, side by side. The second one is the gait's loop among the nodes with R > 0.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.5), layout="constrained")
-plots.vehicle_sketch(gait.vehicle, ax=left)
+plots.vehicle_figure(gait.vehicle, ax=left)
 plots.gait_loop(gait, ax=plots.type_map("positive", labels=False, ax=right))
 
 # %%

@@ -422,7 +422,7 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
 @pytest.mark.parametrize("angle", [0.0, math.pi / 4, -2.0])
 def test_the_sketch_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
     vehicle = gg.PAPER.replace(first_rotor_spin=spin, first_arm_angle=angle)
-    assert plots.vehicle_sketch(vehicle, ax=ax) is ax
+    assert plots.vehicle_figure(vehicle, ax=ax) is ax
     upward = np.where(gg.invertibility.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
     force = (gg.invertibility.control_force_matrix([0.1] * 4, vehicle) * upward)[:2]
     leans = {str(one.get_gid()): one for one in ax.texts if isinstance(one, Annotation) and one.get_gid()}
@@ -439,7 +439,7 @@ def test_the_sketch_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> N
 # What drawing leaves alone, and what it refuses
 
 ON_A_PLANE: list[Callable[..., Any]] = [
-    plots.vehicle_sketch,
+    plots.vehicle_figure,
     plots.root_counts,
     plots.adjacency_rule,
     plots.type_map,
@@ -518,7 +518,7 @@ def test_the_style_holds_inside_alone() -> None:
 
 
 PICTURES: dict[str, Callable[[Axes], Any]] = {
-    "vehicle": lambda ax: plots.vehicle_sketch(ax=ax),
+    "vehicle": lambda ax: plots.vehicle_figure(ax=ax),
     "root_counts": lambda ax: plots.root_counts(ax=ax),
     "adjacency_rule": lambda ax: plots.adjacency_rule(ax=ax),
     "type_map": lambda ax: plots.type_map(ax=ax),

@@ -64,7 +64,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except GaitgraphError as error:
-        _stop(2, as_typed(str(error)))
+        _stop(2, str(error))
     except MemoryError:
         _stop(2, "not enough memory; use a smaller grid or file, or a table as CSV, which is read in pieces")
     except OSError as error:

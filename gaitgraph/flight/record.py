@@ -221,7 +221,7 @@ class Flight:
     def write(self, *paths: str | Path, force: bool = False) -> None:
         """Write the table of the flight to files (:data:`TABLES`), each whole or not at all.
 
-        Plots and films are written by :func:`gaitgraph.plots.flight_outputs.write_flight`.
+        Plots and films are written by :func:`gaitgraph.plots.flights.write_flight`.
         """
         for path in paths:
             if Path(path).suffix.lower() not in TABLES:

@@ -1,7 +1,7 @@
 """Every figure of the paper, drawn from the package's own results, and two that it lacks.
 
 A figure is known by its number, "1" to "22", or by its name, "regions" and "gait". Neither :func:`draw` nor
-:func:`write_figures` uses pyplot, and both have their own style: the same figures come out whatever the user's settings.
+:func:`write_figures` uses pyplot, and both have their own style, so that the user's settings change nothing.
 """
 
 from __future__ import annotations

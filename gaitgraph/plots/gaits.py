@@ -242,6 +242,7 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
 
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
+    """Draw four tilt angles over time [s]."""
     for k, look in enumerate(ANGLE_LOOKS):
         ax.plot(time, alpha[:, k], label=rf"$\alpha_{k + 1}$", **look)
     angle_axis(ax.yaxis, r"\alpha_i")

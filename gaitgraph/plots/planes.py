@@ -1,4 +1,4 @@
-"""The (α1, α2) plane: the adjacency rule and the map of plane types with loops on it (Figures 15 to 17), and regions."""
+"""The (α1, α2) plane: adjacency rule, map of plane types and loops on it (Figures 15 to 17); exact regions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.plots.root_maps import InteriorRoots, checked_sign, interior_roots
 from gaitgraph.surface.adjacency import PLANE_TYPES, types_may_be_adjacent
-from gaitgraph.surface.components import COLORS, Sign, red_label
+from gaitgraph.surface.sheets import COLORS, Sign, red_label
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     """Draw the Two Color rule as a graph: the types that are lined may be neighbours (Figure 15).
 
     Each type may also be its own neighbour. As in the paper (?,?), a neighbour of every type, is left out. The lines
-    are those that :func:`gaitgraph.surface.adjacency.types_may_be_adjacent` allows; each has the two types as its ``gid``.
+    follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; each has the two types as its ``gid``.
 
     Parameters
     ----------
