@@ -357,14 +357,17 @@ def test_a_missing_library_is_told(library: str, planned: TimedGait, monkeypatch
         getattr(planned, f"to_{library}")()
 
 
-def test_a_missing_extra_is_told(planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    planned.write(tmp_path / "a.parquet")
+@pytest.mark.parametrize(("suffix", "library", "extra"), [(".parquet", "pyarrow", "table"), (".db3", "rosbags", "ros")])
+def test_a_missing_extra_is_named(
+    suffix: str, library: str, extra: str, planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda _: None)
-    for ask in (lambda: read_table(tmp_path / "a.parquet"), lambda: planned.write(tmp_path / "b.parquet")):
-        with pytest.raises(gg.InputError, match=r"pip install 'gaitgraph\[table\]'") as caught:
+    path = tmp_path / f"a{suffix}"
+    for ask in (lambda: read_table(path), lambda: planned.write(path)):
+        with pytest.raises(gg.errors.MissingExtra, match=rf"^{library}.*pip install 'gaitgraph\[{extra}\]'"):
             ask()
-        assert str(caught.value).startswith("pyarrow: not installed")
-    assert "gaitgraph[table]" in (FORMATS[".parquet"].why_not() or "")
+    assert f"gaitgraph[{extra}]" in (FORMATS[suffix].why_not() or "")
+    planned.write(tmp_path / "a.yaml")  # needs none
 
 
 def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path) -> None:

@@ -18,7 +18,6 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import Stores, get_typestore
 
 import gaitgraph as gg
-from gaitgraph.errors import MissingExtra
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io import binary_tables, ros as bags
@@ -27,7 +26,6 @@ from gaitgraph.io.reading import provenance_in, read_table
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.io.writing import write_tables
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations
 from tests.published import GAITS
@@ -127,29 +125,30 @@ def refused(path: Path) -> str:
 
 
 @pytest.mark.parametrize("suffix", BAGS)
-def test_a_bag_holds_the_trajectory_unwrapped(written: dict[str, Path], suffix: str) -> None:
-    ((logged, message),) = messages_of(written[suffix], "/joint_trajectory")
+def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str, Path], suffix: str) -> None:
+    path = written[suffix]
+    ((logged, message),) = messages_of(path, "/joint_trajectory")
     assert (logged, nanoseconds(message.header.stamp)) == (SECOND, 0)  # 0 tells a controller to start at once
     assert tuple(message.joint_names) == NAMES
     times = np.array([nanoseconds(point.time_from_start) for point in message.points])
-    assert len(times) == 3 * 20 + 1
+    assert (len(times), times[0], times[-1]) == (3 * 20 + 1, 0, 2_100_000_000)
     assert (np.diff(times) > 0).all()
-    assert (times[0], times[-1]) == (0, 2_100_000_000)
-    exact = TIMED.at(times / SECOND)
-    for name, values in zip(("positions", "velocities", "accelerations"), exact, strict=True):
+    for name, values in zip(("positions", "velocities", "accelerations"), TIMED.at(times / SECOND), strict=True):
         found = np.array([getattr(point, name) for point in message.points])
         assert np.abs(found - values).max() < 1e-6  # a nanosecond later or earlier
-
-
-@pytest.mark.parametrize("suffix", BAGS)
-def test_a_bag_holds_joint_states_for_plotting(written: dict[str, Path], suffix: str) -> None:
-    messages = messages_of(written[suffix], "/joint_states")
+    messages = messages_of(path, "/joint_states")
     assert len(messages) == 61
     for k, (logged, message) in enumerate(messages):
         assert logged == nanoseconds(message.header.stamp) == SECOND + k * 35_000_000
         assert tuple(message.name) == NAMES
         assert (message.position == TIMED.alpha[k % 20]).all()
         assert (message.velocity == TIMED.rates[k % 20]).all()
+    content = yaml.safe_load((path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert content["version"] == 8  # Humble reads versions up to 8
+    assert content["storage_identifier"] == BAGS[suffix].name.lower()
+    topics = [one["topic_metadata"] for one in content["topics_with_message_count"]]
+    kinds = {one["name"]: one["type"] for one in topics}
+    assert kinds == {"/gaitgraph": STRING, "/joint_trajectory": TRAJECTORY, "/joint_states": STATE}
 
 
 @pytest.mark.parametrize("suffix", BAGS)
@@ -234,21 +233,14 @@ def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
             assert found[name] == getattr(point, name).tolist()
 
 
-def test_numbers_of_the_yaml_are_no_texts(tmp_path: Path) -> None:
-    columns = {name: np.array([1e-05, -2e-17, 1e16]) * (name == "alpha3") for name in ANGLES}
-    columns["alpha3"] = np.array([1e-05, -2e-17, 1e5])
-    write_tables(Table(columns={"t": np.arange(3.0), **columns}), [tmp_path / "g.yaml"])
-    points = yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]["points"]
-    assert [point["positions"][2] for point in points] == [1e-05, -2e-17, 1e5]
-    assert "velocities" not in points[0]
-
-
-def test_names_of_joints_are_kept_as_they_are(tmp_path: Path) -> None:
-    names = ('a"b\\c', "it's: #1", "ä", "[x]")
-    TIMED.write(tmp_path / "g.yaml", tmp_path / "g.mcap", options=FormatOptions(joint_names=names))
-    assert tuple(yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]["joint_names"]) == names
-    ((_, message),) = messages_of(tmp_path / "g.mcap", "/joint_trajectory")
-    assert tuple(message.joint_names) == names
+def test_numbers_and_names_of_the_yaml_are_kept_as_they_are(tmp_path: Path) -> None:
+    numbers, names = [1e-05, -2e-17, 1e5], ('a"b\\c', "it's: #1", "ä", "[x]")
+    columns = {"t": np.arange(3.0), **{name: np.zeros(3) for name in ANGLES}, "alpha3": np.array(numbers)}
+    write_tables(Table(columns=columns), [tmp_path / "g.yaml"], options=FormatOptions(joint_names=names))
+    content = yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]
+    assert [point["positions"][2] for point in content["points"]] == numbers
+    assert "velocities" not in content["points"][0]
+    assert tuple(content["joint_names"]) == names
 
 
 @settings(deadline=None, max_examples=60)
@@ -283,17 +275,17 @@ def test_what_ros_cannot_hold_is_refused(timed: TimedGait, periods: int, message
 
 
 def test_a_table_needs_a_clock_and_an_end(tmp_path: Path) -> None:
-    way = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
-    write_tables(way, [tmp_path / "way.mcap"])
-    assert (read_table(tmp_path / "way.mcap").alpha == way.alpha).all()
+    table = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
+    write_tables(table, [tmp_path / "open.mcap"])
+    assert (read_table(tmp_path / "open.mcap").alpha == table.alpha).all()
     with pytest.raises(gg.InputError, match="periods must be 1 for a table that does not end where it starts, got 2"):
-        write_tables(way, [tmp_path / "ways.mcap"], options=FormatOptions(periods=2))
-    still = Table(columns={name: way[name] for name in ANGLES})
+        write_tables(table, [tmp_path / "twice.mcap"], options=FormatOptions(periods=2))
+    still = Table(columns={name: table[name] for name in ANGLES})
     with pytest.raises(gg.InputError, match="column 't' is missing"):
         write_tables(still, [tmp_path / "still.yaml"])
 
 
-def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
+def test_too_long_a_table_is_refused_before_it_is_read_to_its_end(tmp_path: Path) -> None:
     seen = count()
 
     def pieces() -> Any:
@@ -312,27 +304,18 @@ def test_too_long_a_table_is_refused_before_it_is_taken(tmp_path: Path) -> None:
         (["g.csv", "--periods", "3"], "periods needs an output .mcap, .db3, .yaml, got 3 without one"),
         (["g.mcap", "--number", "fixed"], "number needs an output .h, got 'fixed' without one"),
         (["g.mcap", "--periods", "0"], "periods must be a whole number from 1 to 100000, got 0"),
-        (
-            ["g.mcap", "--joint-names", "a,b,c"],
-            "joint_names must be four names, for rotors 1 to 4, got ('a', ",
-        ),
+        (["g.mcap", "--joint-names", "a,b,c"], "joint_names must be four names, for rotors 1 to 4, got ("),
         (["g.mcap", "--joint-names", "a,b,c,b"], "joint_names must differ, got ('a', 'b', 'c', 'b')"),
         (["g.mcap", "--joint-names", "a,b,c,"], "joint_names must be printable texts of up to 100 characters, got ''"),
         (["g.mcap", "--states-topic", "a b"], "states_topic must be a topic such as '/arm/joint_states', got 'a b'"),
-        (
-            ["g.mcap", "--trajectory-topic", "/joint_states"],
-            "states_topic must differ from trajectory_topic",
-        ),
+        (["g.mcap", "--trajectory-topic", "/joint_states"], "states_topic must differ from trajectory_topic"),
         (["g.mcap", "--states-topic", "/gaitgraph"], "states_topic must not be '/gaitgraph'"),
         (["g.db3", "--trajectory-topic", "/gaitgraph"], "trajectory_topic must not be '/gaitgraph'"),
         (["g.h", "--number", "flaot"], "number must be float, double or fixed, got 'flaot'; did you mean 'float'?"),
-        (
-            ["g.h", "--c-name", "3a"],
-            "c_name must be up to 60 letters, digits and underscores, a letter first",
-        ),
+        (["g.h", "--c-name", "3a"], "c_name must be up to 60 letters, digits and underscores, a letter first"),
     ],
 )
-def test_wrong_options_are_told_in_one_line(
+def test_wrong_options_are_refused_in_one_line(
     run: Callable[..., Any], tmp_path: Path, arguments: list[str], message: str
 ) -> None:
     TIMED.write(tmp_path / "gait.csv")
@@ -341,17 +324,6 @@ def test_wrong_options_are_told_in_one_line(
     assert done.err.startswith(f"gaitgraph: {message}")
     assert done.err.count("\n") == 1
     assert [one.name for one in tmp_path.iterdir()] == ["gait.csv"]
-
-
-def test_the_command_line_writes_what_it_is_asked_for(run: Callable[..., Any], tmp_path: Path) -> None:
-    TIMED.write(tmp_path / "gait.csv")
-    topics = ["--trajectory-topic", "/arm/trajectory", "--states-topic", "/arm/states"]
-    assert run("export", "gait.csv", "g.db3", "--periods", 2, "--joint-names", "a, b,c,d", *topics).code == 0
-    ((_, message),) = messages_of(tmp_path / "g.db3", "/arm/trajectory")
-    assert list(message.joint_names) == ["a", "b", "c", "d"]
-    assert len(messages_of(tmp_path / "g.db3", "/arm/states")) == len(message.points) == 41
-    assert run("export", "g.db3", "back.csv").code == 0
-    assert (read_table(tmp_path / "back.csv").alpha == TIMED.alpha).all()
 
 
 def test_the_command_line_says_what_each_file_holds(run: Callable[..., Any], tmp_path: Path) -> None:
@@ -392,14 +364,6 @@ def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> No
             provenance_in(path)
         assert str(problem.value).startswith(f"gait file '{path}': it ")
         assert str(problem.value).count("gait file") == 1
-
-
-def test_a_missing_library_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda name: None)
-    for act in (lambda: TIMED.write(tmp_path / "g.mcap"), lambda: read_table(tmp_path / "g.db3")):
-        with pytest.raises(MissingExtra, match=r"pip install 'gaitgraph\[ros\]'"):
-            act()
-    TIMED.write(tmp_path / "g.yaml")  # needs none
 
 
 def test_a_full_disk_leaves_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -508,7 +472,7 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
         ),
     ],
 )  # fmt: skip
-def test_bags_of_something_else_are_told(tmp_path: Path, messages: list[tuple[str, int, Any]], told: str) -> None:
+def test_bags_of_something_else_are_refused(tmp_path: Path, messages: list[tuple[str, int, Any]], told: str) -> None:
     assert told in refused(bag_of(tmp_path / "theirs.mcap", messages))
 
 
@@ -587,12 +551,3 @@ def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: P
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert tuple(message.joint_names) == NAMES
     assert (read_table(path).alpha == TIMED.alpha).all()
-
-
-def test_export_takes_bags_both_ways(written: dict[str, Path], tmp_path: Path) -> None:
-    export(written[".db3"], [tmp_path / "a.mcap"])
-    export(tmp_path / "a.mcap", [tmp_path / "b.csv"])
-    table = read_table(tmp_path / "b.csv")
-    assert (table.alpha == TIMED.alpha).all()
-    assert table["color"] == tuple(TIMED.columns()["color"])
-    assert table["types"] == tuple(TIMED.columns()["types"])

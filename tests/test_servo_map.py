@@ -13,10 +13,9 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
-from gaitgraph.invertibility.matrices import attitude_of, body_vertical, scaled_decoupling_matrix
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.servo_map import PRESETS, Joint, ServoMap, servo_map_from_mapping, servo_map_named
-from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, table_from_joints
+from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, tilts_from_joints
 from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.timed_gait import table_of
 
@@ -121,7 +120,7 @@ def test_the_inverse_gives_back_what_was_mapped(servo_map: ServoMap, rows: list[
     columns |= {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
     columns |= {name: 3.0 * alpha[:, k] for k, name in enumerate(RATES)}
     table = Table(columns=columns)
-    back = table_from_joints(mapped_columns(table, servo_map), servo_map)
+    back = Table(columns=tilts_from_joints(mapped_columns(table, servo_map), servo_map))
     # Pulses are told around 4000 µs, of which floating point carries 1e-12 µs.
     assert np.allclose(back.alpha, alpha, rtol=0, atol=1e-11)
     assert np.allclose(back["t"], columns["t"], rtol=1e-15, atol=0)
@@ -130,7 +129,7 @@ def test_the_inverse_gives_back_what_was_mapped(servo_map: ServoMap, rows: list[
     assert servo_map_from_mapping(json.loads(json.dumps(servo_map.as_mapping()))) == servo_map
     applied = mapped_table(table, servo_map.in_radians())
     own = servo_map_from_mapping(applied.about["servos"])
-    assert np.allclose(table_from_joints(applied.columns, own).alpha, alpha, rtol=0, atol=1e-13)
+    assert np.allclose(Table(columns=tilts_from_joints(applied.columns, own)).alpha, alpha, rtol=0, atol=1e-13)
 
 
 def test_upright_and_ends_of_the_range_come_back_inside_it() -> None:
@@ -139,7 +138,7 @@ def test_upright_and_ends_of_the_range_come_back_inside_it() -> None:
     columns = {f"alpha{k + 1}": ends[:, k] for k in range(4)}
     for slope in np.linspace(100.1, 300.7, 37):
         one = servo_map_from_mapping({"unit": "us", "us_per_rad": float(slope), "zero": "1deg"})
-        back = table_from_joints(mapped_columns(Table(columns=columns), one), one)
+        back = Table(columns=tilts_from_joints(mapped_columns(Table(columns=columns), one), one))
         assert np.abs(back.alpha).max() <= math.pi / 2
 
 
@@ -172,28 +171,6 @@ def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, mot
         assert spin == ("cw" if z > 0 else "ccw")  # the body is turned against the rotor
         assert joint.sign == 1
         assert joint.zero == 0
-
-
-@pytest.mark.parametrize("turn", ["45deg", "-45deg", "100deg"])
-def test_turning_the_arms_about_yaw_changes_no_robustness(turn: str, table: Table) -> None:
-    """So a gait planned for arms along the axes may be flown with arms at ±45°: only roll and pitch turn along."""
-    alpha = table.alpha[::5]
-    turned = gg.PAPER.replace(first_arm_angle=turn)
-    angle = turned.first_arm_angle
-    spin = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
-    level = np.linalg.svd(scaled_decoupling_matrix(alpha, gg.PAPER), compute_uv=False)
-    assert np.allclose(np.linalg.svd(scaled_decoupling_matrix(alpha, turned), compute_uv=False), level)
-    for roll, pitch in ((0.3, -0.2), (-0.7, 0.5)):
-        there = attitude_of(spin @ body_vertical(roll, pitch))
-        matrices = (
-            scaled_decoupling_matrix(alpha, gg.PAPER, roll, pitch),
-            scaled_decoupling_matrix(alpha, turned, *there),
-        )
-        before, after = (np.linalg.svd(matrix, compute_uv=False) for matrix in matrices)
-        assert np.allclose(before, after)
-    assert gg.invertibility.tilt_margin(alpha, gg.invertibility.coefficients_of(turned)) == pytest.approx(
-        gg.invertibility.tilt_margin(alpha, gg.invertibility.coefficients_of(kind="exact"))
-    )
 
 
 def test_a_map_for_another_vehicle_is_refused() -> None:
@@ -235,7 +212,7 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
         mapped_columns(table, in_degrees)
     inside = {f"tilt{k}_us": [1500.0, 1500.0] for k in (1, 3, 4)}
     with pytest.raises(gg.InputError, match=r"row 2: joint 'tilt2' must be .*, got 2000\.5 µs"):
-        table_from_joints({**inside, "tilt2_us": [1500.0, 2000.5]}, servo_map_from_mapping(stated))
+        tilts_from_joints({**inside, "tilt2_us": [1500.0, 2000.5]}, servo_map_from_mapping(stated))
 
 
 FOUR = [{"rotor": k} for k in (1, 2, 3, 4)]
@@ -337,26 +314,6 @@ def test_a_wrong_table_from_elsewhere_says_what_is_wrong(
     with pytest.raises(gg.InputError, match=message) as refused:
         read_table(path, joints=servo_map_named(servos))
     assert str(refused.value).startswith("gait file ")
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        (["a", "b"], "column 'alpha2' must be finite numbers, got"),
-        ([[0.1, 0.2]], r"column 'alpha2' must be an array of shape \(n,\), got \(1, 2\)"),
-        ([0.1, math.inf], "row 2: alpha2 must be a finite number, got inf"),
-        ([0.1], "columns must have equally many rows, got 1 to 2"),
-    ],
-)
-def test_wrong_columns_of_joints_say_what_is_wrong(values: Any, message: str) -> None:
-    columns = {f"alpha{k}": [0.1, 0.2] for k in (1, 3, 4)}
-    with pytest.raises(gg.InputError, match=message):
-        table_from_joints({**columns, "alpha2": values}, servo_map_named("paper"))
-
-
-def test_no_rows_of_joints_are_refused() -> None:
-    with pytest.raises(gg.InputError, match="must have at least one row"):
-        table_from_joints({f"alpha{k}": [] for k in (1, 2, 3, 4)}, servo_map_named("paper"))
 
 
 def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> None:

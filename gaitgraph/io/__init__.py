@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         servo_map_from_mapping as servo_map_from_mapping,
         servo_map_named as servo_map_named,
     )
-    from gaitgraph.io.servo_tables import mapped_table as mapped_table, table_from_joints as table_from_joints
+    from gaitgraph.io.servo_tables import mapped_table as mapped_table, tilts_from_joints as tilts_from_joints
     from gaitgraph.io.writing import write_tables as write_tables
 else:
     __getattr__, __dir__ = lazy_names(__name__)

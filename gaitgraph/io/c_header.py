@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,6 @@ from gaitgraph.io.ros import merged_up_to
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from pathlib import Path
 
     from gaitgraph.io.formats import FormatOptions
 
@@ -221,120 +221,34 @@ def _tables(curve: _Curve) -> list[str]:
 
 
 def _functions(curve: _Curve) -> str:
-    """Return C with the names, the type, and the parts that this curve needs."""
-    rows = f"{curve.name.upper()}_ROWS"
+    """Return the lines of the template that this curve needs, with its names and types.
+
+    A line of `gait_header.h.txt` states, before a bar, what the curve must be.
+    """
+    rows, real = f"{curve.name.upper()}_ROWS", curve.real
+    kinds = {
+        "",
+        "closed" if curve.closed else "open",
+        "even" if curve.even else "uneven",
+        "cubic" if curve.cubic else "straight",
+        "fixed" if curve.number == "fixed" else "floating",
+    }
     words = {
         "name": curve.name,
         "NAME": curve.name.upper(),
-        "real": curve.real,
-        "far": "9.0e15" if curve.real == "double" else "1.0e9f",
-        "whole": "int64_t" if curve.real == "double" else "int32_t",
+        "real": real,
+        "far": "9.0e15" if real == "double" else "1.0e9f",
+        "whole": "int64_t" if real == "double" else "int32_t",
         "zero": curve.literal(0.0),
         "one": curve.literal(1.0),
         "two": curve.literal(2.0),
         "three": curve.literal(3.0),
+        "step": curve.literal(curve.period / (len(curve.times) - 1)),
         "intervals": rows if curve.closed else f"({rows} - 1)",
         "next": f"i + 1 < {rows} ? i + 1 : 0" if curve.closed else "i + 1",
     }
-    step = curve.literal(curve.period / (len(curve.times) - 1))
-    words["phase"] = (_AROUND if curve.closed else _ALONG).format(**words)
-    words["spacing"] = f"    {curve.real} h;\n"
-    if curve.even:
-        words["spacing"] = f"    const {curve.real} h = {step};\n" if curve.cubic else ""
-    words["place"] = (_EVEN_ROWS if curve.even else _UNEVEN_ROWS).format(**words)
-    words["join"] = (_CUBIC if curve.cubic else _STRAIGHT).format(**words)
-    return (_FIXED if curve.number == "fixed" else _FLOATING).format(**words)
-
-
-_AROUND = """\
-    if (!(x > -{far} && x < {far})) {{
-        x = {zero}; /* not a number, or too far off to tell */
-    }}
-    x -= ({real})({whole})x;
-    if (x < {zero}) {{
-        x += {one};
-    }}"""
-
-_ALONG = """\
-    if (!(x > {zero})) {{
-        x = {zero};
-    }}
-    if (x > {one}) {{
-        x = {one};
-    }}"""
-
-_EVEN_ROWS = """\
-    x *= ({real}){intervals};
-    i = (int32_t)x;
-    if (i >= {intervals}) {{
-        i = {intervals} - 1;
-    }}
-    x -= ({real})i;
-    j = {next};"""
-
-_UNEVEN_ROWS = """\
-    x *= {NAME}_PERIOD;
-    for (i = 0, j = {intervals}; j - i > 1;) {{
-        const int32_t middle = (i + j) / 2;
-        if ({name}_time[middle] <= x) {{
-            i = middle;
-        }} else {{
-            j = middle;
-        }}
-    }}
-    h = {name}_time[i + 1] - {name}_time[i];
-    x = (x - {name}_time[i]) / h;
-    j = {next};"""
-
-_STRAIGHT = """\
-        const {real} step = {name}_angle[j][k] - {name}_angle[i][k];
-        alpha[k] = {name}_angle[i][k] + x * step;"""
-
-_CUBIC = """\
-        const {real} step = {name}_angle[j][k] - {name}_angle[i][k];
-        const {real} v = h * {name}_rate[i][k], w = h * {name}_rate[j][k];
-        const {real} b = {three} * step - {two} * v - w, c = v + w - {two} * step;
-        alpha[k] = {name}_angle[i][k] + x * (v + x * (b + x * c));"""
-
-_FLOATING = """\
-static inline void {name}_at({real} t, {real} alpha[4])
-{{
-    {real} x = t / {NAME}_PERIOD;
-{spacing}    int32_t i, j;
-    int k;
-{phase}
-{place}
-    for (k = 0; k < 4; ++k) {{
-{join}
-    }}
-}}
-"""
-
-_FIXED = """\
-static inline void {name}_at_phase(uint32_t phase, int16_t angle[4])
-{{
-    const uint64_t x = (uint64_t)phase * (uint64_t){intervals};
-    const int32_t i = (int32_t)(x >> 32);
-    const int32_t j = {next};
-    const int32_t part = (int32_t)((x >> 17) & 0x7fffu);
-    int k;
-    for (k = 0; k < 4; ++k) {{
-        const int32_t step = (int32_t){name}_angle[j][k] - (int32_t){name}_angle[i][k];
-        const int32_t half = step < 0 ? -16384 : 16384;
-        angle[k] = (int16_t)({name}_angle[i][k] + (step * part + half) / 32768);
-    }}
-}}
-
-static inline void {name}_at(float t, float alpha[4])
-{{
-    float x = t / {NAME}_PERIOD;
-    int32_t i, j;
-    int k;
-{phase}
-{place}
-    for (k = 0; k < 4; ++k) {{
-        const float step = (float){name}_angle[j][k] - (float){name}_angle[i][k];
-        alpha[k] = {NAME}_SCALE * ((float){name}_angle[i][k] + x * step);
-    }}
-}}
-"""
+    template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
+    lines = [
+        line for needed, _, line in (one.partition("|") for one in template) if kinds.issuperset(needed.split(","))
+    ]
+    return re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines)) + "\n"

@@ -22,6 +22,7 @@ from gaitgraph.io.servo_map import check_choice, servo_map_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
 
+    from gaitgraph.errors import MissingExtra
     from gaitgraph.gait.table import Table
 
     Writer = Callable[[Iterable[Table], Path], None]
@@ -165,13 +166,17 @@ class Format:
 
     def why_not(self) -> str | None:
         """Return what is missing here, or None if the format can be used."""
+        missing = self._missing()
+        return None if missing is None else str(missing)
+
+    def _missing(self) -> MissingExtra | None:
         if self.library is None or self.extra is None or find_spec(self.library):
             return None
-        return str(needs_extra(self.library, self.name, self.extra))
+        return needs_extra(self.library, self.name, self.extra)
 
     def _function(self, task: str) -> Any:
-        if self.library is not None and self.extra is not None and not find_spec(self.library):
-            raise needs_extra(self.library, self.name, self.extra)
+        if missing := self._missing():
+            raise missing
         return getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
 
     def writer(self, options: FormatOptions | None = None) -> Writer:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -123,7 +123,9 @@ def check_joint_columns(names: Sequence[str], servo_map: ServoMap) -> None:
 def tilts_from_joints(
     columns: Mapping[str, npt.ArrayLike], servo_map: ServoMap, *, rows_before: int = 0
 ) -> dict[str, FloatArray]:
-    """Return t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them.
+    """Return the columns of a gait table from those of a servo table: the inverse of :func:`mapped_columns`.
+
+    These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them.
 
     Parameters
     ----------
@@ -137,15 +139,23 @@ def tilts_from_joints(
     Raises
     ------
     InputError
-        If a column is missing, a value is not finite, or a joint is beyond its limits.
+        If a column is missing or a joint is beyond its limits.
+
+    Examples
+    --------
+    >>> from gaitgraph.io.servo_map import servo_map_from_mapping
+    >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "deg"})
+    >>> found = tilts_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos)
+    >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]
+    [0.5236, 0.3491, 0.6981, 0.1745]
     """
     check_joint_columns(list(columns), servo_map)
     found: dict[str, FloatArray] = {}
     by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:
-        found["t"] = _finite(columns, servo_map.time, rows_before) / TIME_UNITS[servo_map.time_unit]
+        found["t"] = np.asarray(columns[servo_map.time], dtype=float) / TIME_UNITS[servo_map.time_unit]
     for name, joint in zip(ANGLES, by_rotor, strict=True):
-        values = _finite(columns, joint.column, rows_before)
+        values = np.asarray(columns[joint.column], dtype=float)
         _check_limits(servo_map, joint, values, rows_before)
         tilt = np.asarray(joint.tilt_of(values) + 0.0)
         # π/2 in another unit may come back a digit beyond it.
@@ -154,54 +164,6 @@ def tilts_from_joints(
     for end, names in zip(DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
         if all(joint.unit != "us" and joint.column + end in columns for joint in by_rotor):
             for name, joint in zip(names, by_rotor, strict=True):
-                found[name] = joint.sign * _finite(columns, joint.column + end, rows_before) / joint.per_radian + 0.0
+                values = np.asarray(columns[joint.column + end], dtype=float)
+                found[name] = joint.sign * values / joint.per_radian + 0.0
     return found
-
-
-def _finite(columns: Mapping[str, npt.ArrayLike], name: str, rows_before: int) -> FloatArray:
-    try:
-        values = np.atleast_1d(np.asarray(columns[name], dtype=float))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"column {name!r} must be finite numbers, got {shown(columns[name])}") from error
-    if values.ndim != 1:
-        raise InputError(f"column {name!r} must be an array of shape (n,), got {values.shape}")
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        raise InputError(f"row {rows_before + k + 1}: {name} must be a finite number, got {float(values[k])!r}")
-    return values
-
-
-def table_from_joints(
-    columns: Mapping[str, Any], servo_map: ServoMap, *, about: Mapping[str, Any] | None = None
-) -> Table:
-    """Return the gait table of a servo table: the inverse of :func:`mapped_columns`.
-
-    Parameters
-    ----------
-    columns
-        Equally long columns by the map's names; others are ignored.
-    servo_map
-        What the columns are.
-    about
-        What made the table, if that is known.
-
-    Raises
-    ------
-    InputError
-        As :func:`tilts_from_joints` does, or if columns are not equally long or empty.
-
-    Examples
-    --------
-    >>> from gaitgraph.io.servo_map import servo_map_from_mapping
-    >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "deg"})
-    >>> table_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos).alpha.round(4).tolist()
-    [[0.5236, 0.3491, 0.6981, 0.1745]]
-    """
-    found = tilts_from_joints(columns, servo_map)
-    lengths = {len(values) for values in found.values()}
-    if len(lengths) > 1:
-        raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
-    if 0 in lengths:
-        raise InputError("columns must have at least one row, got none")
-    return Table(columns=found, about={name: value for name, value in (about or {}).items() if name != "servos"})
