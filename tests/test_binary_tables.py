@@ -241,19 +241,19 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
 @pytest.mark.parametrize(
     ("member", "message"),
     [
-        (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), "alpha3: .*EOF"),
+        (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), r"alpha3 must be real numbers or texts \(EOF"),
         (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column, got an array of shape \(3, 2\)"),
         (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be real numbers or texts, got .*complex128"),
         (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be real numbers or texts, got .*bool"),
         (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be real numbers or texts"),
-        (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3: Object arrays cannot be loaded"),
-        (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3: malformed node"),
+        (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3 must be .*Object arrays cannot be loaded"),
+        (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3 .*malformed"),
         (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
         (npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3), "it is not an archive .*, or it is broken"),
         (npy(NPY % ("<U3", "(3,)"), b"\0" * 36), "row 1: alpha3"),
         (npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)), "row 3: alpha3"),
         (b"", "alpha3"),
-        (b"\x93NUMPY\2\0\xff\xff\xff\xff", "alpha3: EOF"),
+        (b"\x93NUMPY\2\0\xff\xff\xff\xff", "alpha3 must be .*EOF"),
     ],
 )
 def test_arrays_that_are_no_columns_are_refused(member: bytes, message: str, tmp_path: Path) -> None:

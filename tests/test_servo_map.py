@@ -194,7 +194,7 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
     with pytest.raises(gg.InputError) as refused:
         mapped_columns(table, servo_map_from_mapping(stated), rows_before=100)
     assert str(refused.value) == (
-        "servos 'x_frame': row 101: joint 'tilt1' must be between 1000 and 2000 µs, or clip = true, "
+        "servos 'x_frame': row 101: joint 'tilt1' must be between 1000 and 2000 µs (or clip = true), "
         "got 793.142 µs (rotor 4 at -67.5°)"
     )
     clipping = servo_map_from_mapping({**stated, "clip": True})
@@ -208,7 +208,7 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
     # In radians the same limits hold.
     assert np.abs(mapped_table(table, clipping.in_radians()).alpha).max() == pytest.approx(500 / 600)
     in_degrees = servo_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})
-    with pytest.raises(gg.InputError, match="joint 'alpha1' must be between -70 and 60 °, .*got 67.5 °"):
+    with pytest.raises(gg.InputError, match="joint 'alpha1' must be between -70 and 60 ° .*, got 67.5 °"):
         mapped_columns(table, in_degrees)
     inside = {f"tilt{k}_us": [1500.0, 1500.0] for k in (1, 3, 4)}
     with pytest.raises(gg.InputError, match=r"row 2: joint 'tilt2' must be .*, got 2000\.5 µs"):
@@ -369,7 +369,7 @@ def test_export_says_what_servos_cannot_do(table: Table, servos: Path, tmp_path:
     servos.write_text(SERVOS.replace("390", "600"))
     done = run("export", gait, mapped, "--servos", servos)
     assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-    assert "joint 'front_right' must be between 1000 and 2000 µs, or clip = true, got 2206.86 µs" in done.err
+    assert "joint 'front_right' must be between 1000 and 2000 µs (or clip = true), got 2206.86 µs" in done.err
     assert not mapped.exists()
     servos.write_text("clip = true\n" + SERVOS.replace("390", "600"))
     assert "clipped: joint 'front_right' at its limit in" in run("export", gait, mapped, "--servos", servos).out

@@ -180,7 +180,7 @@ def pieces_of_npz(path: Path, progress: Progress) -> RawPieces:
                 except InputError as error:
                     columns[name] = error
                 except ValueError as error:  # objects, say, which are not loaded
-                    columns[name] = InputError(f"{name}: {error}")
+                    columns[name] = InputError(f"{name} must be real numbers or texts ({error})")
         yield from column_pieces(columns, about_of_array(columns.pop(PROVENANCE, None)), progress)
 
 

@@ -71,7 +71,7 @@ def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -
             inside = np.clip(values, *joint.bounds)
             angle = np.where(inside == values, angle, joint.angle_of(inside))
         else:
-            _check_limits(servo_map, joint, values, rows_before, ", or clip = true")
+            _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
         columns[joint.column] = np.asarray(joint.value_of_angle(angle + 0.0) + 0.0)
     for end, names in zip(DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
         if all(name in table for name in names):
