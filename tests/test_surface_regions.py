@@ -1,10 +1,11 @@
-"""Regions as polygons: inside and enclosing the truth, told apart by factors, and what is asked of them."""
+"""Regions as polygons: inside and enclosing the truth, separated by factors, and the questions that they answer."""
 
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,12 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     noise_of,
 )
-from gaitgraph.invertibility.segment_bounds import least_singular_value_along, thrust_shares_along, thrusts_push_up
+from gaitgraph.invertibility.segment_bounds import (
+    least_level_determinant,
+    least_singular_value_along,
+    thrust_shares_along,
+    thrusts_push_up,
+)
 from gaitgraph.surface import admissible
 from gaitgraph.surface.admissible import (
     admissible_region,
@@ -33,24 +39,29 @@ from gaitgraph.surface.admissible import (
     singular_value_region,
     thrust_region,
     tilt_region,
+    why_empty,
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
 from gaitgraph.surface.components import certain_determinant, sign_components, sign_region
 from gaitgraph.surface.region import Region, Zones, zones_region
-from gaitgraph.surface.sheets import Sign, red_label, sheet_angles
+from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.checks import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
+from tests.published import GAITS
 
-KAPPAS = (0.01, 0.06, PAPER.drag_ratio, 0.5, 0.8, 1.5)
+if TYPE_CHECKING:
+    from gaitgraph.surface.sheets import Sign
+
+KAPPAS = (0.01, PAPER.drag_ratio, 0.5, 1.5)
 VEHICLES = [
     Vehicle(drag_ratio=0.01),
-    Vehicle(drag_ratio=0.06, first_rotor_spin="counterclockwise"),
-    Vehicle(drag_ratio=PAPER.drag_ratio),
     Vehicle(drag_ratio=PAPER.drag_ratio, first_rotor_spin="counterclockwise"),
+    Vehicle(drag_ratio=PAPER.drag_ratio),
     Vehicle(drag_ratio=0.8, first_rotor_spin="counterclockwise"),
     Vehicle(drag_ratio=1.5),
 ]
-names = [f"{vehicle.signed_drag_ratio:.3g}" for vehicle in VEHICLES]
+every_vehicle = pytest.mark.parametrize("vehicle", VEHICLES, ids=[f"{v.signed_drag_ratio:.3g}" for v in VEHICLES])
+points = st.tuples(st.floats(-HALF_PI, HALF_PI), st.floats(-HALF_PI, HALF_PI))
 
 
 def points_near(region: Region, seed: int) -> np.ndarray[Any, Any]:
@@ -68,8 +79,8 @@ def points_near(region: Region, seed: int) -> np.ndarray[Any, Any]:
 
 def assert_encloses(region: Region, margin: Any, seed: int = 0, rounding: float = 1e-12) -> None:
     """Assert inner ⊆ {margin ≥ 0} ⊆ outer at many points near the borders."""
-    points = points_near(region, seed)
-    value, shapes = margin(points), shapely.points(points)
+    near = points_near(region, seed)
+    value, shapes = margin(near), shapely.points(near)
     inside, enclosed = shapely.covers(region.inner, shapes), shapely.covers(region.outer, shapes)
     assert value[inside].min(initial=np.inf) > -rounding
     assert value[~enclosed].max(initial=-np.inf) < rounding
@@ -77,8 +88,8 @@ def assert_encloses(region: Region, margin: Any, seed: int = 0, rounding: float 
     assert region.outer.is_valid
 
 
-def red(points: Any) -> np.ndarray[Any, Any]:
-    return np.asarray(points)[:, [0, 1, 0, 1]]
+def red(at: Any) -> np.ndarray[Any, Any]:
+    return np.asarray(at)[:, [0, 1, 0, 1]]
 
 
 def edges(region: Region) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -88,11 +99,62 @@ def edges(region: Region) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     return red(corners[:-1][follows]), red(corners[1:][follows])
 
 
-def gap(region: Region) -> float:
-    """Return how far `outer` reaches from `inner`."""
-    corners = shapely.get_coordinates(region.outer)
-    some = corners[:: max(len(corners) // 300, 1)]
-    return float(shapely.distance(region.inner, shapely.points(some)).max())
+# --- the signs of the factors of R -----------------------------------------------------------------------------------
+
+
+@every_vehicle
+def test_labels_are_the_signs_of_the_factors_and_their_product_that_of_R(vehicle: Vehicle) -> None:
+    kappa = vehicle.signed_drag_ratio
+    delta = math.atan(kappa)
+    exact = coefficients_of(vehicle, "exact")
+    a1, a2 = np.random.default_rng(2).uniform(-1.5, 1.5, (2, 3, 1000))
+    label = red_label(a1, a2, vehicle)
+    assert label.shape == (3, 1000, 3)
+    # cos α1 and cos α2 are positive here, so that the curve may be written with tangents.
+    above = (np.tan(a1) - np.tan(a2) < 2 * kappa) == (kappa > 0)
+    expected = np.stack([np.cos(a1 - delta) > 0, np.cos(a2 + delta) > 0, above], axis=-1)
+    np.testing.assert_array_equal(label > 0, expected)
+    alpha = np.stack([a1, a2, a1, a2], axis=-1)
+    R = level_determinant(alpha, exact)
+    decided = np.abs(R) > 10 * level_determinant_resolution(alpha, exact)
+    assert decided.mean() > 0.999
+    np.testing.assert_array_equal(label.prod(axis=-1)[decided], np.sign(R[decided]))
+    assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
+
+
+@pytest.mark.no_cover
+@every_vehicle
+@settings(deadline=None, max_examples=30)
+@given(first=points, second=points)
+def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle, first: Any, second: Any) -> None:
+    exact = coefficients_of(vehicle, "exact")
+    start, end = np.array([[*first, *first]]), np.array([[*second, *second]])
+    sign = float(np.sign(level_determinant(start[0], exact)))
+    least = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0]
+    a, b = (red_label(*point, vehicle).tolist() for point in (first, second))
+    assert (a == b) == (separating_factor(first, second, vehicle) is None)
+    assert separating_factor(first, second, vehicle) == separating_factor(second, first, vehicle)
+    assert least <= 1e-9 or a == b
+
+
+def test_of_the_papers_red_gaits_only_the_fourth_can_be_reached_from_hover() -> None:
+    for gait in GAITS[2:]:
+        (label,) = {tuple(red_label(*point).tolist()) for point in gait.angles}
+        assert (label == HOVER_LABEL) is gait.reachable is (gait.number == 4)
+        assert math.prod(label) == (1 if gait.sign == "positive" else -1)
+
+
+@every_vehicle
+def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
+    kappa = vehicle.signed_drag_ratio
+    side, delta = math.copysign(1.0, kappa), math.atan(kappa)
+    line1, line2 = delta - side * HALF_PI, side * HALF_PI - delta
+    hover, first, second = (0.0, 0.0), (line1 - side * 1e-4, 0.0), (0.0, line2 + side * 1e-4)
+    curve = f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}"
+    assert separating_factor((0.5 * delta, -0.5 * delta), (side * 1.5, -side * 1.5), vehicle) == curve
+    texts = [f"the line α1 = {line1:.4f} (β1 = ∓π/2)", f"the line α2 = {line2:.4f} (β2 = ±π/2)"]
+    assert [separating_factor(hover, one, vehicle) for one in (first, second)] == texts
+    assert separating_factor(first, second, vehicle) == " and ".join(texts)
 
 
 # --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
@@ -118,45 +180,35 @@ def quadrature(label: tuple[int, int, int], kappa: float) -> float:
 @pytest.mark.parametrize("kappa", KAPPAS)
 def test_areas_of_the_components(kappa: float) -> None:
     parts = sign_components(Vehicle(drag_ratio=kappa))
-    assert len({part.label for part in parts}) == len(parts) == 7
+    assert {part.label for part in parts} == set(product((1, -1), repeat=3)) - {(-1, -1, -1)}
     for part in parts:
         area = quadrature(part.label, kappa)
         assert part.region.area < area <= part.region.outer.area + 1e-15
         assert part.region.outer.area - part.region.area < 1.2e-5
         assert part.sign == math.prod(part.label)
         assert len(part.region.components) == 1
+    if kappa == PAPER.drag_ratio:
+        found = sorted((part.sign, round(part.region.area, 4)) for part in parts)
+        published = [(-1, 0.4836), (-1, 0.4836), (-1, 4.3829), (1, 0.0135), (1, 0.0135), (1, 0.0279), (1, 4.4647)]
+        assert found == published
 
 
-def test_the_published_areas() -> None:
-    found = sorted((part.sign, round(part.region.area, 4)) for part in sign_components())
-    assert found == [(-1, 0.4836), (-1, 0.4836), (-1, 4.3829), (1, 0.0135), (1, 0.0135), (1, 0.0279), (1, 4.4647)]
-
-
-@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
-def test_components_have_the_signs_of_their_factors(vehicle: Vehicle) -> None:
-    parts, rng = sign_components(vehicle), np.random.default_rng(3)
-    points = rng.uniform(-HALF_PI, HALF_PI, (3000, 2))
-    labels = red_label(points[:, 0], points[:, 1], vehicle)
-    for part in parts:
-        inside = part.region.contains(points)
-        assert (labels[inside] == part.label).all()
-        enclosed = np.atleast_1d(shapely.covers(part.region.outer, shapely.points(points)))
-        assert enclosed[(labels == part.label).all(axis=1)].all()
-
-
-@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
-def test_r_vanishes_nowhere_on_the_borders_of_inner(vehicle: Vehicle) -> None:
-    """Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends."""
+@every_vehicle
+def test_components_have_the_signs_of_their_factors_along_their_borders_too(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
+    at = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (3000, 2))
+    labels = red_label(at[:, 0], at[:, 1], vehicle)
     for part in sign_components(vehicle, accuracy=1e-4):
+        assert (labels[part.region.contains(at)] == part.label).all()
+        enclosed = np.atleast_1d(shapely.covers(part.region.outer, shapely.points(at)))
+        assert enclosed[(labels == part.label).all(axis=1)].all()
+        # Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends.
         starts, ends = edges(part.region)
-        steps = np.linspace(0.0, 1.0, 1025)[:, None, None]
-        a1, a2 = np.moveaxis(starts + steps * (ends - starts), -1, 0)[:2]
+        a1, a2 = np.moveaxis(starts + np.linspace(0.0, 1.0, 1025)[:, None, None] * (ends - starts), -1, 0)[:2]
         bracket = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
-        piece = np.hypot(*(ends - starts).T[:2]) / 1024
         # |second derivative| of D along a side is at most 2·(1 + 2|κ|); cosines are concave where they are positive.
-        falls = (2 + 4 * abs(kappa)) * piece**2 / 8
+        falls = (2 + 4 * abs(kappa)) * (np.hypot(*(ends - starts).T[:2]) / 1024) ** 2 / 8
         assert (part.label[2] * bracket > falls).all()
         assert (part.label[0] * np.cos(a1 - delta) > 0).all()
         assert (part.label[1] * np.cos(a2 + delta) > 0).all()
@@ -174,9 +226,8 @@ def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> 
     region = sign_region("negative")
     x = math.atan(PAPER.drag_ratio) - HALF_PI
     saddle = np.array([x, math.atan(math.tan(x) - 2 * PAPER.drag_ratio)])
-    sideways = np.array([1.0, 0.0])
     for step in (1e-2, 1e-4, 3e-6):
-        right, left = saddle + step * sideways, saddle - step * sideways
+        right, left = saddle + np.array([step, 0.0]), saddle - np.array([step, 0.0])
         assert region.contains(np.array([right, left])).all()
         assert not region.joined(right, left)
         assert region.joined(right, (1.178, -0.393))
@@ -187,7 +238,7 @@ def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> 
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
+@every_vehicle
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
 def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
@@ -195,10 +246,12 @@ def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
         region = singular_value_region(floor, vehicle, accuracy=accuracy)
         assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at), vehicle) - floor, seed)
     assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
-    assert singular_value_region(1.01 * cap + 1e-3, vehicle).outer.area < 1e-5
+    starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3))
+    found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
+    assert found.lower.min() >= 0.3 - 1e-12
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     kappa=st.floats(-3, 0.7).map(lambda x: 10**x),
     share=st.floats(0.001, 1.0),
@@ -212,68 +265,46 @@ def test_singular_value_region_of_any_vehicle(kappa: float, share: float, accura
     assert_encloses(region, lambda at: least_singular_value(red(at), vehicle) - floor, rounding=1e-11)
 
 
-@pytest.mark.parametrize("vehicle", VEHICLES[1::2], ids=names[1::2])
-def test_the_singular_value_is_certified_along_the_borders(vehicle: Vehicle) -> None:
-    region = singular_value_region(0.3, vehicle, accuracy=1e-3)
-    starts, ends = edges(region)
-    found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
-    assert found.lower.min() >= 0.3 - 1e-12
-
-
-def test_area_above_a_floor_by_sampling() -> None:
-    axis = (np.arange(1200) + 0.5) / 1200 * math.pi - HALF_PI
-    share = np.mean(least_singular_value_on_red(axis[:, None], axis) >= 0.6)
-    assert singular_value_region(0.6).area == pytest.approx(share * math.pi**2, rel=4e-3)
-
-
 def test_floors_narrower_than_the_accuracy() -> None:
-    for floor in (1e-9, 1e-7, 3e-7):
+    for floor in (1e-9, 3e-7):
         region = singular_value_region(floor)
         assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at)) - floor, rounding=1e-15)
         assert len(region.components) == 7
         assert region.outer.area - region.area < 1e-5
     assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
+    axis = (np.arange(1000) + 0.5) / 1000 * math.pi - HALF_PI
+    share = np.mean(least_singular_value_on_red(axis[:, None], axis) >= 0.6)
+    assert singular_value_region(0.6).area == pytest.approx(share * math.pi**2, rel=4e-3)
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
-def test_thrust_region(vehicle: Vehicle) -> None:
-    def margin(share: float) -> Any:
-        def value(at: Any) -> Any:
-            found = hover_thrust_shares(red(at), vehicle)
-            return np.minimum(
-                np.nan_to_num(found.min(axis=1), nan=-1.0), share - np.nan_to_num(found.max(axis=1), nan=9.0)
-            )
+@every_vehicle
+def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
+    delta = math.atan(vehicle.signed_drag_ratio)
 
-        return value
+    def margin(at: Any, share: float) -> Any:
+        found = hover_thrust_shares(red(at), vehicle)
+        return np.fmin(np.nan_to_num(found.min(axis=1), nan=-1.0), share - np.nan_to_num(found.max(axis=1), nan=9.0))
 
     for seed, share in enumerate((0.26, 0.45, 0.7, 3.0)):
-        region = thrust_region(share, vehicle)
         # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
-        assert_encloses(region, margin(share), seed, rounding=1e-7)
+        region = thrust_region(share, vehicle)
+        assert_encloses(region, lambda at, share=share: margin(at, share), seed, rounding=1e-7)
+    hover = hover_region(vehicle)
+    assert hover.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
+    assert not hover.contains([delta, -delta])[0]
+    assert_encloses(hover, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
-    starts, ends = (
-        np.vstack(pair) for pair in zip(*(edges(small & part.region) for part in sign_components(vehicle)), strict=True)
-    )
-    upward, _, largest = thrust_shares_along(starts, ends, vehicle)
-    assert upward.all()
-    assert -largest.lower.min() <= 0.3 + 1e-4  # its own tolerance
-
-
-@pytest.mark.parametrize("vehicle", VEHICLES, ids=names)
-def test_hover_region(vehicle: Vehicle) -> None:
-    region = hover_region(vehicle)
-    delta = math.atan(vehicle.signed_drag_ratio)
-    for part in sign_components(vehicle):  # across R = 0 the thrusts are not determined
-        assert thrusts_push_up(*edges(region & part.region), vehicle).all()
-    assert region.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
-    assert not region.contains([delta, -delta])[0]
-    assert_encloses(region, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
+    for part in sign_components(vehicle):
+        assert thrusts_push_up(*edges(hover & part.region), vehicle).all()
+        upward, _, largest = thrust_shares_along(*edges(small & part.region), vehicle)
+        assert upward.all()
+        assert (-largest.lower).max(initial=0.0) <= 0.3 + 1e-4  # its own tolerance
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("vehicle", VEHICLES[::2], ids=names[::2])
+@pytest.mark.parametrize("vehicle", VEHICLES[::2])
 @pytest.mark.parametrize("least", [1e-3, 0.5, 3.0])
 def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
     exact = coefficients_of(vehicle, "exact")
@@ -295,8 +326,7 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
 
     region = sign_region(sign, color="blue", accuracy=1e-5)
     assert_encloses(region, margin, rounding=1e-13)
-    delta = coefficients.delta
-    wraps = (2 * delta - HALF_PI, HALF_PI - 2 * delta)
+    wraps = (2 * coefficients.delta - HALF_PI, HALF_PI - 2 * coefficients.delta)
     for part in region.components:
         left, bottom, right, top = part.bounds
         assert not left < wraps[0] < right
@@ -313,7 +343,9 @@ def test_inner_and_outer_are_as_near_as_stated(accuracy: float) -> None:
     regions += [thrust_region(share, accuracy=accuracy) for share in (0.6, 1.0)]
     for region in regions:
         # Both borders are within the accuracy of the true one, and farther apart only in corners.
-        assert accuracy / 2 < gap(region) < 1.7 * accuracy
+        corners = shapely.get_coordinates(region.outer)
+        some = shapely.points(corners[:: max(len(corners) // 300, 1)])
+        assert accuracy / 2 < shapely.distance(region.inner, some).max() < 1.7 * accuracy
         assert region.accuracy == accuracy
 
 
@@ -329,11 +361,10 @@ def test_finer_regions_lie_between_coarser_ones() -> None:
 @pytest.mark.parametrize("kappa", KAPPAS)
 def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
     here, there = Vehicle(drag_ratio=kappa), Vehicle(drag_ratio=kappa, first_rotor_spin="counterclockwise")
-    for make in (lambda v: singular_value_region(0.3, v), hover_region, lambda v: thrust_region(0.5, v)):
+    makers: list[Any] = [lambda v: singular_value_region(0.3, v), hover_region, lambda v: thrust_region(0.5, v)]
+    for make in [*makers, lambda v: sign_region("positive", v)]:
         turned = shapely.transform(make(there).inner, np.negative)
         assert make(here).inner.symmetric_difference(turned).area < 2e-6
-    turned = shapely.transform(sign_region("positive", there).inner, np.negative)
-    assert sign_region("positive", here).inner.symmetric_difference(turned).area < 2e-6
 
 
 # --- admissible regions and the checks of a gait ---------------------------------------------------------------------
@@ -346,10 +377,9 @@ def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
         PAPER,
         PAPER.replace(first_rotor_spin="counterclockwise", max_tilt=1.2),
         PAPER.replace(max_thrust=2.2, max_tilt="80deg"),
-        Vehicle(drag_ratio=0.06),
         Vehicle(drag_ratio=1.5, mass=1.0, max_thrust=6.0),
     ],
-    ids=["paper", "mirrored", "limited", "small", "large"],
+    ids=["paper", "mirrored", "limited", "large"],
 )
 def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> None:
     """A loop right along the border of a flyable component passes every check, between samples too."""
@@ -361,9 +391,6 @@ def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> No
             corners = np.asarray(part.exterior.coords)[:-1]
             report = check_gait(lift(corners, "red", vehicle=vehicle))
             assert report.flyable, (sign, [check.message for check in report.checks if not check.ok])
-            assert {part.label for part in sign_components(vehicle) if part.region.contains(corners[:1])[0]} == {
-                tuple(red_label(corners[0, 0], corners[0, 1], vehicle).tolist())
-            }
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
@@ -381,10 +408,10 @@ def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any, sign: An
 def test_certain_determinant_covers_what_digits_can_change(kind: Any) -> None:
     coefficients, exact = coefficients_of(kind=kind), coefficients_of(kind="exact")
     alpha = red(np.random.default_rng(2).uniform(-HALF_PI, HALF_PI, (20000, 2)))
-    given_, true = level_determinant(alpha, coefficients), level_determinant(alpha, exact)
     resolution = level_determinant_resolution(alpha, coefficients)
     least = certain_determinant(coefficients)
-    assert (np.abs(given_ - true) + resolution <= least).all()
+    off = np.abs(level_determinant(alpha, coefficients) - level_determinant(alpha, exact))
+    assert (off + resolution <= least).all()
     assert least < 10 * resolution.max()
 
 
@@ -395,53 +422,88 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
         keep_in=[[(0, -1.2), (1.25, -1.2), (1.25, 0), (0, 0)]],
     )
     region = admissible_region(vehicle, zones=zones, sign="negative", least=0.0)
-    share = 2.5 / (0.429 * 9.8)
-    parts = [
-        sign_region("negative", vehicle), singular_value_region(0.05, vehicle), hover_region(vehicle),
-        thrust_region(share, vehicle), tilt_region(1.3), zones_region(zones),
-    ]  # fmt: skip
-    together = parts[0]
-    for part in parts[1:]:
-        together &= part
+    together = sign_region("negative", vehicle) & singular_value_region(0.05, vehicle) & hover_region(vehicle)
+    together &= thrust_region(2.5 / (0.429 * 9.8), vehicle) & tilt_region(1.3) & zones_region(zones)
     assert region.inner.symmetric_difference(together.inner).area < 2e-3  # the margins of what checks can decide
     assert together.outer.buffer(1e-5).covers(region.inner)
-    assert len(together.conditions) == 7
+    assert len(region.conditions) == 6
     assert admissible_region(vehicle, sign="negative") is admissible_region(vehicle, sign="negative")  # built once
+
+
+def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
+    for sign in ("positive", "negative"):
+        region = admissible_region(sign=sign, floor=0.0)  # type: ignore[arg-type]
+        parts = [part for part in sign_components() if part.sign == (1 if sign == "positive" else -1)]
+        hover = hover_region()
+        expected = sum((part.region.inner & hover.inner).area for part in parts)
+        assert region.area == pytest.approx(expected, abs=0.02)
+        assert region.area < expected
+        assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
 def test_nothing_on_blue_is_flyable() -> None:
     region = admissible_region(color="blue")
     assert region.inner.is_empty
-    assert region.nearest((0.3, 0.3)) is None
-    assert region.component_of((0.3, 0.3)) is None
+    assert str(region).splitlines()[0] == "Region of the (α1, α2) plane: empty"
+    assert region.nearest((0.3, 0.3)) is region.nearest_as_text((0.3, 0.3)) is region.component_of((0.3, 0.3)) is None
     assert "singular" in (region.why_not((0.3, 0.3)) or "")
     assert not region.joined((0.3, 0.3), (0.3, 0.3))
     assert admissible_region(use="valid", color="blue", sign="negative").components
 
 
-# --- what is asked of a region ---------------------------------------------------------------------------------------
+def test_why_a_region_is_empty() -> None:
+    high = admissible_region(floor=1.2)
+    assert why_empty(high, 1.2, PAPER) == (
+        "nothing has a least singular value of 1.2: this vehicle's most is 1.1710; lower the floor"
+    )
+    zones = Zones(keep_in=[[(0.1, 0.1), (0.2, 0.1), (0.2, 0.2)]])
+    region = admissible_region(sign="negative", zones=zones)
+    assert not region.components
+    assert why_empty(region, 0.05, PAPER) == (
+        "no tilt angles meet all of: R ≤ -0.0035, least singular value ≥ 0.05, hover thrusts > 0, the keep_out and "
+        "keep_in polygons: lower the floor, widen the limits or the polygons"
+    )
+
+
+# --- the questions that a region answers -----------------------------------------------------------------------------
 
 
 def test_components_are_sorted_and_hold_their_points() -> None:
     region = admissible_region()
     areas = [part.area for part in region.components]
     assert areas == sorted(areas, reverse=True)
+    assert region.area == pytest.approx(sum(areas))
     for k, part in enumerate(region.components):
         point = part.representative_point()
         assert region.component_of((point.x, point.y)) == k
         assert region.joined((point.x, point.y), part.exterior.coords[0])
-    assert region.area == pytest.approx(sum(areas))
+    assert repr(region) == "<Region: 4.748 rad² in 5 components, accuracy 1e-06 rad, 3 conditions>"
+    blue = sign_region("positive", color="blue")
+    lines = str(blue).splitlines()
+    assert len(blue.components) > 6
+    assert lines[7] == f"  … and {len(blue.components) - 6} more"
+    assert len(lines) == 9
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_nearest_point(seed: int) -> None:
+def test_components_that_touch_are_joined() -> None:
+    square = tilt_region(0.4).inner
+    corners = [
+        shapely.transform(square, lambda at, shift=shift: at + shift) for shift in ([-0.4, -0.4], [0.4, 0.4], [2, 2])
+    ]
+    shape = shapely.MultiPolygon([part for one in corners for part in one.geoms])
+    region = Region(inner=shape, outer=shape, accuracy=0.0)
+    assert region.joined((-0.5, -0.5), (0.5, 0.5))
+    assert not region.joined((-0.5, -0.5), (2.0, 2.0))
+    assert not region.joined((-0.5, -0.5), (1.2, 1.2))
+
+
+def test_nearest_point() -> None:
     region = admissible_region(zones=Zones(keep_out=[[(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]]))
-    rng = np.random.default_rng(seed)
     rings = [np.asarray(ring.coords) for part in region.components for ring in (part.exterior, *part.interiors)]
     along = np.vstack(
         [a + t * (b - a) for ring in rings for a, b in pairwise(ring) for t in np.linspace(0, 1, 33)[:, None]]
     )
-    for point in rng.uniform(-2.0, 2.0, (60, 2)):
+    for point in np.random.default_rng(0).uniform(-2.0, 2.0, (100, 2)):
         found = region.nearest(point)
         assert found is not None
         assert region.contains(found)[0]
@@ -450,83 +512,68 @@ def test_nearest_point(seed: int) -> None:
             assert found == tuple(point)
         else:
             best = float(np.hypot(*(along - point).T).min())
-            away = math.dist(found, point)
-            assert best - 0.08 <= away <= best + 1e-12
-
-
-def test_user_polygons_are_exact() -> None:
-    square = [(0.0, 0.0), (0.3, 0.1), (0.2, 0.4), (-0.1, 0.3)]
-    region = zones_region(Zones(keep_out=[square], keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]]))
-    between = [
-        (np.asarray(a) * (1 - t) + np.asarray(b) * t)
-        for a, b in zip(square, square[1:] + square[:1], strict=True)
-        for t in (0.0, 0.3, 0.77)
-    ]
-    assert region.contains(between).all()
-    assert not region.contains([0.1, 0.2])[0]
-    assert region.contains([[1.0, 1.0], [1.0, 1.0 + 1e-9]]).tolist() == [True, False]
-    assert set(square) <= {tuple(at) for at in shapely.get_coordinates(region.inner).tolist()}
-    assert region.accuracy == 0.0
-    assert region.inner.equals(region.outer)
+            assert best - 0.08 <= math.dist(found, point) <= best + 1e-12
+        text = region.nearest_as_text(point)
+        assert text is not None
+        printed = [float(part) for part in re.findall(r"-?\d+\.\d+", text)]
+        assert region.contains(printed)[0]
+        assert math.dist(printed, found) < 2e-4
 
 
 @pytest.mark.parametrize(
-    ("point", "told"),
+    ("point", "reason"),
     [
         ((0.5, -0.5), "R = -6.336 at level attitude, wanted is R ≥ 0.0035"),
-        ((0.1, -0.3), "hover thrusts of"),
+        ((0.1, -0.3), "hover thrusts of "),
         ((-1.55, 0.2), "tilt 1.5500 rad, wanted is ≤ 1.2000"),
-        ((0.16, -0.16), "least singular value"),
+        ((0.16, -0.16), "least singular value 0.0"),
         ((-0.3, 0.3), "inside keep_out polygon 2"),
         ((-1.1, 1.1), "outside the keep_in polygons"),
     ],
 )
-def test_why_not_names_the_condition(point: tuple[float, float], told: str) -> None:
+def test_why_not_names_the_condition(point: tuple[float, float], reason: str) -> None:
     polygons = [[(2, 2), (3, 2), (3, 3)], [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)]]
     zones = Zones(keep_out=polygons, keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]])
     region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
-    assert told in (region.why_not(point) or "")
+    assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
 
 
-def test_why_not_right_at_a_border_and_for_thrust() -> None:
+def test_why_not_right_at_a_border_for_thrust_and_for_either_sign() -> None:
     region = singular_value_region(0.5, accuracy=1e-2)
-    points = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
-    near = points[(least_singular_value(red(points)) >= 0.5) & ~region.contains(points)]
-    assert len(near)
+    at = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
+    near = at[(least_singular_value(red(at)) >= 0.5) & ~region.contains(at)]
     assert region.why_not(near[0]) == "closer to the border than the accuracy of the region (0.01 rad)"
-    told = thrust_region(0.3).why_not((1.0, -1.0)) or ""
-    assert told.startswith("largest hover thrust ")
-    assert told.endswith("wanted is ≤ 0.3")
+    reason = thrust_region(0.3).why_not((1.0, -1.0)) or ""
+    assert re.fullmatch(r"largest hover thrust 0\.\d+ of m·g, wanted is ≤ 0\.3", reason)
     either = admissible_region(use="valid").why_not((0.0, HALF_PI - math.atan(PAPER.drag_ratio))) or ""
-    assert either.startswith("R = ")
-    assert "or" in either
+    assert re.fullmatch(r"R = \S+ at level attitude, wanted is R ≥ 0\.0035 or R ≤ -0\.0035", either)
 
 
 @pytest.mark.parametrize(
-    "ask",
+    ("ask", "message"),
     [
-        lambda: sign_components(accuracy=1e-10),
-        lambda: singular_value_region(0.1, accuracy=0.2),
-        lambda: singular_value_region(-0.1),
-        lambda: singular_value_region(math.nan),
-        lambda: thrust_region(0.0),
-        lambda: thrust_region(math.inf),
-        lambda: tilt_region("1"),  # type: ignore[arg-type]
-        lambda: sign_region("up"),  # type: ignore[arg-type]
-        lambda: sign_region("positive", color="green"),  # type: ignore[arg-type]
-        lambda: sign_region("positive", least=-1.0),
-        lambda: admissible_region(use="fun"),  # type: ignore[arg-type]
-        lambda: admissible_region(color="green"),  # type: ignore[arg-type]
-        lambda: admissible_region(sign="none"),  # type: ignore[arg-type]
-        lambda: admissible_region(floor=math.nan),
-        lambda: hover_region().contains([1.0, 2.0, 3.0]),
-        lambda: hover_region().nearest((math.nan, 0.0)),
-        lambda: hover_region().component_of("here"),
+        (lambda: sign_components(accuracy=1e-10), "accuracy: 1e-10; allowed is 1e-9 to 0.1"),
+        (lambda: singular_value_region(0.1, accuracy=0.2), "accuracy: 0.2; allowed is"),
+        (lambda: singular_value_region(-0.1), "floor: -0.1; allowed is"),
+        (lambda: singular_value_region(math.nan), "floor: nan; allowed is"),
+        (lambda: thrust_region(0.0), "share: 0.0; allowed is a positive"),
+        (lambda: thrust_region(math.inf), "share: inf; allowed is"),
+        (lambda: tilt_region("1"), "limit: '1'; allowed is"),
+        (lambda: sign_region("up"), "sign: 'up'; allowed are 'positive' and 'negative'"),
+        (lambda: sign_region("positive", color="green"), "color: 'green'; allowed are"),
+        (lambda: sign_region("positive", least=-1.0), "least: -1.0; allowed is"),
+        (lambda: admissible_region(use="fun"), "use: 'fun'; allowed are 'valid' and 'flyable'"),
+        (lambda: admissible_region(color="green"), "color: 'green'; allowed are"),
+        (lambda: admissible_region(sign="none"), "sign: 'none'; allowed are"),
+        (lambda: admissible_region(floor=math.nan), "floor: nan; allowed is"),
+        (lambda: hover_region().contains([1.0, 2.0, 3.0]), r"point: \[1.0, 2.0, 3.0\]; allowed are"),
+        (lambda: hover_region().nearest((math.nan, 0.0)), r"point: \(nan, 0.0\); allowed are"),
+        (lambda: hover_region().component_of("here"), "point: 'here'; allowed are"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(ask: Any) -> None:
-    with pytest.raises(InputError, match="; allowed (is|are) ") as raised:
+def test_bad_input_is_refused_in_one_line(ask: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}") as raised:
         ask()
     assert "\n" not in str(raised.value)
 
@@ -536,29 +583,37 @@ def test_a_thrust_limit_needs_the_mass() -> None:
         admissible_region(Vehicle(drag_ratio=0.1, max_thrust=1.0))
 
 
-# --- what borders are followed with ----------------------------------------------------------------------------------
+def test_every_region_is_the_same_each_time() -> None:
+    texts = []
+    for _ in range(2):
+        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_polygons):
+            cached.cache_clear()
+        texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
+    assert texts[0] == texts[1]
 
 
-def some_waves(seed: int, count: int = 3) -> Waves:
-    rng = np.random.default_rng(seed)
-    return Waves(np.column_stack([rng.normal(size=count), rng.integers(-2, 3, (count, 2)), rng.uniform(0, 6, count)]))
+# --- how borders are followed ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_waves_add_multiply_and_bend(seed: int) -> None:
-    one, two = some_waves(seed), some_waves(seed + 100)
-    points = np.random.default_rng(seed).uniform(-3, 3, (50, 2))
-    np.testing.assert_allclose((one * two + 0.5).at(points), one.at(points) * two.at(points) + 0.5, atol=1e-12)
-    np.testing.assert_allclose((one * -2.0).at(points), -2 * one.at(points), atol=1e-12)
+    def some(seed: int) -> Waves:
+        rng = np.random.default_rng(seed)
+        return Waves(np.column_stack([rng.normal(size=3), rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)]))
+
+    one, two = some(seed), some(seed + 100)
+    at = np.random.default_rng(seed).uniform(-3, 3, (50, 2))
+    np.testing.assert_allclose((one * two + 0.5).at(at), one.at(at) * two.at(at) + 0.5, atol=1e-12)
+    np.testing.assert_allclose((one * -2.0).at(at), -2 * one.at(at), atol=1e-12)
     angle, step = 0.7 * seed, 1e-4
     along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
-    ahead, behind = one.at(points + step * along), one.at(points - step * along)
-    value, slope, side, bend = one.along(points, along)
-    np.testing.assert_allclose(value, one.at(points), atol=1e-12)
+    ahead, behind = one.at(at + step * along), one.at(at - step * along)
+    value, slope, side, bend = one.along(at, along)
+    np.testing.assert_allclose(value, one.at(at), atol=1e-12)
     np.testing.assert_allclose((ahead - behind) / (2 * step), slope, atol=1e-6)
     left = np.column_stack([-along[:, 1], along[:, 0]])
-    np.testing.assert_allclose(one.along(points, left)[1], side, atol=1e-12)
-    bends = (ahead - 2 * one.at(points) + behind) / step**2
+    np.testing.assert_allclose(one.along(at, left)[1], side, atol=1e-12)
+    bends = (ahead - 2 * one.at(at) + behind) / step**2
     np.testing.assert_allclose(bends, bend, atol=1e-6)
     assert (np.abs(bends) <= one.most(2) + 1e-6).all()
 
@@ -567,7 +622,6 @@ def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
     """cos x + cos y = 2 − ε is nearly a circle; its true distance from a chord is known by bisection."""
     level = 2 - 0.02
     border = Border(rest=cosine(1, 0) + cosine(0, 1) + -level)
-    angles = np.linspace(0, 2 * math.pi, 60)
 
     def at(angle: float) -> np.ndarray[Any, Any]:
         low, high = 0.0, 1.0
@@ -577,7 +631,7 @@ def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
             low, high = (middle, high) if inside else (low, middle)
         return np.array([low * math.cos(angle), low * math.sin(angle)])
 
-    for first, second in pairwise(angles):
+    for first, second in pairwise(np.linspace(0, 2 * math.pi, 60)):
         p, q = at(first), at(second)
         bound = float(border.deviation(p[None], q[None], 0.004)[0])
         normal = np.array([-(q - p)[1], (q - p)[0]]) / np.hypot(*(q - p))
@@ -587,14 +641,13 @@ def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
     assert border.deviation(at(0.0)[None], at(0.1)[None], 0.4)[0] == np.inf
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(5))
 def test_zeros_of_degree_two(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    a = rng.normal(size=5)
+    a = np.random.default_rng(seed).normal(size=5)
     if seed == 0:
         a = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])  # cos x − 1: a double zero
     if seed == 1:
-        a = np.array([0.0, 0.0, 0.0, 0.0, 0.0])
+        a = np.zeros(5)
 
     def value(x: Any) -> Any:
         return a[0] + a[1] * np.cos(x) + a[2] * np.sin(x) + a[3] * np.cos(2 * x) + a[4] * np.sin(2 * x)
@@ -607,17 +660,3 @@ def test_zeros_of_degree_two(seed: int) -> None:
         assert np.abs(found).min() < 1e-6
     if seed > 1:
         assert (np.abs(value(found)) < 1e-3).all()
-
-
-def test_every_region_is_the_same_each_time() -> None:
-    texts = []
-    for _ in range(2):
-        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_polygons):
-            cached.cache_clear()
-        texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
-    assert texts[0] == texts[1]
-
-
-def test_labels_cover_all_but_one_of_eight() -> None:
-    missing = set(product((1, -1), repeat=3)) - {part.label for part in sign_components()}
-    assert missing == {(-1, -1, -1)}
