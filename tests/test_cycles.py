@@ -15,16 +15,16 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
-from gaitgraph.graph.catalog import catalog
-from gaitgraph.graph.cycle_list import Cycle, cycles
-from gaitgraph.graph.enumeration import Enumeration
-from gaitgraph.graph.simple_cycles import NoCycle, SimpleCycle, routed, simple_cycle
+from gaitgraph.graph.cycle_list import Cycle, NoCycle, SimpleCycle, cycles, simple_cycle
+from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
+from gaitgraph.planning.grid import grid_cycles
+from gaitgraph.planning.request import request_of
 from gaitgraph.surface.region import Zones
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from gaitgraph.graph.lengths_ahead import Rows
+    from gaitgraph.graph.cycle_search import Rows
 
 USES: dict[str, Callable[[Any], bool]] = {
     "flyable": lambda edge: edge["flyable"],
@@ -123,8 +123,8 @@ def test_every_cycle_once_in_the_total_order(
 ) -> None:
     number, edges = graph
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.graph.enumeration.MOST_HELD", held)
-        search = Enumeration(rows_of(number, edges), most=most)
+        patch.setattr("gaitgraph.graph.cycle_search.MOST_HELD", held)
+        search = CycleSearch(rows_of(number, edges), most=most)
         expected = [item for item in brute_items(edges) if most is None or item[0] <= most]
         found = []
         for item in search:
@@ -145,21 +145,21 @@ def test_cycles_through_stops_are_those_that_pass_them(
     stop = st.lists(st.integers(0, number - 1), unique=True, min_size=1, max_size=3)
     stops = data.draw(st.lists(stop, min_size=1, max_size=4))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.graph.enumeration.MOST_HELD", held)
-        patch.setattr("gaitgraph.graph.lengths_ahead._MOST_STATES", 3)
-        search = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order)
+        patch.setattr("gaitgraph.graph.cycle_search.MOST_HELD", held)
+        patch.setattr("gaitgraph.graph.cycle_search._MOST_STATES", 3)
+        search = CycleSearch(rows_of(number, edges), stops=stops, any_order=any_order)
         expected = [item for item in brute_items(edges) if passes(item[1], stops, any_order)]
         before = search.bound
         assert list(search) == expected
     assert not expected or before * 1e12 <= expected[0][0]
     assert search.complete
-    shortest = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order).shortest()
+    shortest = CycleSearch(rows_of(number, edges), stops=stops, any_order=any_order).shortest()
     assert shortest in [item for item in expected if item[0] == expected[0][0]] or (shortest is None and not expected)
-    hasty = Enumeration(rows_of(number, edges), stops=stops, any_order=any_order, effort=effort)
+    hasty = CycleSearch(rows_of(number, edges), stops=stops, any_order=any_order, effort=effort)
     found = list(hasty)
     assert found == expected[: len(found)]
     assert len(found) == len(expected) or expected[len(found)][0] >= hasty.floor
-    guess = routed(rows_of(number, edges), stops)
+    guess = routed_cycle(rows_of(number, edges), stops)
     assert guess is None or (guess in brute_items(edges) and passes(guess[1], stops, any_order))
 
 
@@ -168,11 +168,11 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
     number = 1050  # beyond Python's own limit of recursion
     ring = {(k, k + 1): 1 for k in range(number - 1)} | {(0, number - 1): 1}
     expected = [(number, tuple(range(number)))]
-    assert list(Enumeration(rows_of(number, ring))) == expected
+    assert list(CycleSearch(rows_of(number, ring))) == expected
     stops = [[k] for k in range(5, number, 2)]
-    assert list(Enumeration(rows_of(number, ring), stops=stops)) == expected
+    assert list(CycleSearch(rows_of(number, ring), stops=stops)) == expected
     stops[3], stops[100] = stops[100], stops[3]
-    assert list(Enumeration(rows_of(number, ring), stops=stops)) == []
+    assert list(CycleSearch(rows_of(number, ring), stops=stops)) == []
 
 
 # Cycles of surface graphs
@@ -542,21 +542,15 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
         cycles(graph)
 
 
-@pytest.mark.parametrize("request_", ["x", None, {"waypoints": [(0, 0)]}])
-def test_a_catalogue_is_of_a_request(request_: Any) -> None:
-    with pytest.raises(gg.InputError, match="request: .*; allowed is a PlanRequest"):
-        catalog(request_)
-
-
-def test_a_catalogue_merges_both_signs_in_order() -> None:
-    request = gg.planning.request_of([(0.0, 0.0)], divisions=6)
-    merged = list(catalog(request, through=False, max_length=2.2))
+def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
+    request = request_of([(0.0, 0.0)], divisions=6)
+    merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))
     assert [cycle.length for cycle in merged] == sorted(cycle.length for part in parts for cycle in part)
-    found = catalog(request, through=False, max_length=2.2)
+    found = grid_cycles(request, through=False, max_length=2.2).cycles
     for cycle in found:
         assert found.bound >= cycle.length
     assert found.complete
-    assert found.told() == f"{len(merged)} cycles: all there are"
+    assert str(found) == f"{len(merged)} cycles: all there are"
     assert "flyable" in str(merged[0]) or "valid" in str(merged[0])

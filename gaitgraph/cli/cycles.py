@@ -52,7 +52,7 @@ def cycles_command(
     from itertools import islice
     from math import isfinite
 
-    from gaitgraph.graph.catalog import catalog
+    from gaitgraph.planning.grid import grid_cycles
     from gaitgraph.planning.request import read_request, request_from_mapping, stated_fields
 
     def answer(cycle: Any, **more: Any) -> None:
@@ -67,16 +67,18 @@ def cycles_command(
         given["waypoints"] = [(0.0, 0.0)]
     request, _ = request_from_mapping(given) if request_file is None else read_request(request_file, given)
     with working("building the graph") as progress:
-        found = catalog(request, through=through, max_length=max_length, use=require, effort=effort, progress=progress)
+        found = grid_cycles(
+            request, through=through, max_length=max_length, use=require, effort=effort, progress=progress
+        )
         for note in found.notes:
             with progress.aside():
                 click.echo(f"warning: {note}", err=True)
         progress("searching cycles")
-        for cycle in islice(found, limit):
+        for cycle in islice(found.cycles, limit):
             with progress.aside():
                 answer(cycle)
-    if found.found:
-        click.echo(found.told(), err=True)
+    if found.cycles.found:
+        click.echo(str(found.cycles), err=True)
         return 0
     with working("searching a shortest cycle"):
         best, bound, reason = found.best(effort=effort or 1_000_000)
@@ -87,8 +89,8 @@ def cycles_command(
         click.echo(f"the best one found, {proof}", err=True)
         return 0
     if as_json:
-        unknown = {} if found.complete else {"bound": bound if isfinite(bound) else None}
-        print_json({"status": "none" if found.complete else "unfinished", "reason": reason, **unknown})
+        unknown = {} if found.cycles.complete else {"bound": bound if isfinite(bound) else None}
+        print_json({"status": "none" if found.cycles.complete else "unfinished", "reason": reason, **unknown})
     else:
-        click.echo(f"{'No cycle' if found.complete else 'Unfinished'}: {reason}")
+        click.echo(f"{'No cycle' if found.cycles.complete else 'Unfinished'}: {reason}")
     return 1

@@ -9,11 +9,14 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.graph.build import surface_graph as surface_graph
     from gaitgraph.graph.contract import validate_graph as validate_graph
-    from gaitgraph.graph.cycle_list import Cycle as Cycle, Cycles as Cycles, cycles as cycles
-    from gaitgraph.graph.simple_cycles import (
+    from gaitgraph.graph.cycle_list import (
+        Cycle as Cycle,
+        Cycles as Cycles,
         NoCycle as NoCycle,
         SimpleCycle as SimpleCycle,
+        cycles as cycles,
         simple_cycle as simple_cycle,
     )
+    from gaitgraph.graph.walks import best_order as best_order, closed_walk as closed_walk
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -38,6 +38,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import ContractError, InputError, shown
+from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
 from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
@@ -331,6 +332,19 @@ def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> l
         near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1) <= WAYPOINT_SNAP)[0]
         out.append([nodes[k] for k in near])
     return out
+
+
+def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
+    """Return the closed gait through nodes of a surface graph, in order, the first not repeated."""
+    vehicle, coefficients = vehicle_and_coefficients(graph)
+    data = [graph.nodes[name] for name in nodes]
+    return Gait(
+        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
+        colors=tuple(node["color"] for node in data),
+        vehicle=vehicle,
+        coefficients=coefficients,
+        crossing_tolerance=graph.graph["crossing_tolerance"],
+    )
 
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:

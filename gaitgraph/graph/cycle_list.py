@@ -1,4 +1,4 @@
-"""All simple closed cycles of a surface graph, one after the other in order of length.
+"""The simple closed cycles of surface graphs, one after the other in order of length, and the shortest through stops.
 
 A cycle passes three or more nodes, none of them twice. Cycles come in a total order: by length, compared as whole
 multiples of 1e-12 rad, then by their nodes in canonical form. That form starts at the node that comes first in the
@@ -17,38 +17,19 @@ import numpy as np
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import ContractError, InputError, shown
-from gaitgraph.gait.gait import Gait
-from gaitgraph.graph.build import vehicle_and_coefficients
-from gaitgraph.graph.enumeration import Enumeration
-from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, quanta_of
-from gaitgraph.surface.sheets import HOVER_LABEL, red_label
+from gaitgraph.graph.build import gait_along, vehicle_and_coefficients
+from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
+from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, best_order, quanta_of
+from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.graph.enumeration import Item
-    from gaitgraph.graph.lengths_ahead import Rows
-    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.graph.cycle_search import Item, Rows
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import Vehicle
-
-__all__ = ["Cycle", "Cycles", "Ground", "checked_effort", "cycles"]
 
 _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
-_RADIANS_APART = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Surface:
-    """What a graph said of itself and its nodes when the search began; shared by the cycles that it finds."""
-
-    nodes: dict[Hashable, dict[str, Any]]
-    home: frozenset[Hashable]
-    sign: Literal["positive", "negative"]
-    vehicle: Vehicle
-    coefficients: Coefficients
-    crossing_tolerance: float
-    floor: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +53,7 @@ class Cycle:
     color
         "red", "blue" or "mixed".
     surface
-        What the graph said of its nodes.
+        The nodes of the graph and its metadata, as they were when the search began.
 
     Notes
     -----
@@ -81,43 +62,36 @@ class Cycle:
     """
 
     nodes: tuple[Any, ...]
-    sign: Literal["positive", "negative"]
+    sign: Sign
     length: float
     valid: bool
     flyable: bool
     least_singular_value: float
     color: Literal["red", "blue", "mixed"]
-    surface: _Surface = field(repr=False, compare=False)
+    surface: nx.Graph[Any] = field(repr=False, compare=False)
 
     @property
     def path(self) -> Gait:
         """The gait through all nodes."""
-        surface = self.surface
-        data = [surface.nodes[name] for name in self.nodes]
-        return Gait(
-            alpha=np.array([[node["alpha1"], node["alpha2"], node["alpha3"], node["alpha4"]] for node in data]),
-            colors=tuple(node["color"] for node in data),
-            vehicle=surface.vehicle,
-            coefficients=surface.coefficients,
-            crossing_tolerance=surface.crossing_tolerance,
-        )
+        return gait_along(self.surface, self.nodes)
 
     @property
     def report(self) -> Report:
         """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
-        return self.path.merged().check(floor=self.surface.floor)
+        return self.path.merged().check(floor=self.surface.graph["floor"])
 
     @property
     def reachable_from_hover(self) -> bool:
         """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet."""
-        return self.valid and self.sign == "positive" and self.surface.home.issuperset(self.nodes)
+        alpha = self.path.alpha
+        labels = red_label(alpha[:, 0], alpha[:, 1], vehicle_and_coefficients(self.surface)[0])
+        return self.valid and self.color == "red" and self.sign == "positive" and bool((labels == HOVER_LABEL).all())
 
     def __str__(self) -> str:
         verdict = "flyable" if self.flyable else "valid" if self.valid else "not valid"
         corners = self.path.merged().alpha[:, :2].tolist()
-        way = " ".join(f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners)
-        relation = "R > 0" if self.sign == "positive" else "R < 0"
-        return f"{self.length:.4f} rad  {relation}  {self.color:<5}  {verdict:<9}  {way}"
+        points = " ".join(f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners)
+        return f"{self.length:.4f} rad  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {points}"
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the cycle as plain values, ready for JSON."""
@@ -137,42 +111,33 @@ class Cycle:
         }
 
 
-class Ground:
+class _Numbered:
     """The usable part of a graph in whole numbers: a node is its position in the graph, a length is in quanta."""
 
-    def __init__(self, graph: nx.Graph[Any], use: object) -> None:
+    def __init__(self, graph: nx.Graph[Any], use: Use) -> None:
         if not isinstance(graph, nx.Graph):
             raise InputError(f"graph: {shown(graph)}; allowed is a networkx.Graph of gaitgraph.surface_graph")
         allowed = allowed_edges(use)
-        vehicle, coefficients = vehicle_and_coefficients(graph)
+        vehicle_and_coefficients(graph)  # says what is missing
         for key in ("sign", "crossing_tolerance", "floor"):
             if key not in graph.graph:
                 raise ContractError(f"graph metadata: {key!r} is missing")
-        self.use = use
         self.names = list(graph.nodes)
         self.index = {name: k for k, name in enumerate(self.names)}
         self.rows: Rows = [[] for _ in self.names]
-        self.facts: list[dict[int, tuple[int, float]]] = [{} for _ in self.names]
+        self._facts: list[dict[int, tuple[int, float]]] = [{} for _ in self.names]
         for first, second, edge in graph.edges(data=True):
             a, b = self.index[first], self.index[second]
             if a != b and allowed(edge):
                 grade = 2 if edge["flyable"] else int(edge["continuous"] and edge["keeps_sign"])
                 for k, other in ((a, b), (b, a)):
                     self.rows[k].append((other, quanta_of(edge["length"])))
-                    self.facts[k][other] = grade, edge["least_singular_value"]
+                    self._facts[k][other] = grade, edge["least_singular_value"]
         for row in self.rows:
             row.sort()
-        nodes = {name: dict(data) for name, data in graph.nodes(data=True)}
-        self.red = [data["color"] == "red" for data in nodes.values()]
-        self.surface = _Surface(
-            nodes=nodes,
-            home=_home(nodes, vehicle),
-            sign=graph.graph["sign"],
-            vehicle=vehicle,
-            coefficients=coefficients,
-            crossing_tolerance=graph.graph["crossing_tolerance"],
-            floor=graph.graph["floor"],
-        )
+        self.surface: nx.Graph[Any] = nx.Graph(**graph.graph)
+        self.surface.add_nodes_from((name, dict(data)) for name, data in graph.nodes(data=True))
+        self._red = [data["color"] == "red" for data in self.surface.nodes.values()]
 
     def stops(self, value: object, name: str, any_order: object) -> list[list[int]]:
         """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
@@ -211,18 +176,18 @@ class Ground:
         return rows
 
     def cycle(self, item: Item) -> Cycle:
-        """Return the cycle of an item of the enumeration."""
+        """Return the cycle of an item of the search."""
         length, path = item
-        facts, names, grade, least = self.facts, self.names, 2, math.inf
+        facts, names, grade, least = self._facts, self.names, 2, math.inf
         before = path[-1]
         for node in path:
             fact = facts[before][node]
             grade, least = min(grade, fact[0]), min(least, fact[1])
             before = node
-        reds = sum([self.red[node] for node in path])
+        reds = sum([self._red[node] for node in path])
         return Cycle(
             nodes=tuple([names[node] for node in path]),
-            sign=self.surface.sign,
+            sign=self.surface.graph["sign"],
             length=length / QUANTA_PER_RADIAN,
             valid=grade > 0,
             flyable=grade == 2,
@@ -232,46 +197,66 @@ class Ground:
         )
 
 
-def _home(nodes: dict[Hashable, dict[str, Any]], vehicle: Vehicle) -> frozenset[Hashable]:
-    """Return the nodes in the component of α = 0 on the red sheet, which ordinary hover can reach."""
-    alpha = np.array([[data[f"alpha{k}"] for k in range(1, 5)] for data in nodes.values()]).reshape(-1, 4)
-    there = (red_label(alpha[:, 0], alpha[:, 1], vehicle) == HOVER_LABEL).all(axis=1)
-    there &= (np.abs(alpha[:, 2:] - alpha[:, :2]) <= _RADIANS_APART).all(axis=1)
-    return frozenset(
-        name for name, at in zip(nodes, there.tolist(), strict=True) if at and nodes[name]["color"] == "red"
-    )
-
-
 class Cycles(Iterator[Cycle]):
-    """The simple closed cycles of a graph, found while they are asked for; see :func:`cycles`.
+    """The simple closed cycles of one or more graphs, found while they are asked for; see :func:`cycles`.
 
     `bound`, `complete` and `steps` are true at any time, after an interruption too.
+
+    Attributes
+    ----------
+    found
+        How many cycles have been yielded.
     """
 
-    def __init__(self, ground: Ground, search: Enumeration) -> None:
-        self._search = search
-        self._stream = map(ground.cycle, search)
+    found = 0
 
-    def __iter__(self) -> Cycles:
-        return self
+    def __init__(self, numbered: Sequence[_Numbered], searches: Sequence[CycleSearch]) -> None:
+        self._searches = list(searches)
+        self._streams = [map(one.cycle, search) for one, search in zip(numbered, searches, strict=True)]
+        self._heads: list[Cycle | None] = [None] * len(searches)
+
+    @classmethod
+    def merged(cls, parts: Sequence[Cycles]) -> Cycles:
+        """Return the cycles of several graphs as one list in order of length; ties go to the earlier graph."""
+        whole = cls([], [])
+        whole._searches = [search for part in parts for search in part._searches]
+        whole._streams = [stream for part in parts for stream in part._streams]
+        whole._heads = [head for part in parts for head in part._heads]
+        return whole
 
     def __next__(self) -> Cycle:
-        return next(self._stream)
+        for k, stream in enumerate(self._streams):
+            if self._heads[k] is None:
+                self._heads[k] = next(stream, None)
+        ready = [(head.length, k, head) for k, head in enumerate(self._heads) if head is not None]
+        if not ready:
+            raise StopIteration
+        _, first, cycle = min(ready, key=lambda entry: entry[:2])
+        self._heads[first] = None
+        self.found += 1
+        return cycle
 
     @property
     def bound(self) -> float:
         """Every cycle shorter than this has been yielded [rad]; infinite when there are no more cycles at all."""
-        return self._search.bound
+        known = zip(self._heads, self._searches, strict=True)
+        return min((search.bound if head is None else head.length for head, search in known), default=math.inf)
 
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return self._search.complete
+        return all(search.complete for search in self._searches) and not any(self._heads)
 
     @property
     def steps(self) -> int:
         """How many nodes have been expanded."""
-        return self._search.steps
+        return sum(search.steps for search in self._searches)
+
+    def __str__(self) -> str:
+        head = f"{self.found} cycle{'s' * (self.found != 1)}"
+        if self.complete:
+            return f"{head}: all there are"
+        return f"{head}; every cycle shorter than {self.bound:.4f} rad is among them"
 
 
 def cycles(
@@ -340,19 +325,177 @@ def cycles(
         most = quanta_of(float(max_length)) + _ROUNDING
     if progress is not None and not callable(progress):
         raise InputError(f"progress: {shown(progress)}; allowed is a function of one text, or None")
-    steps = checked_effort(effort)
-    ground = Ground(graph, use)
-    stops = ground.stops(through, "through", any_order)
-    rows = ground.rows_past(stops) if stops else ground.rows
-    search = Enumeration(rows, stops=stops, any_order=any_order, most=most, effort=steps, progress=progress)
-    return Cycles(ground, search)
+    steps = _checked_effort(effort)
+    numbered = _Numbered(graph, use)
+    stops = numbered.stops(through, "through", any_order)
+    rows = numbered.rows_past(stops) if stops else numbered.rows
+    search = CycleSearch(rows, stops=stops, any_order=any_order, most=most, effort=steps, progress=progress)
+    return Cycles([numbered], [search])
 
 
-def checked_effort(effort: object) -> int | None:
-    """Return a largest number of steps, or raise InputError."""
+def _checked_effort(effort: object) -> int | None:
     if effort is None:
         return None
     whole = isinstance(effort, (int, np.integer)) and not isinstance(effort, bool)
     if not whole or not effort >= 1:  # type: ignore[operator]
         raise InputError(f"effort: {shown(effort)}; allowed is a whole number ≥ 1, or None")
     return int(effort)  # type: ignore[call-overload, no-any-return]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimpleCycle:
+    """A simple cycle through stops, with what is known about shorter ones.
+
+    Parameters
+    ----------
+    cycle
+        The cycle.
+    nodes
+        Its nodes from the first stop on, in the direction in which it passes the stops.
+    bound
+        No simple cycle through the stops is shorter than this [rad].
+    exact
+        Whether the cycle is proven to be a shortest one; then `bound` is its length.
+    """
+
+    cycle: Cycle
+    nodes: tuple[Any, ...]
+    bound: float
+    exact: bool
+
+    @property
+    def gap(self) -> float:
+        """By what part the cycle may be longer than the shortest one, length/bound − 1; 0 if exact."""
+        if self.exact:
+            return 0.0
+        return self.cycle.length / self.bound - 1 if self.bound > 0 else math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoCycle:
+    """No simple cycle through stops was found; falsy.
+
+    Parameters
+    ----------
+    reason
+        Why, in one sentence.
+    proven
+        Whether there is none; otherwise the effort was spent.
+    bound
+        No simple cycle through the stops is shorter than this [rad]; infinite if there is none.
+    """
+
+    reason: str
+    proven: bool
+    bound: float
+
+    def __bool__(self) -> bool:
+        return False
+
+
+def simple_cycle(
+    graph: nx.Graph[Any],
+    stops: Sequence[Sequence[Any]],
+    *,
+    use: Use = "valid",
+    any_order: bool = False,
+    effort: int | None = 1_000_000,
+) -> SimpleCycle | NoCycle:
+    """Return the shortest simple cycle through stops, or the best one found and how much shorter one could be.
+
+    Parameters
+    ----------
+    graph, use, any_order
+        As for :func:`cycles`.
+    stops
+        One or more stops, each a sequence of alternative nodes, passed in this cyclic order one way round or the
+        other.
+    effort
+        Largest number of search steps. When they are spent the answer is the best cycle of the search and of a
+        heuristic, which routes the legs one after the other around the nodes in use, with each leg as the first.
+
+    Returns
+    -------
+    SimpleCycle or NoCycle
+        Of several shortest cycles always the same one, by no rule. NoCycle is falsy and carries its reason.
+
+    Raises
+    ------
+    InputError
+        If an argument is malformed.
+
+    Notes
+    -----
+    The problem is hard in general, and the heuristic may fail where a cycle exists. A closed walk, which may pass a
+    node twice, is found in any case: :func:`gaitgraph.graph.walks.closed_walk`.
+
+    Examples
+    --------
+    >>> from gaitgraph.graph.build import surface_graph
+    >>> there_and_back = [[(12, 4, "red")], [(12, 6, "red")]]
+    >>> answer = simple_cycle(surface_graph("negative"), there_and_back)
+    >>> answer.exact, len(answer.nodes), round(answer.cycle.length, 4)
+    (True, 4, 0.9481)
+    """
+    steps = _checked_effort(effort)
+    numbered = _Numbered(graph, use)
+    numbers = numbered.stops(stops, "stops", any_order)
+    if not numbers:
+        raise InputError("stops: none given; allowed is one or more")
+    rows = numbered.rows_past(numbers)
+    if not any(rows):
+        return NoCycle(reason=_why_apart(numbered.blocks(), numbers), proven=True, bound=math.inf)
+    search = CycleSearch(rows, stops=numbers, any_order=any_order, effort=steps)
+    best = search.shortest()
+    exact = best is not None
+    if best is None and search.complete:
+        reason = "every closed walk through the stops passes some node twice"
+        return NoCycle(reason=reason, proven=True, bound=math.inf)
+    if best is None:
+        order = best_order(graph, [numbered.names[stop[0]] for stop in numbers], use=use) if any_order else None
+        ordered = [numbers[k] for k in order.order] if order is not None else numbers
+        candidates = [*search.held, routed_cycle(rows, ordered)]
+        best = min((item for item in candidates if item is not None), default=None)
+    if best is None:
+        reason = f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
+        return NoCycle(reason=reason, proven=False, bound=search.bound)
+    cycle = numbered.cycle(best)
+    exact = exact or cycle.length <= search.bound
+    return SimpleCycle(
+        cycle=cycle,
+        nodes=tuple(numbered.names[node] for node in _from_first_stop(best[1], numbers, any_order)),
+        bound=cycle.length if exact else search.bound,
+        exact=exact,
+    )
+
+
+def _why_apart(blocks: list[set[int]], stops: Sequence[Sequence[int]]) -> str:
+    """Return why no two-connected part of a graph holds every stop."""
+    for number, stop in enumerate(stops, start=1):
+        if all(block.isdisjoint(stop) for block in blocks):
+            return f"stop {number} lies on no cycle"
+    for number, stop in enumerate(stops, start=1):
+        at = [block for block in blocks if not block.isdisjoint(stop)]
+        for other, after in enumerate(stops[number:], start=number + 1):
+            if all(block.isdisjoint(after) for block in at):
+                return (
+                    f"stops {number} and {other} are not joined, or only through a node that all paths between them "
+                    "pass"
+                )
+    return "no two-connected part of the graph holds all stops"
+
+
+def _from_first_stop(path: tuple[int, ...], stops: Sequence[Sequence[int]], any_order: bool) -> tuple[int, ...]:
+    """Return a cycle from its first stop on, in the direction in which it passes the stops."""
+    turned = path
+    for nodes in (path, (path[0], *path[:0:-1])):
+        for k in [k for k, node in enumerate(nodes) if node in stops[0]]:
+            turned = (*nodes[k:], *nodes[:k])
+            places = iter((*turned, turned[0]))
+            here: int | None = next(places)
+            for stop in stops:
+                while here is not None and here not in stop:
+                    here = next(places, None)
+            if any_order or here is not None:
+                return turned
+    return turned

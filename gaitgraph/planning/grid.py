@@ -1,8 +1,9 @@
-"""Loops on the paper's grid: closed walks on the surface graph, for each color and sign of R."""
+"""Loops on the paper's grid: closed walks on the surface graph, for each color and sign of R, and closed cycles."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -10,18 +11,19 @@ import numpy as np
 
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
-from gaitgraph.gait.gait import Gait
-from gaitgraph.graph.build import WAYPOINT_SNAP, nodes_above, surface_graph
-from gaitgraph.graph.walks import Blocked, Use, allowed_edges, best_order, closed_walk
+from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
+from gaitgraph.graph.cycle_list import Cycle, Cycles, NoCycle, SimpleCycle, cycles, simple_cycle
+from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.plan import Candidates, Loop, loop_of
 from gaitgraph.planning.refusal import Case, Obstacle, obstacle_at_waypoint, rootless_waypoints, separation
-from gaitgraph.surface.sheets import COLORS, RELATION, Sign
+from gaitgraph.surface.sheets import COLORS, RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.planning.request import PlanRequest, Point
 
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
@@ -74,15 +76,7 @@ def add_grid_loops(
             return
         if progress is not None:
             progress(f"building the graph with {RELATION[sign]}")
-        graph = surface_graph(
-            sign,
-            request.divisions,
-            vehicle=request.vehicle,
-            coefficients=coefficients,
-            waypoints=request.waypoints,
-            zones=request.zones,
-            floor=request.floor,
-        )
+        graph = _graph(request, sign, request.waypoints)
         served = nodes_above(graph, request.waypoints)
     else:
         served = nodes_above(graph, request.waypoints)
@@ -103,7 +97,8 @@ def add_grid_loops(
         if not isinstance(walk, Blocked) and len(walk.nodes) > 1:
             steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
             if not all(graph.edges[a, b]["continuous"] for a, b in steps):
-                found.broken.append(_loop_along(graph, walk.nodes, tuple(range(len(served))), cases[0]))
+                path, order = gait_along(graph, walk.nodes), tuple(range(len(served)))
+                found.broken.append(loop_of(path, order, request, sign, method="grid"))
 
 
 def _loops_of_color(
@@ -127,7 +122,7 @@ def _loops_of_color(
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective="robust" if request.objective == "robust" else "shortest")
         if not isinstance(walk, Blocked):
-            loop = _loop_along(graph, walk.nodes, order, case)
+            loop = loop_of(gait_along(graph, walk.nodes), order, request, case.sign, method="grid")
             if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
                 loops.append(loop)
         elif use == "valid":
@@ -146,13 +141,154 @@ def _reachable(graph: nx.Graph[Any], nodes: Sequence[Any]) -> tuple[int, ...]:
     return tuple(len(nx.node_connected_component(view, node)) for node in nodes)
 
 
-def _loop_along(graph: nx.Graph[Any], nodes: Sequence[Any], order: tuple[int, ...], case: Case) -> Loop:
-    data = [graph.nodes[node] for node in nodes]
-    path = Gait(
-        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
-        colors=tuple(node["color"] for node in data),
-        vehicle=case.request.vehicle,
-        coefficients=case.coefficients,
-        crossing_tolerance=graph.graph["crossing_tolerance"],
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridCycles:
+    """The closed cycles of a request, for each sign of R that was asked for.
+
+    Parameters
+    ----------
+    cycles
+        The cycles of all graphs, found while they are asked for: by length, then R < 0 before R > 0.
+    graphs, stops
+        The graphs by sign of R, and in each the nodes above the waypoints.
+    missing
+        By sign of R, why there is no graph to search.
+    notes
+        What deserves attention.
+    use, any_order, max_length
+        As asked.
+    """
+
+    cycles: Cycles
+    graphs: dict[Sign, nx.Graph[Any]]
+    stops: dict[Sign, list[list[Any]]]
+    missing: dict[Sign, str]
+    notes: tuple[str, ...]
+    use: Use
+    any_order: bool
+    max_length: float | None
+
+    def best(self, *, effort: int) -> tuple[Cycle | None, float, str]:
+        """Return the best cycle through the waypoints that an effort finds, a bound of all lengths, and a reason.
+
+        The cycle is None if none is found; otherwise the reason is empty, and the cycle is a shortest one if it is
+        not longer than the bound [rad]. The effort is the largest number of search steps for each sign of R.
+        """
+        answers = {
+            sign: simple_cycle(graph, self.stops[sign], use=self.use, any_order=self.any_order, effort=effort)
+            for sign, graph in self.graphs.items()
+            if self.stops[sign]
+        }
+        bound = min((answer.bound for answer in answers.values()), default=math.inf)
+        found = [answer.cycle for answer in answers.values() if isinstance(answer, SimpleCycle)]
+        if found:
+            shortest = min(found, key=lambda cycle: cycle.length)
+            if self.max_length is None or shortest.length <= self.max_length + 1e-9:
+                return shortest, bound, ""
+            limit = f"{self.max_length:g} rad"
+            return None, bound, f"within {limit} none was found; the best one has {shortest.length:.4f} rad"
+        reasons = self.missing | {sign: one.reason for sign, one in answers.items() if isinstance(one, NoCycle)}
+        if reasons:
+            return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
+        if not self.cycles.complete:
+            least = self.cycles.bound
+            return None, least, f"none found so far; if there is one it is at least {least:.4f} rad long"
+        within = "" if self.max_length is None else f" within {self.max_length:g} rad"
+        return None, math.inf, f"the graph has none{within}"
+
+
+def grid_cycles(
+    request: PlanRequest,
+    *,
+    through: bool = True,
+    max_length: float | None = None,
+    use: Use = "valid",
+    effort: int | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> GridCycles:
+    """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
+
+    Parameters
+    ----------
+    request
+        Vehicle, coefficients, divisions, polygons, floor; sign and color, where "auto" is both. Its period, law,
+        objective and direction play no part.
+    through
+        Whether the cycles pass the request's waypoints, in order or, with its `any_order`, in any order; more than nine
+        in the order that Christofides' heuristic finds, which `notes` says.
+    max_length, use, effort, progress
+        As for :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+
+    Examples
+    --------
+    >>> from gaitgraph.planning.request import request_of
+    >>> found = grid_cycles(request_of([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
+    >>> cycle = next(found.cycles)
+    >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
+    ('negative', 5, 1.2257, True)
+    """
+    any_order, notes = request.any_order and through, []
+    heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER
+    graphs: dict[Sign, nx.Graph[Any]] = {}
+    stops: dict[Sign, list[list[Any]]] = {}
+    missing: dict[Sign, str] = {}
+    for sign in SIGNS:
+        if request.sign not in ("auto", sign):
+            continue
+        if progress is not None:
+            progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
+        graph = _graph(request, sign, waypoints=request.waypoints if through else ())
+        if request.color != "auto":
+            graph.remove_nodes_from([name for name, data in graph.nodes(data=True) if data["color"] != request.color])
+        served = nodes_above(graph, request.waypoints) if through else []
+        if not all(served):
+            color = "" if request.color == "auto" else f"{request.color} "
+            number = served.index([]) + 1
+            missing[sign] = f"waypoint {number} has no {color}root with this sign of R in the region"
+            continue
+        order = best_order(graph, [nodes[0] for nodes in served], use=use) if heuristic else None
+        if order is not None:
+            served = [served[k] for k in order.order]
+            method = f"order of {len(served)} waypoints by Christofides' heuristic (networkx)"
+            notes.append(f"{RELATION[sign]}: {method}: only cycles in this order are listed")
+        graphs[sign], stops[sign] = graph, served
+    any_order = any_order and not heuristic
+    lists = [
+        cycles(
+            graph,
+            through=stops[sign],
+            any_order=any_order,
+            max_length=max_length,
+            use=use,
+            effort=effort,
+            progress=progress,
+        )
+        for sign, graph in graphs.items()
+    ]
+    return GridCycles(
+        cycles=Cycles.merged(lists),
+        graphs=graphs,
+        stops=stops,
+        missing=missing,
+        notes=tuple(notes),
+        use=use,
+        any_order=any_order,
+        max_length=max_length,
     )
-    return loop_of(path, order, case.request, case.sign, method="grid")
+
+
+def _graph(request: PlanRequest, sign: Sign, waypoints: Sequence[Point]) -> nx.Graph[Any]:
+    return surface_graph(
+        sign,
+        request.divisions,
+        vehicle=request.vehicle,
+        coefficients=coefficients_of(request.vehicle, request.coefficients),
+        waypoints=waypoints,
+        zones=request.zones,
+        floor=request.floor,
+    )

@@ -1,0 +1,487 @@
+"""All simple cycles of a weighted graph in order of length: the search behind :mod:`gaitgraph.graph.cycle_list`.
+
+Nodes are whole numbers, lengths whole numbers of quanta, so that equal lengths tie exactly. Paths are deepened
+depth first up to a limit of length that rises from pass to pass. A path is left as soon as its length, and the
+shortest walk that can still close it, exceed the limit. The shortest of what was left, the floor of the next pass,
+is a proven bound: no cycle that has not been found is shorter.
+
+Without stops each cycle is searched from its smallest node and the smaller of that node's two neighbours on it.
+Nodes are visited in rising order, so a pass over a single length meets the cycles in their order, and nothing has
+to be stored. Where lengths lie close together a pass covers a range of them and holds what it finds, at most
+MOST_HELD cycles: beyond that it keeps the first ones and leaves the others to the next pass. With stops each cycle
+is searched from one of its stops, and what a pass finds is always held, sorted and freed of repetitions.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.graph.walks import QUANTA_PER_RADIAN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+
+Rows = list[list[tuple[int, int]]]
+"""For each node its neighbours, in rising order, each with the length of the edge [quanta]."""
+
+Item = tuple[int, tuple[int, ...]]
+"""A cycle: its length [quanta] and its nodes in canonical form; items compare in the total order."""
+
+Step = tuple[int, int, int, Any]
+"""One step on: least length over this edge and back, node, length of the edge, state there."""
+
+MOST_HELD = 50_000
+"""A pass keeps up to so many cycles, and twice as many for a moment."""
+_NEVER = 1 << 62  # the distance of what cannot be reached
+_MOST_STATES = 30_000
+_REPORT_STEPS = 200_000
+
+
+def canonical(path: Sequence[int]) -> tuple[int, ...]:
+    """Return a cycle from its smallest node on, in the direction of that node's smaller neighbour."""
+    start = path.index(min(path))
+    turned = [*path[start:], *path[:start]]
+    if turned[1] > turned[-1]:
+        turned[1:] = turned[:0:-1]
+    return tuple(turned)
+
+
+def distances(
+    rows: Rows, sources: Iterable[tuple[int, int]], *, within: int = _NEVER, avoid: Iterable[int] = (), least: int = 0
+) -> tuple[dict[int, int], int]:
+    """Return the distance from the nearest source to each node by Dijkstra's algorithm [quanta].
+
+    Parameters
+    ----------
+    rows
+        The graph.
+    sources
+        Nodes, each with the distance at which it starts.
+    within
+        Farther nodes are left out.
+    avoid
+        Nodes that are reached but not passed.
+    least
+        Nodes below this number are left out.
+
+    Returns
+    -------
+    distances of the nodes that were reached, and the least distance of those left out (2^62 if there are none)
+    """
+    found: dict[int, int] = {}
+    heap = [(distance, node) for node, distance in sources]
+    heapify(heap)
+    stopping = set(avoid)
+    while heap:
+        distance, node = heappop(heap)
+        if distance > within:
+            return found, distance
+        if node in found:
+            continue
+        found[node] = distance
+        if node not in stopping:
+            for other, length in rows[node]:
+                if other >= least and other not in found:
+                    heappush(heap, (distance + length, other))
+    return found, _NEVER
+
+
+class _FreeSteps(dict[int, list[Step]]):
+    """The steps on from each node when a cycle without stops is closed; made when they are first asked for."""
+
+    def __init__(self, rows: Rows, root: int, second: int, closing: dict[int, int], left: int) -> None:
+        super().__init__()
+        self._rows, self._root = rows, root
+        # One edge more than the limit leaves: what is pruned then has its true distance, a level worth trying.
+        within = max(left, 0) + max(closing.values())
+        self.back, self.beyond = distances(rows, closing.items(), within=within, avoid=(second,), least=root + 1)
+
+    def __missing__(self, node: int) -> list[Step]:
+        back, beyond, root = self.back, self.beyond, self._root
+        row = [(edge + back.get(v, beyond), v, edge, v) for v, edge in self._rows[node] if v > root]
+        self[node] = row
+        return row
+
+
+class _TourSteps(dict[tuple[int, int], list[Step]]):
+    """The steps on from each state of a path from a root past all stops and back; made when first asked for.
+
+    A state is a node and the progress made there: with stops in order how many have been passed, each as early as
+    possible; in any order the set of those passed, as bits. What lies ahead of a state is the shortest walk that
+    avoids the root, passes the remaining stops and ends at the root.
+    """
+
+    def __init__(self, rows: Rows, stops: Sequence[Sequence[int]], any_order: bool, root: int) -> None:
+        super().__init__()
+        self.root = root
+        self._rows, self._any_order = rows, any_order
+        self._stops = [frozenset(stop) for stop in stops]
+        self._serves: dict[int, int] = {}
+        for k, stop in enumerate(self._stops):
+            for node in stop:
+                self._serves[node] = self._serves.get(node, 0) | 1 << k
+        self._done = (1 << len(stops)) - 1 if any_order else len(stops)
+        if not any_order:
+            while self._done and root in self._stops[self._done - 1]:
+                self._done -= 1  # the root, where the cycle ends, serves the last stops too
+        self._home = distances(rows, [(root, 0)])[0]
+        self._from_stop: dict[int, array[int]] = {}
+        self._least: dict[tuple[int, int], int] = {}
+        progress = self._advanced(0, root)
+        self.start = (root, progress)
+        self.closing = {(node, self._done): edge for node, edge in rows[root]}
+        if not any_order:
+            for k in range(self._done - 1, progress - 1, -1):  # the last stop first, so that nothing recurses deeply
+                for node in self._stops[k]:
+                    self._ahead(node, self._advanced(k, node))
+        self.shortest = self._ahead(root, progress)
+
+    def __missing__(self, state: tuple[int, int]) -> list[Step]:
+        row: list[Step] = []
+        for node, edge in self._rows[state[0]]:
+            if node != self.root:
+                progress = self._advanced(state[1], node)
+                ahead = self._ahead(node, progress)
+                if ahead < _NEVER:
+                    row.append((edge + ahead, node, edge, (node, progress)))
+        row.sort()  # the most promising first: with stops, what is found is sorted anyway
+        if len(self) >= _MOST_STATES:
+            self.clear()
+        self[state] = row
+        return row
+
+    def _advanced(self, progress: int, node: int) -> int:
+        if self._any_order:
+            return progress | self._serves.get(node, 0)
+        while progress < self._done and node in self._stops[progress]:
+            progress += 1
+        return progress
+
+    def _ahead(self, node: int, progress: int) -> int:
+        if progress == self._done:
+            return self._home.get(node, _NEVER)
+        state = (node, progress)
+        least = self._least.get(state)
+        if least is None:
+            following: Iterable[int] = self._stops[progress] if not self._any_order else ()
+            if self._any_order:
+                following = [v for v, serves in self._serves.items() if serves & ~progress]
+            least = min((self._over(node, v, progress) for v in following), default=_NEVER)
+            if node in self._serves:  # of these there are few
+                self._least[state] = least
+        return least
+
+    def _over(self, node: int, stop: int, progress: int) -> int:
+        """Return the shortest length from a node over the next stop and on to the root."""
+        if stop == self.root:
+            return _NEVER
+        if stop not in self._from_stop:
+            table = array("q", [_NEVER]) * len(self._rows)
+            for v, distance in distances(self._rows, [(stop, 0)], avoid=(self.root,))[0].items():
+                table[v] = distance
+            self._from_stop[stop] = table
+        first = self._from_stop[stop][node]
+        return min(_NEVER, first + self._ahead(stop, self._advanced(progress, stop))) if first < _NEVER else _NEVER
+
+
+class _Spent(Exception):
+    """The effort is spent."""
+
+
+class CycleSearch:
+    """The simple cycles of three or more nodes as an iterator of items, in their total order, each once.
+
+    Parameters
+    ----------
+    rows
+        The graph; its edges are stated from both sides, with lengths ≥ 0.
+    stops
+        Nodes, any of which serves the stop; the cycle passes the stops in this cyclic order, one way round or the
+        other. One node may serve several stops in a row. Without stops all cycles are found.
+    any_order
+        The cycle passes the stops in any order.
+    most
+        No longer cycles [quanta], or None.
+    effort
+        Largest number of steps, or None.
+    progress
+        Called with a line of text now and then, or None.
+
+    Attributes
+    ----------
+    floor
+        Every cycle that is shorter than this has been yielded [quanta].
+    complete
+        Whether the search came to its end.
+    steps
+        Nodes expanded so far.
+    found
+        Cycles yielded so far.
+    held
+        Cycles found and not yielded yet, not in order.
+    """
+
+    def __init__(
+        self,
+        rows: Rows,
+        *,
+        stops: Sequence[Sequence[int]] = (),
+        any_order: bool = False,
+        most: int | None = None,
+        effort: int | None = None,
+        progress: Callable[[str], None] | None = None,
+    ) -> None:
+        self.floor = self.steps = self.found = 0
+        self.complete = False
+        self.held: set[Item] = set()
+        self._rows, self._effort, self._progress = rows, effort, progress
+        self._most = _NEVER - 1 if most is None else most
+        self._limit, self._ahead, self._alarm = 0, _NEVER, 0
+        self._set_alarm()
+        self._tours: list[_TourSteps] | None = None
+        if stops:
+            start = min(range(len(stops)), key=lambda k: len(stops[k]))
+            turned = [*stops[start:], *stops[:start]]
+            self._tours = [_TourSteps(rows, turned, any_order, root) for root in sorted(set(turned[0]))]
+            self.floor = min(tour.shortest for tour in self._tours)
+
+    @property
+    def bound(self) -> float:
+        """The floor in radians, infinite when there are no more cycles at all."""
+        return math.inf if self.floor >= _NEVER else self.floor / QUANTA_PER_RADIAN
+
+    def __iter__(self) -> Iterator[Item]:
+        try:
+            yield from self._passes()
+        except _Spent:
+            return
+
+    def shortest(self) -> Item | None:
+        """Return a shortest cycle, instead of iterating; None if there is none or the effort is spent.
+
+        Which of several shortest ones is the same each time, and need not be the first: there may be very many. When
+        the effort is spent, `held` has the shortest cycle that was met, and `floor` is still a bound.
+        """
+        width = 0
+        try:
+            while self.floor <= self._most:
+                floor = self.floor
+                self._limit, self._ahead = min(floor + width, self._most), _NEVER
+                paths = self._closed()
+                for length, path in paths:
+                    self.held = {(length, canonical(path))}
+                    self._limit = length - 1
+                    if length <= floor:
+                        break
+                paths.close()
+                if self.held:
+                    (best,) = self.held
+                    self.floor = best[0]
+                    return best
+                self.floor = self._ahead
+                width = max(2 * width, floor >> 7)
+        except _Spent:
+            return None
+        self.complete = True
+        return None
+
+    def _passes(self) -> Iterator[Item]:
+        """Yield what pass after pass finds; each starts at the floor that the one before has proven."""
+        last: Item = (-1, ())
+        width, alone = 0, self._tours is None
+        while self.floor <= self._most:
+            floor, before, cut = self.floor, self.found, None
+            self._limit, self._ahead = min(floor if alone else floor + width, self._most), _NEVER
+            if alone:
+                for length, path in self._closed():
+                    # A length that overflowed in the pass before goes on where that pass was cut.
+                    if length == floor and (item := (length, tuple(path))) > last:
+                        self.found += 1
+                        yield item
+            else:
+                cut = self._hold(last)
+                for item in sorted(self.held):
+                    self.floor = item[0]
+                    self.found += 1
+                    yield item
+                self.held.clear()
+            if cut is not None:
+                last, self.floor = cut, cut[0]
+                alone = self._tours is None and cut[0] == floor
+                width = width if alone else cut[0] - floor
+            else:
+                last, self.floor = (self._limit, (_NEVER,)), self._ahead
+                few = 4 * (self.found - before) < self._capacity()
+                alone = alone and (self.found == 0 or not few)
+                if few and not alone:
+                    width = max(2 * width, floor >> 7)
+            self._report()
+        self.complete = True
+
+    def _capacity(self) -> int:
+        """Return how many cycles a pass keeps: few at first, so that the first ones come soon."""
+        return min(MOST_HELD, max(1, 2 * self.found))
+
+    def _hold(self, last: Item) -> Item | None:
+        """Hold the first cycles beyond the last one; return the last one that is held if there are more."""
+        floor, capacity, cut, held = self.floor, self._capacity(), None, self.held
+        held.clear()
+        paths = self._closed()
+        for length, path in paths:
+            if length < floor:
+                continue
+            item = (length, tuple(path) if self._tours is None else canonical(path))
+            if item <= last or (cut is not None and item > cut):
+                continue
+            held.add(item)
+            if len(held) > 2 * capacity:
+                kept = sorted(held)[:capacity]
+                held.clear()
+                held.update(kept)
+                cut = kept[-1]
+                self._limit = cut[0]
+                if cut[0] == floor and self._tours is None:
+                    break  # one length alone is too much to hold, and its cycles come in their order
+        paths.close()
+        return cut
+
+    def _closed(self) -> Generator[tuple[int, list[int]], None, None]:
+        """Yield length and nodes of the closed paths up to the limit; the list of nodes is a live one."""
+        if self._tours is not None:
+            for tour in self._tours:
+                yield from self._deepen([tour.root], 0, tour.start, tour, tour.closing)
+            return
+        for root, row in enumerate(self._rows):
+            onward = [entry for entry in row if entry[0] > root]
+            for k, (second, length) in enumerate(onward[:-1], start=1):
+                closing = dict(onward[k:])
+                self.steps += 1
+                if self.steps >= self._alarm:
+                    self._pause()
+                steps = _FreeSteps(self._rows, root, second, closing, self._limit - length)
+                shortest = length + steps.back.get(second, steps.beyond)
+                if shortest <= self._limit:
+                    yield from self._deepen([root, second], length, second, steps, closing)
+                else:
+                    self._ahead = min(self._ahead, shortest)
+
+    def _deepen(
+        self, path: list[int], length: int, state: Any, steps: Mapping[Any, list[Step]], closing: Mapping[Any, int]
+    ) -> Iterator[tuple[int, list[int]]]:
+        """Yield each closed path within the limit; `closing` holds the last edge from where there is one."""
+        limit, ahead, left = self._limit, _NEVER, self._alarm - self.steps
+        used = set(path)
+        stack: list[tuple[Iterator[Step], int]] = []
+        onward = iter(steps[state])
+        try:
+            while True:
+                reach = limit - length
+                for step in onward:
+                    if step[0] > reach:
+                        if length + step[0] < ahead:  # noqa: PLR1730 - a call costs more than the rest of the loop
+                            ahead = length + step[0]
+                    elif step[1] not in used:
+                        break
+                else:
+                    if not stack:
+                        return
+                    onward, length = stack.pop()
+                    used.discard(path.pop())
+                    continue
+                _, node, edge, state = step
+                stack.append((onward, length))
+                length += edge
+                path.append(node)
+                used.add(node)
+                onward = iter(steps[state])
+                left -= 1
+                if not left:
+                    self.steps = self._alarm
+                    self._pause()
+                    left = self._alarm - self.steps
+                if state in closing and len(path) > 2:
+                    whole = length + closing[state]
+                    if whole <= limit:
+                        yield whole, path
+                        limit = self._limit
+                    elif whole < ahead:
+                        ahead = whole
+        finally:
+            self.steps = self._alarm - left
+            self._ahead = min(self._ahead, ahead)
+
+    def _set_alarm(self) -> None:
+        self._alarm = self.steps + _REPORT_STEPS
+        if self._effort is not None:
+            self._alarm = min(self._alarm, self._effort)
+
+    def _pause(self) -> None:
+        if self._effort is not None and self.steps >= self._effort:
+            raise _Spent
+        self._set_alarm()
+        self._report()
+
+    def _report(self) -> None:
+        if self._progress is not None and self.floor < _NEVER:
+            up_to = self.floor / QUANTA_PER_RADIAN
+            self._progress(f"cycles of length up to {up_to:.3f} rad, {self.found} found")
+
+
+def routed_cycle(rows: Rows, stops: Sequence[Sequence[int]]) -> Item | None:
+    """Return a simple cycle through stops in order, not the shortest, or None if none is met.
+
+    Leg after leg is routed around the nodes in use. Every leg is tried as the first one, and the shortest of the
+    cycles is taken.
+    """
+    tours: list[list[Sequence[int]]]
+    if len(stops) == 1:
+        tours = [[(node,), (v,)] for node in stops[0] for v, _ in rows[node]]
+    else:
+        tours = [[(node,), *stops[k + 1 :], *stops[:k]] for k in range(len(stops)) for node in stops[k]]
+    best: Item | None = None
+    for tour in tours:
+        start = tour[0][0]
+        path, whole = [start], 0
+        reserved = {stop[0] for stop in tour if len(stop) == 1}
+        for k in range(1, len(tour) + 1):
+            onward = k < len(tour)
+            if onward and path[-1] in tour[k]:
+                continue
+            targets = set(tour[k]).difference(path) if onward else {start}
+            # The way home has more than one edge, as a cycle has three nodes.
+            leg = _leg(rows, path[-1], targets, (reserved | set(path)) - targets, direct=onward or len(path) > 2)
+            if leg is None:
+                break
+            whole += leg[0]
+            path += leg[1]
+        else:
+            if len(path) > 3:
+                item = whole, canonical(path[:-1])
+                best = item if best is None else min(best, item)
+    return best
+
+
+def _leg(rows: Rows, source: int, targets: set[int], closed: set[int], *, direct: bool) -> Item | None:
+    """Return length and nodes, without the source, of the shortest path to a target around closed nodes.
+
+    Unless `direct`, the path has more than one edge.
+    """
+    heap: list[tuple[int, int, int]] = [(0, source, -1)]
+    parent: dict[int, int] = {}
+    while heap:
+        whole, node, before = heappop(heap)
+        if node in parent:
+            continue
+        parent[node] = before
+        if node in targets and before >= 0:
+            path = [node]
+            while parent[path[-1]] != source:
+                path.append(parent[path[-1]])
+            return whole, tuple(path[::-1])
+        for other, length in rows[node]:
+            if other not in closed and other not in parent and (direct or node != source or other not in targets):
+                heappush(heap, (whole + length, other, node))
+    return None
