@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Spin = Literal["clockwise", "counterclockwise"]
 
-_UNITS = {
+UNITS = {
     "mass": "kg",
     "gravity": "m/s²",
     "arm_length": "m",
@@ -161,7 +161,7 @@ class Vehicle:
         stated = {field: value for field, value in locals().items() if field != "self"}
         if not isinstance(name, str) or not name or not name.isprintable():
             raise InputError(f"vehicle name: {shown(name)}; allowed is a printable text that is not empty")
-        for field in _UNITS:
+        for field in UNITS:
             if field != "inertia" and (stated[field] is not None or field == "gravity"):
                 stated[field] = _positive(field, stated[field])
         if inertia is not None:
@@ -222,7 +222,7 @@ class Vehicle:
         """
         for name in names:
             if getattr(self, name) is None:
-                raise MissingConstant(f"vehicle {self.name!r} states no {name} ({_UNITS[name]}), which {purpose} needs")
+                raise MissingConstant(f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs")
         return tuple(getattr(self, name) for name in names)
 
     def replace(self, **changes: Any) -> Vehicle:
@@ -297,7 +297,7 @@ def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
         else:
             text = value if isinstance(value, str) else f"{value:.6g}"
         unit = "rad" if name in _ANGLES else ""
-        unit = _UNITS.get(name, unit).removeprefix("dimensionless")
+        unit = UNITS.get(name, unit).removeprefix("dimensionless")
         out.append((name.replace("_", " "), f"{text} {unit}".strip()))
     return out
 
@@ -309,7 +309,7 @@ def _quotient(numerator: float | None, denominator: float | None) -> float | Non
 def _positive(name: str, value: object) -> float:
     number = angle_from_text(value, name) if name in _ANGLES and isinstance(value, str) else number_of(value)
     if not 1e-30 <= number <= 1e30:
-        raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({_UNITS[name]})")
+        raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({UNITS[name]})")
     return number
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-    from gaitgraph.study.designs import Study
+    from gaitgraph.study.design import Study
 
 _ONCE = 3.0  # seconds in which further signals are the same wish
 
@@ -76,7 +76,7 @@ def study_command(
     Interrupted or killed, the same command goes on where it stopped. The exit code is 0 once all rows are there,
     whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
-    from gaitgraph.study.designs import read_study
+    from gaitgraph.study.design import read_study
     from gaitgraph.study.running import run_study
 
     study = read_study(study_file)

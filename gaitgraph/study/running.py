@@ -1,33 +1,43 @@
-"""Run a study: what is there is kept, what is missing is flown, and every batch is written when it is done."""
+"""Run a study on Dask: what is there is kept, what is missing is flown, and every batch is written when it is done."""
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import os
-from collections.abc import Callable, Mapping
-from contextlib import contextmanager
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
 from gaitgraph.plots.axes import require_matplotlib
-from gaitgraph.study.cases import OUTCOMES, flown_batch, versions
-from gaitgraph.study.clusters import cluster_there, flown_batches, require_dask, workers_here
-from gaitgraph.study.datasets import holds_study, opened_dataset, require_pyarrow
-from gaitgraph.study.designs import FREE_CASES, FREE_SECONDS, Study, read_study, study_from_mapping
-from gaitgraph.study.pages import page_of, reasons_of
+from gaitgraph.study.design import Study, read_study, study_from_mapping
+from gaitgraph.study.rows import KEPT, MANIFEST, OUTCOMES, flown_batch, lost_row, opened_dataset, versions
+from gaitgraph.study.summary import page_of, reasons_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    Rows = list[dict[str, Any]]
-
-__all__ = ["StudyRun", "check_size", "run_study", "time_text"]
+    Batch = tuple[int, list[dict[str, Any]]]
 
 MOST_WORKERS = 1024
 
-Progress = Callable[[str], None]
+FREE_CASES = 10_000
+FREE_SECONDS = 3600.0
+"""More cases, or a longer estimate, are run only with `yes`."""
+
+PATIENCE = 5.0
+"""How long a scheduler may take to answer [s]."""
+
+EMPTY = 60.0
+"""How long a cluster may be without workers at the start [s]."""
+
+_IN_FLIGHT = 256  # batches that the scheduler holds at a time
+_DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,9 +51,9 @@ class StudyRun:
     folder
         Where its rows are: ``rows/part-….parquet``, and the page ``summary.html``.
     outcomes
-        How many cases had each of :data:`gaitgraph.study.cases.OUTCOMES`.
+        How many cases had each of :data:`gaitgraph.study.rows.OUTCOMES`.
     reasons
-        Why cases did not settle, each with how many; numbers in a reason are those of the first such case.
+        Outcome, reason and count of the cases that did not settle; a reason has the numbers of the first such case.
     flown
         How many cases this run added; the others were there.
     table
@@ -63,7 +73,7 @@ class StudyRun:
         return self.folder / "summary.html"
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return what came of it as plain values, ready for JSON."""
+        """Return the result as plain values, ready for JSON."""
         return {
             "study": self.study.name,
             "fingerprint": self.study.fingerprint,
@@ -92,14 +102,121 @@ class StudyRun:
         return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.summary}"])
 
 
+def run_study(
+    study: Study | str | Path | dict[str, Any],
+    output: str | Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    yes: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> StudyRun:
+    """Plan, check and fly every case of a study, and write a row for each.
+
+    Parameters
+    ----------
+    study
+        A study, the name of its TOML file, or what :func:`gaitgraph.study.design.study_from_mapping` takes.
+    output
+        The folder of its rows: a new one, or one of this very study, which is then continued.
+    workers
+        Processes of this machine; by default one for each core. 0 flies in this process, without Dask.
+    scheduler
+        The address of a Dask scheduler whose workers are used instead.
+    yes
+        Run a study of more than 10,000 flights, or of more than an hour by estimate.
+    progress
+        Called with a few words now and then.
+
+    Raises
+    ------
+    InputError
+        If something asked for is not allowed, a scheduler does not answer, or workers do not start.
+    FileProblem, OutputExists
+        If the folder is something else, of another study, in use, or cannot be written.
+    MissingExtra
+        If mujoco, pyarrow, matplotlib or Dask is not installed.
+
+    Notes
+    -----
+    Interrupted or killed at any moment, the same call continues: batches that are written stay, others are flown anew.
+    Rows do not depend on the number of workers. That they are the same to the last digit on another kind of processor
+    is not guaranteed. A script that starts workers needs ``if __name__ == "__main__":``, as Python's own processes do.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> asked = {"name": "tiny", "gaits": ["gait1", "gait4"], "flight": {"duration": 1}}
+    >>> with TemporaryDirectory() as folder:
+    ...     run = run_study(asked, f"{folder}/tiny", workers=0)
+    >>> run.outcomes["settled"], run.outcomes["refused"]
+    (1, 1)
+    """
+    if isinstance(study, dict):
+        study = study_from_mapping(study)
+    elif not isinstance(study, Study):
+        study = read_study(study)
+    if scheduler is not None and (not isinstance(scheduler, str) or not scheduler.strip()):
+        raise InputError(f"--scheduler must be an address such as tcp://10.0.0.5:8786, got {shown(scheduler)}")
+    if scheduler is not None and workers is not None:
+        raise InputError(f"--workers must not stand beside --scheduler, got {shown(workers)}")
+    if workers is None:
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        workers = 1 if scheduler is not None else cores
+    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers must be a whole number from 0 to {MOST_WORKERS}, got {shown(workers)}")
+    if not yes:
+        check_size(study, workers)
+    require_matplotlib()
+    try:
+        import pyarrow as _  # noqa: F401
+    except ImportError as error:
+        raise needs_extra("pyarrow", "a study", "study") from error
+    here = versions()
+    say = progress or (lambda _: None)
+    folder = Path(output)
+    if scheduler is not None and not (folder / MANIFEST).exists():
+        with _client(1, scheduler):  # a wrong address leaves no folder
+            pass
+    with opened_dataset(folder, study, here) as dataset, ExitStack() as stack:
+        say("reading what is there")
+        missing = dataset.missing()
+        if missing and workers:
+            say("asking the scheduler" if scheduler is not None else "starting workers")
+            client = stack.enter_context(_client(min(workers, len(missing)), scheduler))
+            batches = _flown_on_dask(client, study, missing, here)
+        else:
+            batches = ((batch, flown_batch(study.text, study.numbers(batch), here)) for batch in missing)
+        flown, start = 0, monotonic()
+        todo = sum(len(study.numbers(batch)) for batch in missing)
+        say(f"{len(study) - todo} of {len(study)} cases")
+        for batch, rows in batches:
+            dataset.write(batch, rows)
+            flown += len(rows)
+            left = (monotonic() - start) * (todo - flown) / flown
+            say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {time_text(left)} left" * (left > 0))
+        say("drawing the summary")
+        table = dataset.table()
+        dataset.put(folder / "summary.html", page_of(study, table).encode(), force=True)
+    counts = table["outcome"].to_pylist()
+    return StudyRun(
+        study=study,
+        folder=folder,
+        outcomes={name: counts.count(name) for name in OUTCOMES},
+        reasons=reasons_of(table),
+        flown=flown,
+        table=table,
+    )
+
+
 def check_size(study: Study, workers: int) -> None:
-    """Raise InputError if a study is so large that it should be asked for twice."""
+    """Raise InputError if a study is so large that it must be confirmed."""
     seconds = study.seconds(workers)
     if len(study) > FREE_CASES or seconds > FREE_SECONDS:
         raise InputError(
-            f"study {study.name!r}: {len(study)} flights, about {time_text(seconds)} on {workers or 1} "
-            f"process{'es' * (workers > 1)}; allowed without --yes (yes=True) are {FREE_CASES} flights and "
-            f"{time_text(FREE_SECONDS)}"
+            f"study {study.name!r} has {len(study)} flights, about {time_text(seconds)} on {workers or 1} "
+            f"process{'es' * (workers > 1)}; more than {FREE_CASES} flights or {time_text(FREE_SECONDS)} need --yes "
+            "(yes=True)"
         )
 
 
@@ -116,156 +233,100 @@ def time_text(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h" if seconds < 100 * 3600 else f"{round(seconds / 86400)} days"
 
 
-def run_study(
-    study: Study | str | Path | dict[str, Any],
-    output: str | Path,
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    yes: bool = False,
-    progress: Progress | None = None,
-) -> StudyRun:
-    """Plan, check and fly every case of a study, and write a row for each.
-
-    Parameters
-    ----------
-    study
-        A study, the name of its TOML file, or what :func:`gaitgraph.study.designs.study_from_mapping` takes.
-    output
-        The folder of its rows: a new one, or one of this very study, which is then gone on with.
-    workers
-        Processes of this machine; by default one for each core. 0 flies in this process, without Dask.
-    scheduler
-        The address of a Dask scheduler whose workers are taken instead.
-    yes
-        Run a study of more than 10,000 flights, or of more than an hour by estimate.
-    progress
-        Called with a few words now and then.
-
-    Returns
-    -------
-    StudyRun
-
-    Raises
-    ------
-    InputError
-        If something asked for is not allowed, a scheduler does not answer, workers do not come up, or a part was taken
-        away meanwhile.
-    FileProblem, OutputExists
-        If the folder is something else, of another study, in use, or cannot be written.
-    MissingExtra
-        If mujoco, pyarrow, matplotlib or Dask is not installed.
-
-    Notes
-    -----
-    Interrupted or killed at any moment, the same call goes on: batches that are written stay, others are flown anew.
-    Rows do not depend on the number of workers. That they are the same to the last digit on another kind of processor
-    is not guaranteed.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> asked = {"name": "tiny", "gaits": ["gait1", "gait4"], "flight": {"duration": 1}}
-    >>> with TemporaryDirectory() as folder:
-    ...     run = run_study(asked, f"{folder}/tiny", workers=0)
-    >>> run.outcomes["settled"], run.outcomes["refused"]
-    (1, 1)
-    """
-    if isinstance(study, dict):
-        study = study_from_mapping(study)
-    elif not isinstance(study, Study):
-        study = read_study(study)
-    count = _checked_workers(workers, scheduler)
-    if not yes:
-        check_size(study, count)
-    folder = Path(output)
-    require_pyarrow()
-    require_matplotlib()
-    here = versions()
-    if count:
-        require_dask()
-    tell = progress or (lambda _: None)
-    if scheduler is not None and not holds_study(folder):
-        with cluster_there(scheduler):  # an address that is wrong leaves no folder
-            pass
-    with opened_dataset(folder, study, here) as dataset:
-        tell("reading what is there")
-        kept = dataset.parts()
-        missing = [batch for batch in range(study.batches) if batch not in kept]
-        done = sum(len(study.numbers(batch)) for batch in kept)
-        clock = _Clock(tell, done, len(study))
-        flown = 0
-        if missing:
-            tell("starting workers" if count and scheduler is None else "asking the scheduler" if count else "flying")
-            with _flying(study, missing, here, count, scheduler, tell) as batches:
-                clock.start()
-                for batch, rows in batches:
-                    dataset.write(batch, rows)
-                    flown += len(rows)
-                    clock.add(len(rows))
-        tell("drawing the summary")
-        table = require_pyarrow().concat_tables((dataset.whole() if missing else kept).values())
-        dataset.write_summary(page_of(study, table))
-    counts = table["outcome"].to_pylist()
-    return StudyRun(
-        study=study,
-        folder=folder,
-        outcomes={name: counts.count(name) for name in OUTCOMES},
-        reasons=reasons_of(table),
-        flown=flown,
-        table=table,
-    )
-
-
-def _checked_workers(workers: int | None, scheduler: str | None) -> int:
-    """Return how many processes fly: 0 for this one; with a scheduler any positive number."""
-    if scheduler is not None:
-        if not isinstance(scheduler, str) or not scheduler.strip():
-            raise InputError(f"--scheduler: {shown(scheduler)}; allowed is an address such as tcp://10.0.0.5:8786")
-        if workers is not None:
-            raise InputError(f"--workers: {shown(workers)} beside a scheduler; allowed is one of both")
-        return 1
-    if workers is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers: {shown(workers)}; allowed is a whole number from 0 to {MOST_WORKERS}")
-    return workers
-
-
 @contextmanager
-def _flying(
-    study: Study, batches: list[int], here: Mapping[str, str], workers: int, scheduler: str | None, tell: Progress
-) -> Iterator[Iterator[tuple[int, Rows]]]:
-    """Give batches and their rows as they are flown."""
-    if scheduler is not None:
-        with cluster_there(scheduler, tell) as crew:
-            yield flown_batches(crew, study, batches, here)
-    elif workers:
-        with workers_here(min(workers, len(batches))) as crew:
-            yield flown_batches(crew, study, batches, here)
-    else:
-        yield ((batch, flown_batch(study.text, study.numbers(batch), here)) for batch in batches)
+def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
+    """Give a Dask client: of so many processes of this machine, which end with it, or of the cluster at an address."""
+    try:
+        import cryptography as _  # noqa: F401 - Dask needs it for its keys
+        from distributed import Client, LocalCluster
+        from distributed.comm import connect
+        from distributed.security import Security
+    except ImportError as error:
+        raise needs_extra("distributed", "a study on several processes", "study") from error
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
+    with ExitStack() as stack:
+        for logger in loggers:  # what Dask logs is ours to say
+            stack.callback(logger.setLevel, logger.level)
+            logger.setLevel(logging.CRITICAL + 1)
+        try:
+            if scheduler is not None:
+                # A client would wait for ever for a server that accepts the connection and says nothing.
+                security = Security().get_connection_args("client")
+                hello = asyncio.wait_for(connect(scheduler, timeout=PATIENCE, **security), PATIENCE)
+                with ThreadPoolExecutor(1) as pool:  # this thread may have an event loop
+                    pool.submit(asyncio.run, hello).result()
+                client = stack.enter_context(Client(scheduler, timeout=PATIENCE, set_as_default=False))
+                client.wait_for_workers(1, timeout=EMPTY)
+            else:
+                cluster = stack.enter_context(
+                    LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        memory_limit=0,
+                        security=True,
+                        silence_logs=logging.CRITICAL + 1,
+                        dashboard_address="127.0.0.1:0",
+                        scheduler_kwargs={"dashboard": False, "allowed_failures": _DEATHS},
+                    )
+                )
+                client = stack.enter_context(Client(cluster, set_as_default=False))
+        except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
+            if scheduler is None:
+                raise InputError(f"workers did not start ({_line(error)}); --workers 0 needs none") from error
+            raise InputError(
+                f"--scheduler must be the address of a running Dask scheduler with workers, got {shown(scheduler)} "
+                f"({_line(error)})"
+            ) from error
+        yield client
 
 
-class _Clock:
-    """Tells how much is done and how long the rest may take, by what this run has flown so far."""
+def _flown_on_dask(client: Any, study: Study, batches: Sequence[int], here: Mapping[str, str]) -> Iterator[Batch]:
+    """Yield batches and their rows as they are flown, in any order; InputError if a worker cannot, or the cluster ends.
 
-    def __init__(self, tell: Progress, done: int, count: int) -> None:
-        self._tell, self._begun, self._done, self._count = tell, done, done, count
-        self._start = monotonic()
+    Dask gives the work of a worker that dies to others. The cases of a batch that several workers did not survive are
+    flown one by one at the end, and a case that still ends its worker has a row that says so.
+    """
+    from distributed import as_completed
 
-    def start(self) -> None:
-        self._start = monotonic()
-        self._say()
+    text, waiting = study.text, iter(batches)
 
-    def add(self, more: int) -> None:
-        self._done += more
-        self._say()
+    def submitted(numbers: Sequence[int]) -> Any:
+        return client.submit(flown_batch, text, numbers, dict(here), pure=False)
 
-    def _say(self) -> None:
-        words = f"{self._done} of {self._count} cases"
-        flown = self._done - self._begun
-        if flown and self._done < self._count:
-            left = (monotonic() - self._start) * (self._count - self._done) / flown
-            words += f", about {time_text(left)} left"
-        self._tell(words)
+    batch_of = {submitted(study.numbers(batch)): batch for batch in islice(waiting, _IN_FLIGHT)}
+    answers = as_completed(batch_of, loop=client.loop)
+    lost = []
+    for future in answers:
+        batch, rows = batch_of.pop(future), _rows_of(future)
+        if rows is None:
+            lost.append(batch)
+        else:
+            yield batch, rows
+        for following in islice(waiting, 1):
+            following_future = submitted(study.numbers(following))
+            batch_of[following_future] = following
+            answers.add(following_future)
+    for batch in sorted(lost):
+        alone = [(number, _rows_of(submitted([number]))) for number in study.numbers(batch)]
+        yield batch, [lost_row(study.case(number)) if rows is None else rows[0] for number, rows in alone]
+
+
+def _rows_of(future: Any) -> list[dict[str, Any]] | None:
+    """Return what a worker flew, None if too many workers died of it."""
+    from distributed.scheduler import KilledWorker
+
+    try:
+        rows: list[dict[str, Any]] = future.result()
+    except KilledWorker:
+        return None
+    except GaitgraphError:
+        raise
+    except (Exception, CancelledError) as error:
+        raise InputError(
+            f"a worker cannot run the study ({_line(error)}); workers need this gaitgraph with its extra study; {KEPT}"
+        ) from error
+    return rows
+
+
+def _line(error: BaseException) -> str:
+    return shown(f"{type(error).__name__}: {error}")[1:-1]
