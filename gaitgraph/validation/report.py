@@ -120,10 +120,10 @@ class Report:
     @property
     def reason(self) -> str:
         """The first reason why the gait is not flyable, or not valid; empty if it is both."""
-        broken = [check.message for check in self.checks if not check.ok and check.kind == "valid"]
-        broken += [check.message for check in self.checks if not check.ok and check.kind == "flyable"]
-        broken += [check.message for check in self.checks if check.ok and not check.decided]
-        return broken[0] if broken else ""
+        broken = [check for check in self.checks if not check.ok]
+        undecided = [check for check in self.checks if check.ok and not check.decided]
+        first = [*sorted(broken, key=lambda check: check.kind == "flyable"), *undecided][:1]
+        return "".join(check.message for check in first)
 
     @property
     def warnings(self) -> tuple[str, ...]:

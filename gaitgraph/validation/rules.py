@@ -6,6 +6,7 @@ A rule is updated with runs of segments; see :class:`gaitgraph.validation.segmen
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -266,12 +267,9 @@ class LevelSign(Rule):
         for sign in self.found:
             self.found[sign] |= bool((sign * value > carried).any())
         resolution = self.resolution()
+        known_values = (self.worst[1.0].upper, self.worst[-1.0].upper)
         both = range_of_level_determinant(
-            run.starts,
-            run.ends,
-            coefficients,
-            known=(self.worst[1.0].upper, self.worst[-1.0].upper),
-            at_ends=(value[:-1], value[1:]),
+            run.starts, run.ends, coefficients, known=known_values, at_ends=(value[:-1], value[1:])
         )
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
             straddles = found.lower.min() <= resolution < min(found.upper.min(), worst.upper)
@@ -312,11 +310,8 @@ class LevelSign(Rule):
                 f"{kind} coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
             )
         value = sign * worst.upper
-        return [
-            self.check(
-                "R_sign", "valid", ok, message, value=value, limit=resolution, place=worst.place, decided=decided
-            )
-        ]
+        check = self.check("R_sign", "valid", ok, message, value=value, limit=resolution, place=worst.place)
+        return [replace(check, decided=decided)]
 
 
 def _settled(found: Least, run: Segments, coefficients: Coefficients, sign: float, resolution: float) -> Least:
@@ -475,14 +470,9 @@ class Reach:
         alpha = run.alpha
         value = np.asarray(level_determinant(alpha, self.exact))
         resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
+        floor, ends = resolution * (1 + 1e-9), (value[:-1], value[1:])
         least = least_level_determinant(
-            run.starts,
-            run.ends,
-            self.exact,
-            tolerance=0.0,
-            floor=resolution * (1 + 1e-9),
-            each=True,
-            at_ends=(value[:-1], value[1:]),
+            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
         )
         self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
         fibered = run.sheet > 1

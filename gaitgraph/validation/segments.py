@@ -127,12 +127,12 @@ class Segments:
 
     @property
     def starts(self) -> FloatArray:
-        """Where each segment starts, shape (m, 4) [rad]."""
+        """The start of each segment, shape (m, 4) [rad]."""
         return self.alpha[:-1]
 
     @property
     def ends(self) -> FloatArray:
-        """Where each segment ends, shape (m, 4) [rad]."""
+        """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
 
     def place(self, segment: int, fraction: float = 0.0) -> Place:
@@ -206,10 +206,7 @@ class Rule(ABC):
         value: float | None = None,
         limit: float | None = None,
         place: Place | None = None,
-        decided: bool = True,
     ) -> Check:
         """Return a check with its place as plain values."""
         where = None if place is None else place.as_mapping(self.setting.noun)
-        return Check(
-            name=name, kind=kind, ok=ok, message=message, value=value, limit=limit, where=where, decided=decided
-        )
+        return Check(name=name, kind=kind, ok=ok, message=message, value=value, limit=limit, where=where)
