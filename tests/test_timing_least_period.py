@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings, strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
 import gaitgraph as gg
-from gaitgraph.cli.pace import pace_command
 from gaitgraph.gait.gait import lift
-from gaitgraph.io.reading import read_table
 from gaitgraph.timing.curve import Curve, curve_through
 from gaitgraph.timing.fastest_speeds import fastest_squared_speeds
 from gaitgraph.timing.limits import Limits, limits_of
@@ -27,12 +23,11 @@ from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from gaitgraph.timing.limits import LimitedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 FORTH_AND_BACK = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+TRIANGLE = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 SLANTED = lift([(0.4, -0.4), (1.2, -0.8)], "red")
 LIMITS = Limits(rate=6.0, acceleration=60.0)
 
@@ -79,23 +74,23 @@ def forth_and_back(distance: float, rate: float, acceleration: float) -> float:
 @pytest.mark.parametrize("acceleration", [60.0, 3.0])
 def test_forth_and_back_takes_the_time_of_the_closed_form(rate: float | None, acceleration: float) -> None:
     for gait, distance in ((FORTH_AND_BACK, 0.8), (SLANTED, 0.8)):
-        pacing = least_period(gait, Limits(rate=rate, acceleration=acceleration))
+        found = least_period(gait, Limits(rate=rate, acceleration=acceleration))
         exact = forth_and_back(distance, rate or 1e9, acceleration)
-        assert pacing.least is not None
-        assert pacing.lower_bound == pytest.approx(exact)
-        assert exact <= pacing.least <= exact * 1.002
+        assert found.least is not None
+        assert found.lower_bound == pytest.approx(exact)
+        assert exact <= found.least <= exact * 1.002
 
 
 def test_forth_and_back_under_a_jerk_limit_tends_to_the_extremal_of_kolmogorov() -> None:
     # The periodic motion of largest extent for a given jerk has a jerk of constant size: T³ = 96·extent/jerk.
-    pacing = least_period(FORTH_AND_BACK, Limits(jerk=800.0))
+    found = least_period(FORTH_AND_BACK, Limits(jerk=800.0))
     exact = (96 * 0.8 / 800) ** (1 / 3)
-    assert pacing.lower_bound == pytest.approx(exact)
-    assert pacing.least is not None
-    assert exact <= pacing.least <= exact * 1.003
-    assert pacing.timed is not None
-    assert_keeps(pacing.timed, pacing.limits)
-    assert_smooth_and_closed(pacing.timed)
+    assert found.lower_bound == pytest.approx(exact)
+    assert found.least is not None
+    assert exact <= found.least <= exact * 1.003
+    assert found.timed is not None
+    assert_keeps(found.timed, found.limits)
+    assert_smooth_and_closed(found.timed)
 
 
 def by_linear_programme(curve: Curve, limits: Limits, nodes: int) -> float:
@@ -181,82 +176,77 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int
 @settings(deadline=None, max_examples=20)
 @given(
     points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=1, max_size=6),
-    rounding=st.sampled_from([None, 0.01, 0.2]),
-    rate=st.sampled_from([None, 4.0, [1.0, 2.0, 3.0, 4.0]]),
-    acceleration=st.sampled_from([30.0, [10.0, 80.0, 20.0, 40.0]]),
+    rounding=st.sampled_from([None, 1e-4, 0.01, 0.2]),
+    limits=st.sampled_from(
+        [
+            {"rate": 4.0, "acceleration": 30.0},
+            {"rate": [1.0, 2.0, 3.0, 4.0], "acceleration": [10.0, 80.0, 20.0, 40.0]},
+            {"acceleration": [10.0, 80.0, 20.0, 40.0]},
+            {"jerk": 500.0},
+            {"rate": 2.0, "acceleration": 20.0, "jerk": 1000.0},
+        ]
+    ),
 )
-def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, rate, acceleration) -> None:  # type: ignore[no-untyped-def]
-    limits = Limits(rate=rate, acceleration=acceleration)
-    gait = lift(points, "red")
-    pacing = least_period(gait, limits, rounding=rounding, nodes=200)
-    if not pacing:
-        assert pacing.status == "still"
+def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, limits) -> None:  # type: ignore[no-untyped-def]
+    found = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=60)
+    if not found:
+        assert found.status == "still"
         return
-    timed = pacing.timed
+    timed = found.timed
     assert timed is not None
-    assert_keeps(timed, limits)
+    assert_keeps(timed, found.limits)
     assert_smooth_and_closed(timed)
-    assert pacing.lower_bound <= timed.period * (1 + 1e-9)
+    assert found.lower_bound <= timed.period * (1 + 1e-9)
     alpha = timed.at(np.linspace(0, timed.period, 301))[0]
     np.testing.assert_array_equal(alpha[:, :2], alpha[:, 2:])
     # At least one limit is met: nothing was stretched for nothing.
     assert timed.limits_touched(1e-6)
 
 
-@pytest.mark.parametrize("jerk", [800.0, 3000.0, 1e5])
+@pytest.mark.parametrize("jerk", [800.0, 1e5])
 def test_a_jerk_limit_is_kept_between_knots_and_costs_time(jerk: float) -> None:
     limits = Limits(rate=6.0, acceleration=60.0, jerk=jerk)
-    pacing = least_period(SQUARE, limits, rounding=0.03)
-    assert pacing.timed is not None
-    assert pacing.least is not None
-    assert_keeps(pacing.timed, limits)
-    assert_smooth_and_closed(pacing.timed)
+    found = least_period(SQUARE, limits, rounding=0.03)
+    assert found.timed is not None
+    assert found.least is not None
+    assert_keeps(found.timed, limits)
+    assert_smooth_and_closed(found.timed)
     free = least_period(SQUARE, LIMITS, rounding=0.03, nodes=3000).least
     assert free is not None
-    assert free <= pacing.least * (1 + 1e-3)
+    assert free <= found.least * (1 + 1e-3)
     # Resting at the corners is slower.
     resting = least_period(SQUARE, limits).least
     assert resting is not None
-    assert pacing.least < resting
+    assert found.least < resting
 
 
-@pytest.mark.no_cover
-@settings(deadline=None, max_examples=8)
-@given(
-    points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=2, max_size=5),
-    rounding=st.sampled_from([1e-4, 0.01, 0.2]),
-    limits=st.sampled_from([{"jerk": 500.0}, {"rate": 2.0, "acceleration": 20.0, "jerk": 1000.0}]),
+# Not by a formula, but by what the passes and programmes found when they agreed with independent ones: any change of
+# windows, nodes, tangents or corrections moves a digit.
+@pytest.mark.parametrize(
+    ("points", "limits", "rounding", "least", "bound", "stretch"),
+    [
+        (GAITS[2].angles, {"rate": 6.0, "acceleration": 60.0}, 0.03, 0.728560972, 0.495247254, 1.864e-03),
+        (GAITS[2].angles, {"acceleration": [30, 20, 50, 25]}, None, 1.441314691, 0.792665460, 0.0),
+        (GAITS[2].angles, {"rate": 6.0, "acceleration": 60.0, "jerk": 2000.0}, 0.03, 0.873889759, 0.495247254, 1.8e-4),
+        (TRIANGLE, {"acceleration": [30, 20, 50, 25]}, 0.03, 1.017371949, 0.786389445, 1.733e-03),
+        (TRIANGLE, {"jerk": 800.0}, None, 0.952440631, 0.457885697, 0.0),
+        (TRIANGLE, {"jerk": 800.0}, 0.03, 0.902261393, 0.452677460, 1.0e-06),
+        ([(0.4, -0.4), (1.2, -0.8)], {"acceleration": [30, 20, 50, 25]}, None, 0.655271239, 0.653197265, 2.131e-04),
+        ([(0.4, -0.4), (1.2, -0.8)], {"jerk": 800.0}, None, 0.459067214, 0.457885697, -6.1e-05),
+    ],
 )
-def test_laws_under_jerk_are_smooth_closed_and_within_their_limits(points, rounding, limits) -> None:  # type: ignore[no-untyped-def]
-    pacing = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=150)
-    if not pacing:
-        assert pacing.status == "still"
-        return
-    assert pacing.timed is not None
-    assert_keeps(pacing.timed, pacing.limits)
-    assert_smooth_and_closed(pacing.timed)
-    assert pacing.lower_bound <= pacing.timed.period * (1 + 1e-9)
-    # A jerk limit takes time, but for what fewer nodes lose.
-    without = {kind: limit for kind, limit in limits.items() if kind != "jerk"}
-    if without:
-        free = least_period(lift(points, "red"), Limits(**without), rounding=rounding).least
-        assert free is not None
-        assert free <= pacing.timed.period * 1.01
+def test_least_periods_to_six_digits(points, limits, rounding, least, bound, stretch) -> None:  # type: ignore[no-untyped-def]
+    found = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=100)
+    assert found.least == pytest.approx(least, rel=2e-6)
+    assert found.lower_bound == pytest.approx(bound, rel=1e-8)
+    assert found.stretch == pytest.approx(stretch, abs=2e-6)
 
 
 def test_the_same_input_gives_the_same_bytes() -> None:
     limits = Limits(rate=6.0, acceleration=60.0, jerk=3000.0)
-    first, second = (law_of(SQUARE, limits, rounding=0.03) for _ in range(2))
+    first, second = (law_of(SQUARE, limits, rounding=0.03, nodes=60) for _ in range(2))
     np.testing.assert_array_equal(first.tilts, second.tilts)
     np.testing.assert_array_equal(first.widths, second.widths)
-
-
-def test_under_a_jerk_limit_the_programmes_gain_over_an_averaged_law() -> None:
-    # Averaging the fastest law over a window gives a law with bounded jerk too; this is the better one.
-    limits = Limits(rate=6.0, acceleration=60.0, jerk=800.0)
-    least = least_period(SQUARE, limits, rounding=0.03).least
-    assert least is not None
-    assert least < 0.9 * 1.36
 
 
 @settings(deadline=None, max_examples=100)
@@ -292,24 +282,31 @@ def test_a_leg_from_rest_to_rest_covers_its_distance_within_limits(
     assert total <= without + with_jerk + acceleration / jerk
 
 
-def test_legs_from_rest_to_rest_have_their_closed_form() -> None:
-    leg, limits = pi / 4, Limits(rate=6.0, acceleration=60.0, jerk=3000.0)
-    exact = 4 * (leg / 6.0 + 6.0 / 60.0 + 60.0 / 3000.0)
-    pacing = least_period(SQUARE, limits)
-    assert pacing.least == pytest.approx(exact)
-    assert pacing.timed is not None
-    assert_keeps(pacing.timed, limits)
-    assert_smooth_and_closed(pacing.timed)
-    assert pacing.timed.vertices().shape == (4, 4)
-    rates = pacing.timed.at(np.arange(4) * exact / 4)[1]
+@pytest.mark.parametrize(
+    ("limits", "each"),
+    [
+        # The rate is reached: d/v + v/a + a/j.
+        ({"rate": 6.0, "acceleration": 60.0, "jerk": 3000.0}, lambda d: d / 6 + 6 / 60 + 60 / 3000),
+        # The acceleration is, the rate is not: 2√((a/2j)² + d/a) + a/j.
+        ({"acceleration": 60.0, "jerk": 3000.0}, lambda d: 2 * sqrt(0.01**2 + d / 60) + 0.02),
+        # Neither is: 4∛(d/2j). The rate is, the acceleration is not: d/v + 2√(v/j).
+        ({"jerk": 800.0}, lambda d: 4 * (d / 1600) ** (1 / 3)),
+        ({"rate": 2.0, "jerk": 800.0}, lambda d: d / 2 + 2 * sqrt(2 / 800)),
+        # Without a jerk limit the acceleration takes a thousandth of the time to rise.
+        ({"rate": 6.0, "acceleration": 60.0}, lambda d: 1.001 * (d / 6 + 6 / 60)),
+    ],
+)
+def test_legs_from_rest_to_rest_have_their_closed_form(limits, each) -> None:  # type: ignore[no-untyped-def]
+    exact = 4 * each(pi / 4)
+    found = least_period(SQUARE, Limits(**limits))
+    assert found.least == pytest.approx(exact, rel=1e-11)
+    assert found.timed is not None
+    assert_keeps(found.timed, found.limits)
+    assert_smooth_and_closed(found.timed)
+    assert found.timed.vertices().shape == (4, 4)
+    angles, rates, _ = found.timed.at(np.arange(4) * exact / 4)
+    np.testing.assert_allclose(angles, SQUARE.alpha, atol=1e-9)
     np.testing.assert_allclose(rates, 0, atol=1e-6)
-
-
-def test_rounding_more_and_looser_limits_never_take_longer() -> None:
-    by_rounding = [least_period(SQUARE, LIMITS, rounding=size).least for size in (0.005, 0.02, 0.08)]
-    assert by_rounding == sorted(by_rounding, reverse=True)  # type: ignore[type-var]
-    by_rate = [least_period(SQUARE, Limits(rate=rate, acceleration=60.0), rounding=0.02).least for rate in (1, 3, 9)]
-    assert by_rate == sorted(by_rate, reverse=True)  # type: ignore[type-var]
 
 
 @settings(deadline=None, max_examples=10)
@@ -338,38 +335,38 @@ def test_a_blue_law_stays_on_blue() -> None:
 
 
 def test_a_period_that_is_long_enough_is_met_and_scales() -> None:
-    pacing = paced(SQUARE, LIMITS, 1.0, rounding=0.03, rate=200)
-    assert pacing
-    assert pacing.timed is not None
-    assert pacing.least is not None
-    assert (pacing.timed.period, pacing.timed.samples, pacing.timed.law) == (1.0, 200, "paced")
+    found = paced(SQUARE, LIMITS, 1.0, rounding=0.03, rate=200)
+    assert found
+    assert found.timed is not None
+    assert found.least is not None
+    assert (found.timed.period, found.timed.samples, found.timed.law) == (1.0, 200, "paced")
     fast = law_of(SQUARE, LIMITS, rounding=0.03)
     for order in (1, 2, 3):
-        np.testing.assert_allclose(pacing.timed.peaks(order), fast.peaks(order) * pacing.least**order)
-    assert_keeps(pacing.timed, LIMITS)
-    assert_smooth_and_closed(pacing.timed)
+        np.testing.assert_allclose(found.timed.peaks(order), fast.peaks(order) * found.least**order)
+    assert_keeps(found.timed, LIMITS)
+    assert_smooth_and_closed(found.timed)
 
 
 def test_a_period_that_is_too_short_says_which_limit_where_and_what_would_do() -> None:
-    pacing = paced(SQUARE, LIMITS, 0.7, rounding=0.03)
-    assert not pacing
-    assert pacing.status == "too short"
-    assert pacing.timed is None
-    assert pacing.limit == "acceleration"
-    assert pacing.where is not None
-    assert pacing.least is not None
-    assert f"{pacing.least:.4f} s" in pacing.reason
-    assert "limit 60" in pacing.reason
-    assert paced(SQUARE, LIMITS, pacing.least, rounding=0.03)
+    found = paced(SQUARE, LIMITS, 0.7, rounding=0.03)
+    assert not found
+    assert found.status == "too short"
+    assert found.timed is None
+    assert found.limit == "acceleration"
+    assert found.where is not None
+    assert found.least is not None
+    assert f"{found.least:.4f} s" in found.reason
+    assert "limit 60" in found.reason
+    assert paced(SQUARE, LIMITS, found.least, rounding=0.03)
     # Below the lower bound it is certain.
-    hopeless = paced(SQUARE, LIMITS, 0.9 * pacing.lower_bound, rounding=0.03)
+    hopeless = paced(SQUARE, LIMITS, 0.9 * found.lower_bound, rounding=0.03)
     assert "needs at least" in hopeless.reason
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("limits", [Limits(acceleration=60, jerk=2000), Limits(rate=5, acceleration=60, jerk=2000)])
 @pytest.mark.parametrize("tolerance", [1e-5, 0.03])
-def test_rounding_is_never_slower_than_resting_at_the_corners(limits: Limits, tolerance: float) -> None:
+def test_rounding_is_never_slower_than_resting_at_the_corners(tolerance: float) -> None:
+    limits = Limits(acceleration=60, jerk=2000)
     resting, smooth = least_period(SQUARE, limits), least_period(rounded(SQUARE, tolerance), limits, nodes=50)
     both = least_period(SQUARE, limits, rounding=tolerance, nodes=50)
     assert resting.least is not None
@@ -382,14 +379,6 @@ def test_rounding_is_never_slower_than_resting_at_the_corners(limits: Limits, to
     law = paced(SQUARE, limits, resting.least, rounding=tolerance, nodes=50)
     assert law.timed is not None
     assert_keeps(law.timed, limits)
-
-
-def test_many_tiny_blends_are_slower_than_resting() -> None:
-    zigzag = lift([(0.4 + 0.002 * k, -0.8 + 0.05 * (-1) ** k) for k in range(60)], "red")
-    limits = Limits(acceleration=60)
-    pacing = least_period(zigzag, limits, rounding=1e-5)
-    assert pacing.least == least_period(zigzag, limits).least
-    assert "rests at the corners" in str(pacing)
 
 
 def circle(rows: int) -> gg.Gait:
@@ -407,12 +396,12 @@ def test_work_under_a_jerk_limit_reports_and_is_bounded() -> None:
     paced(SQUARE, limits, 2.0, rounding=0.03, nodes=50, progress=again.append)
     assert again == lines
     bounded: list[str] = []
-    pacing = least_period(circle(700), limits, rounding=0.002, progress=bounded.append)
+    found = least_period(circle(700), limits, rounding=0.002, progress=bounded.append)
     assert len(bounded) == 1
-    assert "not optimised under the jerk limit" in pacing.note
-    assert "thin out the table" in str(pacing)
-    assert pacing.timed is not None
-    assert (pacing.timed.peak_jerks() <= 2000 * (1 + 1e-9)).all()
+    assert "not optimised under the jerk limit" in found.note
+    assert "thin out the table" in str(found)
+    assert found.timed is not None
+    assert (found.timed.peak_jerks() <= 2000 * (1 + 1e-9)).all()
 
 
 @pytest.mark.parametrize("rounding", [None, 0.03])
@@ -424,18 +413,18 @@ def test_work_under_a_jerk_limit_reports_and_is_bounded() -> None:
     ],
 )
 def test_periods_that_no_clock_has_are_answered(limits: Limits, kind: str, rounding: float | None) -> None:
-    for pacing in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, 1.0, rounding=rounding)):
-        assert not pacing
-        assert (pacing.status, pacing.limit) == ("no period", kind)
-        assert f"{kind} limit 1e-09 rad/s of α1 and α3 would be beyond 1e+09 s" in pacing.reason
+    for found in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, 1.0, rounding=rounding)):
+        assert not found
+        assert (found.status, found.limit) == ("no period", kind)
+        assert f"{kind} limit 1e-09 rad/s of α1 and α3 would be beyond 1e+09 s" in found.reason
 
 
 def test_a_period_below_what_a_clock_has_is_answered() -> None:
     tiny = lift([(0.4, -0.4), (0.4001, -0.4), (0.4, -0.4001)], "red")
-    pacing = least_period(tiny, Limits(acceleration=1e12))
-    assert not pacing
-    assert "acceleration limit 1e+12 rad/s²" in pacing.reason
-    assert "below 1e-06 s" in pacing.reason
+    found = least_period(tiny, Limits(acceleration=1e12))
+    assert not found
+    assert "acceleration limit 1e+12 rad/s²" in found.reason
+    assert "below 1e-06 s" in found.reason
 
 
 @pytest.mark.parametrize(
@@ -447,17 +436,17 @@ def test_a_period_below_what_a_clock_has_is_answered() -> None:
     ],
 )
 def test_limits_far_apart_keep_their_closed_form(limits: Limits, closed_form: float) -> None:
-    pacing = least_period(SQUARE, limits)
-    assert pacing.least == pytest.approx(closed_form, rel=1e-5)
-    assert pacing.timed is not None
-    np.testing.assert_allclose(pacing.timed.at(pacing.timed.period / 4)[0], SQUARE.alpha[1], atol=1e-6)
+    found = least_period(SQUARE, limits)
+    assert found.least == pytest.approx(closed_form, rel=1e-5)
+    assert found.timed is not None
+    np.testing.assert_allclose(found.timed.at(found.timed.period / 4)[0], SQUARE.alpha[1], atol=1e-6)
 
 
 def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
-    pacing = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
-    assert (pacing.status, pacing.limit) == ("no period", "rate")
-    assert "limit 0 of α3" in pacing.reason
-    assert pacing.where is not None
+    found = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
+    assert (found.status, found.limit) == ("no period", "rate")
+    assert "limit 0 of α3" in found.reason
+    assert found.where is not None
     # A joint that stands still may have it.
     assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
 
@@ -465,10 +454,10 @@ def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
 def test_a_point_stands_still() -> None:
     point = lift([(0.5, -0.5)], "red")
     assert least_period(point, LIMITS).status == "still"
-    pacing = paced(point, LIMITS, 2.0)
-    assert pacing.timed is not None
-    assert pacing.timed.peak_rates().max() == 0
-    assert pacing.timed.check().flyable
+    found = paced(point, LIMITS, 2.0)
+    assert found.timed is not None
+    assert found.timed.peak_rates().max() == 0
+    assert found.timed.check().flyable
 
 
 def test_touched_limits_are_where_the_law_runs_at_them() -> None:
@@ -490,8 +479,8 @@ def test_touched_limits_are_where_the_law_runs_at_them() -> None:
 
 def test_a_paced_gait_is_a_timed_gait() -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0, max_tilt_jerk=1e4)
-    pacing = least_period(lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40)
-    timed = pacing.timed
+    found = least_period(lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40)
+    timed = found.timed
     assert isinstance(timed, gg.TimedGait)
     table = table_of(timed)
     assert len(table) == 41
@@ -507,7 +496,7 @@ def test_a_paced_gait_is_a_timed_gait() -> None:
     broken = faster.check()
     assert not broken.flyable
     assert "s" in broken["tilt_jerk"].message
-    answer = pacing.as_mapping()
+    answer = found.as_mapping()
     assert answer["status"] == "ok"
     assert answer["peak_rate"] <= 6.0 * (1 + 1e-9)
     assert len(answer["touched"]) >= 1
@@ -575,66 +564,3 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
 def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(gg.InputError, match=message):
         call()
-
-
-def run_pace(*arguments: str) -> tuple[int, str]:
-    """Run the command alone, without the group around it."""
-    done = CliRunner().invoke(pace_command, list(arguments), standalone_mode=False)
-    if done.exception is not None:
-        raise done.exception
-    return int(done.return_value), done.output
-
-
-def test_the_command_paces_a_gait_file(tmp_path: Path) -> None:
-    given, output = str(tmp_path / "gait3.csv"), tmp_path / "fast.json"
-    SQUARE.parametrize().write(given)
-    asked = (given, "--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02")
-    code, text = run_pace(*asked, "--output", str(output), "--samples", "50", "--json")
-    answer = json.loads(text)
-    assert code == 0
-    assert (answer["status"], answer["reason"], answer["flyable"]) == ("ok", None, True)
-    assert answer["period"] == answer["least_period"]
-    assert answer["period"] == pytest.approx(least_period(SQUARE, LIMITS, rounding=np.radians(2)).least)
-    assert answer["limits"] == {"rate": 6.0, "acceleration": 60.0}
-    assert answer["rounding"]["deviation"] == pytest.approx(np.radians(2))
-    assert {touch["limit"] for touch in answer["touched"]} == {"rate", "acceleration"}
-    assert answer["servo"]["distance_off_sheet"] == 0
-    assert answer["peak_acceleration"] <= 60 * (1 + 1e-9)
-    table = read_table(output)
-    assert len(table) == 51
-    assert table.about["law"] == "least-period"
-    np.testing.assert_array_equal(table.alpha[0], table.alpha[-1])
-    with pytest.raises(gg.errors.OutputExists):
-        run_pace(*asked, "--output", str(output))
-    code, text = run_pace(*asked, "--output", str(output), "--force", "--period", "1.5")
-    assert code == 0
-    assert "wrote" in text
-    assert "servo lag" in text
-    assert read_table(output).about["period"] == 1.5
-
-
-def test_the_command_says_no_and_refuses(tmp_path: Path) -> None:
-    given = str(tmp_path / "gait3.csv")
-    SQUARE.parametrize().write(given)
-    code, text = run_pace(given, "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
-    assert code == 1
-    assert text.startswith("T = 0.3 s is too short: ")
-    code, text = run_pace(given, "--max-rate", "0", "--max-acceleration", "40", "--json")
-    assert code == 1
-    assert json.loads(text)["status"] == "no period"
-    for arguments, message in (
-        (("--period", "quick", "--max-jerk", "100"), "--period: 'quick'"),
-        (("--max-rate", "3"), "neither acceleration nor jerk"),
-        (("--max-acceleration", "many"), "^--max-acceleration: 'many'"),
-        (("--max-rate", "-3", "--max-acceleration", "9"), "^--max-rate: '-3'"),
-        (("--max-jerk", "nan"), "^--max-jerk: 'nan'"),
-        (("--max-acceleration", "9", "--rate", "-3"), "^rate: -3"),
-        (("--max-acceleration", "9", "--rounding", "0"), "^--rounding: 0"),
-        (("--max-acceleration", "9", "--servo-lag", "1e-12"), "^--servo-lag: 1e-12; allowed is at least"),
-    ):
-        with pytest.raises(gg.InputError, match=message):
-            run_pace(given, *arguments)
-    off = str(tmp_path / "off.csv")
-    SQUARE.biased(0.8).parametrize().write(off)
-    with pytest.raises(gg.InputError, match=r"off\.csv: not on one sheet; .* gaitgraph retarget .*off\.csv"):
-        run_pace(off, "--max-acceleration", "9")
