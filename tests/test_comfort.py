@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import pytest
+from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
 
 import gaitgraph as gg
 from gaitgraph.cli import _FILES, cli, options, terminal
-from gaitgraph.cli.watching import OwnOutputs, changes, files_of_request
 from gaitgraph.flight.settings import ARMS
 from gaitgraph.optimization.result import OBJECTIVES
 from gaitgraph.planning.request import CHOICES

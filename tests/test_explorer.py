@@ -32,7 +32,6 @@ from gaitgraph.explorer.plan_query import DEFAULTS, LIMITS, state_of
 from gaitgraph.explorer.server import application
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.plots.vehicles import vehicle_view
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -89,7 +89,7 @@ def test_the_fast_and_the_careful_reader_agree(
 
     fast = read()
     with monkeypatch.context() as careful:
-        careful.setattr(csvs, "_numeric", lambda lines, header: None)
+        careful.setattr(csvs, "_numeric_columns", lambda lines, header: None)
         assert read() == fast
 
 

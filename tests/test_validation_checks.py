@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def test_the_four_gaits_as_printed(gait: PublishedGait, rounding: float | None) 
 
 def test_rotors_tilted_beyond_a_quarter_turn_do_not_hover() -> None:
     for alpha in ([np.pi] * 4, [0.0, 0.0, np.pi, np.pi]):
-        report = gg.validate(Gait(alpha=[alpha], colors=("red",)))  # type: ignore[arg-type]
+        report = gg.validate(Gait(alpha=[alpha], colors=("red",)))
         assert not report.flyable
         assert not report["hover_thrust"].ok
         assert not report.reachable_from_hover
@@ -143,7 +144,7 @@ def test_vehicle_limits() -> None:
 
 @pytest.mark.parametrize("name", ["tolerance", "floor", "angle_rounding"])
 @pytest.mark.parametrize("value", [float("nan"), -1.0, float("inf"), "x"])
-def test_limits_are_checked(name: str, value: object) -> None:
+def test_limits_are_checked(name: str, value: Any) -> None:
     with pytest.raises(gg.InputError, match=f"{name}: .* allowed is a finite number"):
         lift(GAITS[2].angles, "red").check(**{name: value})
 
@@ -546,8 +547,8 @@ def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) ->
     assert check.value == pytest.approx(distance, rel=1e-12)
     assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
     assert check.message == (
-        f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: give it the color of its "
-        "sheet, or take (α3, α4) from the sheet of its color"
+        f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: give it the color of "
+        "its sheet, or take (α3, α4) from the sheet of its color"
     )
 
 

@@ -494,7 +494,7 @@ def test_what_is_no_gait_is_refused() -> None:
 
 
 def test_a_gait_outside_the_square_has_no_colourings() -> None:
-    assert validate(Gait(alpha=[[math.pi] * 4], colors=("red",))).listing is None  # type: ignore[arg-type]
+    assert validate(Gait(alpha=[[math.pi] * 4], colors=("red",))).listing is None
 
 
 def test_tolerance_decides_what_a_noisy_table_is() -> None:
@@ -565,9 +565,9 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
         assert len(listing.first) == min(count, 16)
         assert ("all red" in str(validate(gait))) == ("red" in listing.plain["negative"])
     # A gait through the sides of the square has colourings; one beyond has none that are looked for.
-    at_side = Gait(alpha=[[math.pi / 2, 0.3, math.pi / 2, 0.3]], colors=("red",))  # type: ignore[arg-type]
+    at_side = Gait(alpha=[[math.pi / 2, 0.3, math.pi / 2, 0.3]], colors=("red",))
     assert validate(at_side).listing is not None
-    beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))  # type: ignore[arg-type]
+    beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))
     assert validate(beyond).listing is None
 
 
