@@ -342,9 +342,9 @@ def test_a_map_file_may_have_a_table_of_its_own(servos: Path, tmp_path: Path) ->
 
 def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp_path: Path, run: Any) -> None:
     gait, mapped, back, foreign = (tmp_path / name for name in ("gait.csv", "servos.csv", "back.csv", "foreign.csv"))
-    picture = tmp_path / "gait.svg"
+    script = tmp_path / "gait.m"
     write_tables(table, [gait])
-    done = run("export", gait, mapped, picture, "--servos", servos)
+    done = run("export", gait, mapped, script, "--servos", servos)
     assert done.code == 0
     assert "41 rows of time_ms, front_right_us, rear_left_us, front_left_us, rear_right_us" in done.out
     assert mapped.read_text().startswith("time_ms,front_right_us,rear_left_us,front_left_us,rear_right_us")
@@ -358,8 +358,8 @@ def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp
     assert done.json["clipped"] == {}
     assert done.json["servos"]["name"] == "x_frame"
     assert np.allclose(read_table(back).alpha, table.alpha, rtol=0, atol=1e-14)
-    # The picture shows the gait, and tells what made it; so does the table.
-    for path in (mapped, picture):
+    # The script states what made it; so does the table.
+    for path in (mapped, script):
         assert run("plan", path, "--json").json["length"] == pytest.approx(math.pi)
 
 

@@ -22,7 +22,6 @@ import shutil
 import sqlite3
 import tempfile
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,6 +66,7 @@ MOST_POINTS = 100_000
 MARK = "# made_by: "
 END = "# end"
 
+_COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
 _LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
@@ -74,27 +74,6 @@ _PLAIN_PATH = re.compile(r"[\w./ -]*", re.ASCII)
 
 
 # -- Points of a gait over several periods
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Points:
-    """A gait repeated: times that increase, and what the joints do at them.
-
-    Parameters
-    ----------
-    times
-        Since the first point, shape (n,) [ns], strictly increasing.
-    positions, velocities, accelerations
-        Shape (n, 4) [rad], [rad/s], [rad/s²]; rates and accelerations are None where the table has none.
-    """
-
-    times: npt.NDArray[np.int64]
-    positions: FloatArray
-    velocities: FloatArray | None
-    accelerations: FloatArray | None
-
-    def __len__(self) -> int:
-        return len(self.times)
 
 
 def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
@@ -111,7 +90,7 @@ def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
     return table
 
 
-def points_of(table: Table, periods: int = 1) -> Points:
+def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], dict[str, FloatArray]]:
     """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
 
     Parameters
@@ -120,6 +99,13 @@ def points_of(table: Table, periods: int = 1) -> Points:
         With t, alpha1 to alpha4, and the rates and accelerations if it has them.
     periods
         How often.
+
+    Returns
+    -------
+    times
+        Since the first point, shape (n,) [ns], strictly increasing.
+    rows
+        `positions`, and `velocities` and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
 
     Raises
     ------
@@ -131,7 +117,7 @@ def points_of(table: Table, periods: int = 1) -> Points:
     >>> from gaitgraph.gait.gait import lift
     >>> from gaitgraph.timing.timed_gait import table_of
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(2.0, samples=2))
-    >>> points_of(table, 2).times.tolist()
+    >>> points_of(table, 2)[0].tolist()
     [0, 1000000000, 2000000000, 3000000000, 4000000000]
     """
     if periods > 1 and not is_closed(table):
@@ -147,20 +133,13 @@ def points_of(table: Table, periods: int = 1) -> Points:
     once = np.rint(seconds * _NANOSECONDS).astype(np.int64)
     times = np.concatenate([once, *(once[1:] + k * once[-1] for k in range(1, periods))])
     if len(times) > 1 and np.diff(times).min() < _SHORTEST_STEP:
-        raise InputError(
-            f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got shorter ones"
-        )
-
-    def repeated(names: Iterable[str]) -> FloatArray:
-        values = np.column_stack([table[name] for name in names])
-        return np.concatenate([values, *[values[1:]] * (periods - 1)])
-
-    return Points(
-        times=times,
-        positions=repeated(ANGLES),
-        velocities=repeated(RATES) if RATES[0] in table else None,
-        accelerations=repeated(ACCELERATIONS) if ACCELERATIONS[0] in table else None,
-    )
+        raise InputError(f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got less")
+    found = {}
+    for what, names in _COLUMNS.items():
+        if names[0] in table:
+            values = np.column_stack([table[name] for name in names])
+            found[what] = np.concatenate([values, *[values[1:]] * (periods - 1)])
+    return times, found
 
 
 # -- The goal of an action
@@ -172,7 +151,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
     ``ros2 action send_goal`` takes it as its argument. Times are whole nanoseconds.
     """
     table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 trajectory")
-    points = points_of(table, options.periods)
+    times, rows = points_of(table, options.periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
         MARK + provenance_text(table),
@@ -180,10 +159,8 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
         f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
         "  points:",
     ]
-    named = {name: getattr(points, name) for name in ("positions", "velocities", "accelerations")}
-    there = {name: rows.tolist() for name, rows in named.items() if rows is not None}
-    for k, time in enumerate(points.times.tolist()):
-        fields = [f"{name}: [{', '.join(map(_number, rows[k]))}]" for name, rows in there.items()]
+    for time, *values in zip(times.tolist(), *(one.tolist() for one in rows.values()), strict=True):
+        fields = [f"{what}: [{', '.join(map(_number, row))}]" for what, row in zip(rows, values, strict=True)]
         fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
     path.write_text("\n".join([*lines, END]) + "\n", encoding="utf-8")
@@ -216,55 +193,42 @@ def _write_bag(pieces: Iterable[Table], path: Path, options: FormatOptions, stor
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 bag")
-    points = points_of(table, options.periods)
-    names = list(options.joints_of(table)[0])
-    chosen = {
-        "periods": options.periods,
-        "joint_names": names,
-        "trajectory_topic": options.trajectory_topic,
-        "states_topic": options.states_topic,
-    }
-    made = json.dumps({**provenance_of(table), "bag": chosen}, allow_nan=False)
+    times, rows = points_of(table, options.periods)
+    names, none = list(options.joints_of(table)[0]), np.zeros(0)
+    chosen = {name: getattr(options, name) for name in ("periods", "joint_names", "trajectory_topic", "states_topic")}
+    made = json.dumps({**provenance_of(table), "bag": {**chosen, "joint_names": names}}, allow_nan=False)
     store = _store()
-    types = store.types
-    header, time = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-    duration, point = types["builtin_interfaces/msg/Duration"], types["trajectory_msgs/msg/JointTrajectoryPoint"]
-    none = np.zeros(0)
-    rates = [none] * len(points) if points.velocities is None else list(points.velocities)
-    accelerations = [none] * len(points) if points.accelerations is None else list(points.accelerations)
-    trajectory = types[TRAJECTORY](
-        header=header(stamp=time(sec=0, nanosec=0), frame_id=""),
-        joint_names=names,
-        points=[
-            point(
-                positions=position,
-                velocities=rate,
-                accelerations=acceleration,
-                effort=none,
-                time_from_start=duration(sec=moment // _NANOSECONDS, nanosec=moment % _NANOSECONDS),
-            )
-            for moment, position, rate, acceleration in zip(
-                points.times.tolist(), points.positions, rates, accelerations, strict=True
-            )
-        ],
-    )
+
+    def message(kind: str, **fields: Any) -> Any:
+        return store.types[kind](**fields)
+
+    def moment(kind: str, time: int) -> Any:
+        return message(f"builtin_interfaces/msg/{kind}", sec=time // _NANOSECONDS, nanosec=time % _NANOSECONDS)
+
+    def header(time: int) -> Any:
+        return message("std_msgs/msg/Header", stamp=moment("Time", time), frame_id="")
+
+    joined = [rows.get(what, [none] * len(times)) for what in _COLUMNS]
+    points = []
+    for time, position, rate, acceleration in zip(times.tolist(), *joined, strict=True):
+        fields = {"positions": position, "velocities": rate, "accelerations": acceleration, "effort": none}
+        points.append(message(f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)))
     # The library puts the path into an address as it stands, and names the file after the folder.
     beside = path.parent if _PLAIN_PATH.fullmatch(str(path.parent)) else None
     with tempfile.TemporaryDirectory(prefix=".gaitgraph-", dir=beside) as scratch:
         folder = Path(scratch) / (re.sub(r"[^\w.-]", "_", path.stem, flags=re.ASCII) or "gait")
         try:
             with Writer(folder, version=8, storage_plugin=StoragePlugin[storage]) as bag:
-                tells = bag.add_connection(PROVENANCE_TOPIC, STRING, typestore=store)
-                commands = bag.add_connection(options.trajectory_topic, TRAJECTORY, typestore=store)
-                states = bag.add_connection(options.states_topic, STATE, typestore=store)
-                bag.write(tells, _NANOSECONDS, store.serialize_cdr(types[STRING](data=made), STRING))
-                bag.write(commands, _NANOSECONDS, store.serialize_cdr(trajectory, TRAJECTORY))
-                stamps = (points.times + _NANOSECONDS).tolist()
-                for moment, position, rate in zip(stamps, points.positions, rates, strict=True):
-                    stamp = time(sec=moment // _NANOSECONDS, nanosec=moment % _NANOSECONDS)
-                    at = header(stamp=stamp, frame_id="")
-                    state = types[STATE](header=at, name=names, position=position, velocity=rate, effort=none)
-                    bag.write(states, moment, store.serialize_cdr(state, STATE))
+                topics = {STRING: PROVENANCE_TOPIC, TRAJECTORY: options.trajectory_topic, STATE: options.states_topic}
+                connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in topics.items()}
+
+                def write(kind: str, time: int, **fields: Any) -> None:
+                    bag.write(connections[kind], time, store.serialize_cdr(message(kind, **fields), kind))
+
+                write(STRING, _NANOSECONDS, data=made)
+                write(TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points)
+                for time, position, rate in zip((times + _NANOSECONDS).tolist(), *joined[:2], strict=True):
+                    write(STATE, time, header=header(time), name=names, position=position, velocity=rate, effort=none)
         except sqlite3.Error as error:
             raise OSError(f"the database says: {error}") from error
         if path.exists():
@@ -366,12 +330,8 @@ def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, An
     if isinstance(periods, int) and periods > 0 and (len(points) - 1) % periods == 0:
         points = points[: (len(points) - 1) // periods + 1]
     times = [point.time_from_start.sec * _NANOSECONDS + point.time_from_start.nanosec for point in points]
-    rows = {
-        ANGLES: [point.positions for point in points],
-        RATES: [point.velocities for point in points],
-        ACCELERATIONS: [point.accelerations for point in points],
-    }
-    there = {names: values for names, values in rows.items() if names == ANGLES or any(map(len, values))}
+    rows = {what: [getattr(point, what) for point in points] for what in _COLUMNS}
+    there = {what: values for what, values in rows.items() if what == "positions" or any(map(len, values))}
     return _columns([time - times[0] for time in times], message.joint_names, there, chosen)
 
 
@@ -381,21 +341,21 @@ def _states(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) 
     stamped = True
     names: list[str] = []
     times: list[int] = []
-    rows: dict[tuple[str, ...], list[Any]] = {}
+    rows: dict[str, list[Any]] = {}
     for time, message in _messages(bag, connections):
         stamp = message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec
         if start is None:
             stamped, names = stamp > 0, message.name
             start = stamp if stamped else time
-            rows = {ANGLES: [], RATES: []} if len(message.velocity) else {ANGLES: []}
+            rows = {"positions": [], "velocities": []} if len(message.velocity) else {"positions": []}
         if message.name != names:
             raise InputError(f"joints must be the same in all messages, got {shown(message.name)} after {shown(names)}")
         times.append((stamp if stamped else time) - start)
-        for columns, values in rows.items():
-            values.append(message.position if columns == ANGLES else message.velocity)
+        for what, values in rows.items():
+            values.append(message.position if what == "positions" else message.velocity)
         if len(times) == ROWS_OF_A_PIECE:
             yield _columns(times, names, rows, chosen)
-            times, rows = [], {columns: [] for columns in rows}
+            times, rows = [], {what: [] for what in rows}
     if start is None:
         raise InputError(f"topic {connections[0].topic!r} must have at least one message, got none")
     if times:
@@ -403,7 +363,7 @@ def _states(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) 
 
 
 def _columns(
-    times: list[int], names: list[str], rows: dict[tuple[str, ...], list[Any]], chosen: dict[str, Any]
+    times: list[int], names: list[str], rows: dict[str, list[Any]], chosen: dict[str, Any]
 ) -> list[tuple[str, Any]]:
     """Return columns in the order of the rotors from rows of numbers, one a joint."""
     if len(set(names)) < len(names):
@@ -417,10 +377,9 @@ def _columns(
         if len(names) != len(ANGLES):
             raise InputError(f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}")
     found: list[tuple[str, Any]] = [("t", np.array([time / _NANOSECONDS for time in times]))]
-    words = {ANGLES: "positions", RATES: "velocities", ACCELERATIONS: "accelerations"}
-    for columns, values in rows.items():
+    for what, values in rows.items():
         for k, row in enumerate(values, start=1):
             if len(row) != len(names):
-                raise InputError(f"row {k} must have {len(names)} {words[columns]}, one a joint, got {len(row)}")
-        found.extend(zip(columns, np.array(values, dtype=float)[:, order].T, strict=True))
+                raise InputError(f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}")
+        found.extend(zip(_COLUMNS[what], np.array(values, dtype=float)[:, order].T, strict=True))
     return found
