@@ -190,9 +190,9 @@ class TestPlan:
         assert np.allclose(
             np.transpose(series["hover_thrusts"]), gg.invertibility.hover_thrust_shares(timed.alpha), atol=1e-5
         )
-        scene = scene_of(timed.alpha)
+        scene = vehicle_view(timed.alpha).as_mapping()
         assert answer["scene"]["t"] == series["t"]
-        assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene.discs[:, 2], atol=0.06)
+        assert np.allclose(answer["scene"]["rotors"][2]["disc"], scene["rotors"][2]["disc"], atol=0.06)
 
     def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, ask: Client) -> None:
         series = ask("plan", of_gait(1))["series"]

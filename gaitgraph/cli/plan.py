@@ -80,9 +80,11 @@ def _request(file: str | None, given: dict[str, Any]) -> tuple[PlanRequest, dict
     if not file.lower().endswith(".gif"):
         return read_request(file, given)
     from gaitgraph.gait.table import about_from_text
+    from gaitgraph.io.reading import naming_file
     from gaitgraph.plots.films import provenance_of_gif
 
-    stated = about_from_text(provenance_of_gif(file), required=True).get("request", {})
+    with naming_file(file):
+        stated = about_from_text(provenance_of_gif(file), required=True).get("request", {})
     sampling = {"samples", "rate"}
     if sampling & set(given):
         stated = {name: value for name, value in stated.items() if name not in sampling}

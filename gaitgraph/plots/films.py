@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from textwrap import wrap
@@ -18,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.files import check_new_files, write_whole
+from gaitgraph.files import blocks_of, check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, setting_of
 from gaitgraph.io.formats import FILMS
 from gaitgraph.plots.axes import paper_style
@@ -72,7 +73,8 @@ def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix not in FILMS:
-            raise InputError(f"output {str(path)!r}: a film must be {' or '.join(FILMS)}")
+            gone = "; the animated SVG was removed" if suffix == ".svg" else ""
+            raise InputError(f"output {str(path)!r}: a film must be {' or '.join(FILMS)}{gone}")
         try:
             from matplotlib import animation
             from PIL import Image as _  # noqa: F401
@@ -208,7 +210,7 @@ def _write_frames(figure: Figure, draw: Callable[[int], None], delays: Sequence[
             from PIL import Image
 
             # One palette for all frames, from a few of them, and no dither, which would flicker.
-            frames = [frame.convert("RGB") for frame in self._frames]
+            frames = [frame.convert("RGB") for frame in self._frames]  # type: ignore[attr-defined]
             some = [np.asarray(frame) for frame in frames[:: max(len(frames) // 6, 1)]]
             palette = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
             first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
@@ -217,7 +219,7 @@ def _write_frames(figure: Figure, draw: Callable[[int], None], delays: Sequence[
                 self.outfile, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii")
             )
 
-    rate = 100 * len(delays) / sum(delays)
+    rate: Any = 100 * len(delays) / sum(delays)
     writer: Any = (
         Gif(fps=rate) if path.suffix.lower() == ".gif" else FFMpegWriter(fps=rate, metadata={"comment": about})
     )
@@ -232,8 +234,8 @@ def provenance_of_gif(path: str | Path) -> str:
 
     Raises
     ------
-    InputError
-        If it is no whole GIF, or has no such text.
+    InputError, FileProblem
+        If it is no whole GIF, has no such text, or cannot be read.
     MissingExtra
         If Pillow is missing.
     """
@@ -242,15 +244,14 @@ def provenance_of_gif(path: str | Path) -> str:
     except ImportError as error:
         raise needs_extra("Pillow", "a film", "plot") from error
     allowed = "an animated GIF that gaitgraph wrote"
+    content = b"".join(block for block, _ in blocks_of(Path(path), "gait file", allowed))
     try:
-        with Image.open(path, formats=["GIF"]) as film:
+        with Image.open(BytesIO(content), formats=["GIF"]) as film:
             comment = film.info.get("comment")
             for frame in ImageSequence.Iterator(film):
                 frame.load()
-        if Path(path).read_bytes()[-1:] != b";":
+        if not content.endswith(b";"):
             raise EOFError
-    except FileNotFoundError:
-        raise
     except (OSError, EOFError, SyntaxError, ValueError) as error:
         raise InputError(f"it must be {allowed}, and is not whole") from error
     if comment is None:

@@ -1,0 +1,245 @@
+"""The geometry of a drawn vehicle, and films of gaits."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.animation import FFMpegWriter
+from matplotlib.figure import Figure
+from PIL import GifImagePlugin, Image
+
+import gaitgraph as gg
+from gaitgraph.gait.table import Table, provenance_text
+from gaitgraph.plots.films import MOST_FRAMES, frame_delays, provenance_of_gif, write_films
+from gaitgraph.plots.vehicles import FROM_ABOVE, ROTOR_COLORS, draw_vehicle, underside, vehicle_view
+from gaitgraph.timing.timed_gait import table_of
+
+X_FRAME = gg.Vehicle(
+    name="an <X> & more", drag_ratio=0.12, first_arm_angle=math.pi / 4, first_rotor_spin="counterclockwise"
+)
+BEHIND, RIGHT = (math.pi, 0.0), (-math.pi / 2, 0.0)
+
+
+# The vehicle
+
+
+@pytest.mark.parametrize("vehicle", [gg.PAPER, X_FRAME], ids=["paper", "x_frame"])
+def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
+    """Three views put together are vectors in body axes, in arm lengths."""
+    alpha = np.random.default_rng(6).uniform(-math.pi, math.pi, (40, 4))
+    views = [vehicle_view(alpha, vehicle, view=view) for view in (FROM_ABOVE, BEHIND, RIGHT)]
+
+    def vectors(of: Any) -> Any:
+        # From above the screen's right is −y and its up x; from behind right is −y, up z; from the right x and z.
+        above, behind, right = map(of, views)
+        x, y, z = above[..., 1], -above[..., 0], behind[..., 1]
+        assert np.allclose(-behind[..., 0], y)
+        assert np.allclose(right, np.stack([x, z], axis=-1))
+        return np.stack([x, y, z], axis=-1)
+
+    across, along = vectors(lambda seen: seen.discs[..., :2]), vectors(lambda seen: seen.discs[..., 2:4])
+    thrust = vectors(lambda seen: seen.thrusts - seen.discs[..., 4:])
+    # One unit of thrust pushing away from the body, with any coefficients: only the direction counts.
+    whole = vehicle.replace(
+        thrust_coefficient=1.0, arm_length=1.0, drag_ratio=vehicle.drag_ratio, drag_coefficient=None
+    )
+    force = gg.invertibility.control_force_matrix(alpha, whole)
+    force = np.swapaxes(force * np.sign(gg.invertibility.control_force_matrix(np.zeros(4), whole)[2]), -1, -2)
+    assert np.allclose(thrust / np.linalg.norm(thrust, axis=-1, keepdims=True), force)
+    normal = np.cross(across, along)
+    assert np.allclose(normal / np.linalg.norm(normal, axis=-1, keepdims=True), force)
+    # A disc is round, and turns about its arm.
+    assert np.allclose((across * along).sum(axis=-1), 0.0)
+    assert np.allclose(np.linalg.norm(across, axis=-1), 0.5)
+    assert np.allclose(np.linalg.norm(along, axis=-1), 0.5)
+    angles = vehicle.first_arm_angle + np.arange(4) * math.pi / 2
+    assert np.allclose(across, 0.5 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1))
+
+
+def test_a_view_stays_within_its_limits_and_its_picture() -> None:
+    alpha = np.random.default_rng(7).uniform(-math.pi, math.pi, (200, 4))
+    around = np.linspace(0, math.tau, 60)
+    circle = np.stack([np.cos(around), np.sin(around)])
+    for view in ((0.3, 0.5), (2.0, -1.2), FROM_ABOVE, BEHIND, (-2.7, 0.6)):
+        seen = vehicle_view(alpha, X_FRAME, view=view)
+        low, high = seen.limits()
+        rims = np.moveaxis(seen.discs[..., :4].reshape(-1, 4, 2, 2), -1, -2) @ circle
+        rims = np.moveaxis(rims, -1, -2) + seen.discs[..., None, 4:]
+        for places in (rims, seen.thrusts, seen.labels, seen.arms, seen.nose):
+            assert (places.reshape(-1, 2) >= low).all()
+            assert (places.reshape(-1, 2) <= high).all()
+        drawn = seen.as_mapping((200, 120))
+        tips = np.array([rotor["thrust"] for rotor in drawn["rotors"]])
+        assert tips.min() >= 0
+        assert (tips <= [200, 120]).all()
+
+
+def test_a_vehicle_from_above_and_from_below() -> None:
+    above = vehicle_view([0.0, 0.0, 0.0, 0.0], view=FROM_ABOVE)
+    assert above.facing.all()
+    assert above.clockwise == (True, False, True, False)
+    np.testing.assert_allclose(above.arms, [[0, 1], [-1, 0], [0, -1], [1, 0]], atol=1e-12)  # forward up, left left
+    np.testing.assert_allclose(above.nose, [0.0, 0.34], atol=1e-12)
+    assert not vehicle_view([0.0, 0.0, 0.0, 0.0], view=(0.0, -1.0)).facing.any()
+    behind = vehicle_view([0.0, 0.0, 0.0, 0.0], view=(math.pi, 0.5))
+    assert (behind.order[0], behind.order[-1]) == (0, 2)  # the forward rotor is farthest
+    pulls = vehicle_view([0.0] * 4, view=FROM_ABOVE, thrusts=[1.0, -1.0, 1.0, 0.5])
+    assert pulls.facing.tolist() == [[True, False, True, True]]
+    for wrong, message in (([0.0, 0.0], r"alpha must have the shape"), ([[0.0, math.nan, 0, 0]], "finite .* nan")):
+        with pytest.raises(gg.InputError, match=message):
+            vehicle_view(wrong)
+
+
+def test_a_view_as_plain_values() -> None:
+    """What the explorer's page gets: pixels, y downwards."""
+    values = json.loads(json.dumps(vehicle_view(np.zeros((3, 4)), view=FROM_ABOVE).as_mapping((100, 80))))
+    assert (values["frames"], values["size"], values["order"]) == (3, [100, 80], [0, 1, 2, 3])
+    assert [len(rotor["disc"]) for rotor in values["rotors"]] == [3] * 4
+    assert [rotor["color"] for rotor in values["rotors"]] == list(ROTOR_COLORS)
+    first = values["rotors"][0]
+    assert (values["hub"], first["arm"][:2], first["clockwise"]) == ([50.0, 40.0], [50.0, 40.0], True)
+    assert first["arm"][3] < values["nose"][1] < 40.0
+    a, b, c, d, e, f = first["disc"][0]
+    assert (a, d, e) == (0.0, 0.0, 50.0)
+    assert b == pytest.approx(-c if c > 0 else c, abs=0.011)
+    assert f == pytest.approx(first["arm"][3], abs=0.011)
+
+
+def test_a_vehicle_is_drawn_as_its_view_says() -> None:
+    seen = vehicle_view([1.1, -1.1, 1.1, -1.1])
+    ax = Figure().add_subplot()
+    drawn = draw_vehicle(ax, seen)
+    assert set(drawn) == {*ax.lines, *ax.patches, *ax.texts}
+    discs = sorted(ax.patches, key=lambda patch: patch.get_zorder())
+    for disc, rotor in zip(discs, seen.order, strict=True):
+        rim = np.asarray(disc.get_xy())  # type: ignore[attr-defined]
+        np.testing.assert_allclose(rim[:-1].mean(axis=0), seen.discs[0, rotor, 4:], atol=0.01)
+        color = ROTOR_COLORS[rotor] if seen.facing[0, rotor] else underside(ROTOR_COLORS[rotor])
+        assert disc.get_facecolor()[:3] == pytest.approx([int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    assert [text.get_text() for text in ax.texts if text.get_text()] == ["1", "2", "3", "4"]
+    plain = Figure().add_subplot()
+    draw_vehicle(plain, seen, outline=True)
+    assert (len(plain.patches), len(plain.lines), len(plain.texts)) == (4, 4, 0)
+
+
+# Films
+
+
+@pytest.fixture(scope="module")
+def table() -> Table:
+    waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+    plan = gg.plan_loop(waypoints)
+    return table_of(plan.gait.parametrize(period=0.6, samples=300), {"request": plan.request.as_mapping()})
+
+
+@pytest.fixture(scope="module")
+def film(table: Table, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("films")
+    write_films(lambda: [table], [folder / "gait.gif", folder / "again.gif"])
+    assert (folder / "gait.gif").read_bytes() == (folder / "again.gif").read_bytes()
+    return folder / "gait.gif"
+
+
+def test_a_gif_plays_one_period_for_ever(film: Path, table: Table) -> None:
+    with Image.open(film) as image:
+        assert isinstance(image, GifImagePlugin.GifImageFile)
+        assert (image.size, image.info["loop"], image.n_frames) == ((480, 420), 0, 15)
+        delays = []
+        for k in range(image.n_frames):
+            image.seek(k)
+            delays.append(image.info["duration"])
+        assert sum(delays) == 600  # ms
+        image.seek(0)
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    # Where discs are, their colors are, up to what is in front of them: rotor 1 leans most at the start.
+    seen = vehicle_view(table.alpha[:1])
+    low, high = seen.limits()
+    scale = min(np.array([480, 272]) / (high - low))
+    for rotor in (1, 3):
+        disc = seen.discs[0, rotor]
+        spot = disc[4:] + 0.6 * disc[:2]
+        x, y = np.array([240, 36 + 136]) + scale * (spot - (low + high) / 2) * [1, -1]
+        color = ROTOR_COLORS[rotor] if seen.facing[0, rotor] else underside(ROTOR_COLORS[rotor])
+        shown = pixels[round(y), round(x)]
+        assert np.abs(shown - [int(color[k : k + 2], 16) for k in (1, 3, 5)]).max() <= 12, (rotor, shown, color)
+
+
+def test_a_film_states_what_made_it_and_is_planned_again(run: Any, film: Path, table: Table) -> None:
+    assert provenance_of_gif(film) == provenance_text(table)
+    planned = run("plan", film, "--period", "2", "--json")
+    assert (planned.code, planned.json["request"]["period"]) == (0, 2.0)
+    assert planned.json["request"]["waypoints"] == table.about["request"]["waypoints"]
+    for cut in (0, 10, 300, -1):
+        Path("cut.gif").write_bytes(film.read_bytes()[:cut])
+        refused = run("plan", "cut.gif")
+        assert (refused.code, refused.out, refused.err.count("\n")) == (2, "", 1)
+        assert "that gaitgraph wrote" in refused.err
+    Image.new("L", (4, 4)).save("plain.gif")
+    assert "has no comment" in run("plan", "plain.gif").err
+    assert "cannot read 'none.gif'" in run("plan", "none.gif").err
+
+
+@pytest.mark.parametrize(
+    ("period", "frames", "total"),
+    [(1e-6, 10, 20), (0.2, 10, 20), (0.123456, 10, 20), (1.0, 25, 100), (1.237, 31, 124), (4.0, 100, 400),
+     (3600.0, 100, 360_000), (1e9, 100, 6_553_500)],
+)  # fmt: skip
+def test_frames_last_as_long_as_the_period_where_the_format_can(period: float, frames: int, total: int) -> None:
+    delays = frame_delays(period)
+    assert len(delays) == frames <= MOST_FRAMES
+    assert sum(delays) == total
+    assert min(delays) >= 2  # browsers take less for a tenth of a second
+    assert max(delays) <= 65535
+    assert max(delays) - min(delays) <= 1
+
+
+def test_films_of_other_tables(tmp_path: Path) -> None:
+    """Uneven times, a hostile name, edges of discs, and a table without times, which lasts a second."""
+    columns = {f"alpha{k + 1}": np.linspace(-2, 2, 30) * (-1) ** k for k in range(4)}
+    about = {"vehicle": X_FRAME.as_mapping(), "coefficients": "exact"}
+    uneven = Table(columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about)
+    single = Table(columns={name: values[:1] for name, values in columns.items()})
+    for one, frames in ((uneven, 10), (single, 25)):
+        write_films(lambda one=one: [one], [tmp_path / "a.gif"], force=True)
+        with Image.open(tmp_path / "a.gif") as image:
+            total = 0
+            for k in range(image.n_frames):  # type: ignore[attr-defined]
+                image.seek(k)
+                total += image.info["duration"]
+        assert total == 40 * 25 if one is single else 20 * frames
+
+
+def test_films_that_cannot_be_written_are_refused(run: Any, table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(name: str) -> str:
+        with pytest.raises(gg.GaitgraphError) as error:
+            write_films(lambda: [table], [name])
+        return str(error.value)
+
+    assert "must be .gif or .mp4" in refused("a.svg")
+    Path("taken.gif").write_text("mine")
+    assert "'taken.gif' exists" in refused("taken.gif")
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
+    assert "MP4 needs the program ffmpeg" in refused("a.mp4")
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert "pip install 'gaitgraph[plot]'" in refused("a.gif")
+    assert [path.name for path in Path().iterdir()] == ["taken.gif"]
+
+
+def test_the_command_line_and_timed_gaits_write_films(run: Any) -> None:
+    timed = gg.lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(0.2, samples=20)
+    timed.write("gait.csv", "a.gif")
+    timed.animate("b.gif")
+    assert run("export", "gait.csv", "c.gif", "c.json").out.splitlines()[0] == "wrote c.gif: one period, drawn"
+    frames = {name: Path(f"{name}.gif").read_bytes() for name in "abc"}
+    assert frames["a"] == frames["b"] == frames["c"]
+    assert run("export", "gait.csv", "c.gif").code == 2
+    assert "wrote d.gif" in run("plan", "--waypoint", "0.4,-1.2", "--period", "0.2", "--output", "d.gif").out
+    svg = run("plan", "--waypoint", "0.4,-1.2", "--output", "d.svg")
+    assert (svg.code, svg.out, svg.err.count("\n")) == (2, "", 1)
+    assert "must be .gif or .mp4" in svg.err
