@@ -352,7 +352,7 @@ class TestTables:
     def test_rows_are_bounded(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(LIMITS, "rows", 10)
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
-        assert "more than 10" in told(ask.table("x.csv", rows), 400)
+        assert "at most 10 rows" in told(ask.table("x.csv", rows), 400)
         assert ask.table("x.csv", rows[:-18]).json()["rows"] == 10
 
     def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, ask: Client) -> None:

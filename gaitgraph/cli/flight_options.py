@@ -109,7 +109,7 @@ def flight_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None
 
     A gait that was biased by η is off the surfaces, as was asked for; one line replaces what follows from that.
     """
-    from gaitgraph.flight.course import refusal_and_warnings
+    from gaitgraph.flight.course import broken_rules
     from gaitgraph.flight.gait_file import ROW_BY_ROW
 
     found = list(warnings)
@@ -117,7 +117,7 @@ def flight_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None
         report = timed.check()
         off = next((check for check in report.checks if check.name == "on_surface" and not check.ok), None)
         if off is not None:
-            follows = refusal_and_warnings(report)[1]
+            follows = broken_rules(report)[1]
             size = f"max(|Rφ|, |Rθ|) = {off.value:.2g}, allowed {off.limit:g}"
             found = [f"biased by {eta:g} it is off the surfaces: {size}", *(one for one in found if one not in follows)]
     if timed.law == ROW_BY_ROW:

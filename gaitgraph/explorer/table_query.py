@@ -58,7 +58,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
-_UNSHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of a request that the page has no control for
+_NOT_SHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of requests without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
@@ -76,12 +76,12 @@ def formats_answer() -> list[dict[str, Any]]:
 
 
 def table_answer(name: str, content: bytes, progress: Callable[..., None] | None = None) -> dict[str, Any]:
-    """Return what a gait file holds and where it breaks a rule.
+    """Return the report of a gait file, and where it breaks a rule.
 
     Parameters
     ----------
     name
-        What the user calls the file; its suffix is the format, and nothing else of it is used but in messages.
+        The user's name of the file; its suffix is the format, and nothing else of it is used but in messages.
     content
         The bytes of the file.
     progress
@@ -95,7 +95,7 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
     name = _plain_name(name)
     form = known_format(name, "table", reads=True)
     if form.folder:
-        raise InputError(f"table: {name!r}; allowed are the suffixes of single files, and a {form.name} is a folder")
+        raise InputError(f"table must be a single file, got {name!r}: a {form.name} is a folder")
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
@@ -104,15 +104,24 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
-            rows = closed_rows(table)
+            rows, vehicle, coefficients = closed_rows(table)
             if progress is not None:
                 progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    shown_rows = spread_rows(len(rows.alpha), _MOST_ROWS)
-    alpha, t = rows.alpha[shown_rows], None if rows.t is None else rows.t[shown_rows]
+    some = spread_rows(len(rows.alpha), _MOST_ROWS)
+    alpha, t = rows.alpha[some], None if rows.t is None else rows.t[some]
     hovers = report["hover_thrust"].value is not None
     checks = checks_answer(report.checks)
+    worst = [
+        {angle: check["where"][angle] for angle in ("alpha1", "alpha2")} | {"message": check["message"]}
+        for check in checks
+        if check["mark"] != "ok" and check["where"] is not None
+    ]
+    try:
+        corners = rounded(gait_of(table).alpha[:_MOST_ROWS])
+    except GaitgraphError:  # rows of several colors, for example, are no one gait
+        corners = []
     return {
         "name": name,
         "rows": report.rows,
@@ -123,41 +132,37 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "checks": checks,
         "warnings": list(report.warnings),
         "path": rounded(alpha[:, :2]),
-        "series": series_answer(alpha, rows.vehicle, rows.coefficients, t=t, rates=None, hovers=hovers),
-        "scene": scene_answer(alpha, rows.vehicle, t=t),
-        "corners": _corners(table),
-        "broken": _broken(checks) + _broken_runs(rows.alpha[:-1], report, rows.vehicle, rows.coefficients),
+        "series": series_answer(alpha, vehicle, coefficients, t=t, rates=None, hovers=hovers),
+        "scene": scene_answer(alpha, vehicle, t=t),
+        "corners": corners,
+        "broken": worst + _broken_runs(rows.alpha[:-1], report, vehicle, coefficients),
         "request": _state_of_request(table),
     }
-
-
-def _broken(checks: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the worst place of each check that does not hold."""
-    return [
-        {name: check["where"][name] for name in ("alpha1", "alpha2")} | {"message": check["message"]}
-        for check in checks
-        if check["mark"] != "ok" and check["where"] is not None
-    ]
 
 
 def _broken_runs(
     alpha: FloatArray, report: Report, vehicle: Vehicle, coefficients: Coefficients
 ) -> list[dict[str, Any]]:
-    """Return the worst row of each run of rows that break a rule, but for the runs that a check's own place is in.
+    """Return the worst row of each run of rows that break a rule, but for the runs at a check's own place.
 
     Parameters
     ----------
     alpha, vehicle, coefficients
-        The rows, without the closing one, shape (n, 4) [rad], and what they are for.
+        The rows, without the closing one, shape (n, 4) [rad], and their vehicle.
     report
-        What was found; only rules that it says are broken are looked at.
+        Of the rows; only the rules that it reports as broken are looked at.
     """
+
+    def other_sign(values: FloatArray) -> FloatArray:
+        """Return how far values lie beyond zero from the largest of them."""
+        return values if values[np.argmax(np.abs(values))] < 0 else -values
+
     excess: dict[str, Callable[[float], FloatArray]] = {
         "on_surface": lambda limit: (
             np.maximum(np.abs(roll_sensitivity(alpha, coefficients)), np.abs(pitch_sensitivity(alpha, coefficients)))
             - limit
         ),
-        "R_sign": lambda limit: _against_its_sign(np.asarray(level_determinant(alpha, coefficients))) - limit,
+        "R_sign": lambda limit: other_sign(np.asarray(level_determinant(alpha, coefficients))) - limit,
         "least_singular_value": lambda limit: limit - np.asarray(least_singular_value(alpha, vehicle)),
         "hover_thrust": lambda limit: limit - np.nan_to_num(hover_thrust_shares(alpha, vehicle), nan=-9.0).min(axis=1),
     }
@@ -176,22 +181,16 @@ def _broken_runs(
             place = dict(zip(("alpha1", "alpha2"), alpha[worst, :2].tolist(), strict=True))
             found.append((first - end, place | {"message": f"{title} broken: {rows}"}))
     found.sort(key=lambda one: one[0])
-    return [told for _, told in found[:_MOST_RUNS]]
-
-
-def _against_its_sign(values: FloatArray) -> FloatArray:
-    """Return by how much values lie beyond zero from where most of them, by size, are."""
-    return values if values[np.argmax(np.abs(values))] < 0 else -values
+    return [run for _, run in found[:_MOST_RUNS]]
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield pieces of a table, of no more rows than are taken: a small file can hold more than fit in memory."""
+    """Yield pieces of a table, up to the limit of rows: a small file can hold more than fit in memory."""
     rows = 0
     for piece in pieces:
         rows += len(piece)
         if rows > LIMITS["rows"]:
-            most = f"allowed are {LIMITS['rows']} here, and any number with 'gaitgraph validate'"
-            raise InputError(f"rows: more than {LIMITS['rows']}; {most}")
+            raise InputError(f"a table must have at most {LIMITS['rows']} rows here; 'gaitgraph validate' has no limit")
         yield piece
 
 
@@ -200,30 +199,23 @@ def _plain_name(name: str) -> str:
     last = re.split(r"[\\/]", name)[-1]
     last = "".join(letter for letter in last if letter.isprintable())
     if not last:
-        raise InputError(f"name: {shown(name)}; allowed is a file's name with its suffix")
+        raise InputError(f"name must be a file's name with its suffix, got {shown(name)}")
     return last if len(last) <= 100 else last[:60] + "…" + last[-30:]
 
 
-def _corners(table: Table) -> list[Any]:
-    try:
-        return rounded(gait_of(table).alpha[:_MOST_ROWS])
-    except GaitgraphError:  # rows of several colors, for example, are no one gait
-        return []
-
-
 def _state_of_request(table: Table) -> dict[str, Any] | None:
-    """Return the state that a file's request is, or None if it tells none, or one that the page has no place for."""
+    """Return the state that a file's request is, or None if there is none, or none that the page can show."""
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
     state = {name: value for name, value in request.items() if name in DEFAULTS}
     others = {name: value for name, value in request.items() if name not in DEFAULTS}
-    if others != {name: value for name, value in _UNSHOWN.items() if name in others}:
+    if others != {name: value for name, value in _NOT_SHOWN.items() if name in others}:
         return None
     if "t" in table and 2 <= len(table) <= RANGES["samples"].high + 1:
         state["samples"] = len(table) - 1
     if state.get("method") == "exact":
-        state.pop("divisions", None)  # of no use, and perhaps more than are taken here
+        state.pop("divisions", None)  # not used, and perhaps beyond the page's range
     if number_of(state.get("accuracy")) < RANGES["accuracy"].low:
         state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
     try:
@@ -235,7 +227,7 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
 
 
 def _preset_of(stated: object) -> dict[str, Any]:
-    """Return the preset and drag ratio that a vehicle is; InputError if it differs from all presets by more."""
+    """Return a vehicle as a preset and a drag ratio; InputError if it differs from all presets by more."""
     if not isinstance(stated, dict):
         return {"vehicle": checked_choice("vehicle", stated, preset_names()), "drag_ratio": None}
     vehicle = vehicle_from_mapping(stated)
@@ -243,7 +235,7 @@ def _preset_of(stated: object) -> dict[str, Any]:
         for drag_ratio in (None, vehicle.drag_ratio):
             if vehicle == vehicle_of(name, drag_ratio):
                 return {"vehicle": name, "drag_ratio": drag_ratio}
-    raise InputError(f"vehicle: {shown(vehicle.name)}; allowed are presets, with another drag ratio at most")
+    raise InputError("vehicle must be a preset, with another drag ratio at most")
 
 
 def file_answer(state: State, suffix: object, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
@@ -255,9 +247,9 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
         If the suffix is not known, or there is no gait.
     """
     if not isinstance(suffix, str) or suffix not in FORMATS:
-        raise InputError(f"suffix: {shown(suffix)}; allowed are {', '.join(FORMATS)}")
+        raise InputError(f"suffix must be one of {', '.join(FORMATS)}, got {shown(suffix)}")
     if state.empty:
-        raise InputError("waypoints: none given; allowed is at least one")
+        raise InputError("waypoints must be at least one, got none")
     result = planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
@@ -267,18 +259,12 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
         write_tables(table, [path])
-        if path.is_dir():
-            return f"{path.name}.zip", _zipped(path)
-        return path.name, path.read_bytes()
-
-
-def _zipped(folder: Path) -> bytes:
-    """Return a folder as a zip whose bytes depend on nothing but its files."""
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(folder.rglob("*")):
-            if path.is_file():
-                entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")
+        if not path.is_dir():
+            return path.name, path.read_bytes()
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+            for one in sorted(path.iterdir()):
+                entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # without a date, so that the bytes are the same
                 entry.compress_type = zipfile.ZIP_DEFLATED
-                archive.writestr(entry, path.read_bytes())
-    return stream.getvalue()
+                archive.writestr(entry, one.read_bytes())
+        return f"{path.name}.zip", stream.getvalue()

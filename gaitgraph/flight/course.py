@@ -90,24 +90,19 @@ def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     return Course(pieces=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
 
 
-def refusal_and_warnings(report: Report) -> tuple[str, tuple[str, ...]]:
-    """Return why physics forbids to fly a gait, "" if it does not, and the rules of the paper that it breaks.
+def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:
+    """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
 
-    Physics needs an invertible matrix in level flight, hover thrusts, and tilt angles and rates within the vehicle's
-    limits, but no place on the surfaces.
+    Physics needs an invertible matrix in level flight, hover thrusts unless rotors may pull, and tilt angles and rates
+    within the vehicle's limits, but no place on the surfaces.
 
     >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-    >>> refusal, warnings = refusal_and_warnings(gait.biased(0.8).parametrize(1.0).check())
-    >>> refusal, len(warnings) > 0
-    ('', True)
+    >>> forbidden, others = broken_rules(gait.biased(0.8).parametrize(1.0).check())
+    >>> len(forbidden), len(others) > 0
+    (0, True)
     """
-    forbidden, harmless = _broken_rules(report, _SURFACE_RULES)
-    return forbidden[0] if forbidden else "", tuple(harmless)
-
-
-def _broken_rules(report: Report, harmless: frozenset[str]) -> tuple[list[str], list[str]]:
-    """Return the messages of the rules that are broken or undecided: those that forbid flight, and the harmless."""
+    harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
     broken = [check for check in report.checks if not (check.ok and check.decided)]
     forbidden = [check.message for check in broken if check.name not in harmless]
     return forbidden, [check.message for check in broken if check.name in harmless]
@@ -131,9 +126,7 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
         "max_tilt_rate": settings.servo_rate or vehicle.max_tilt_rate,
     }
     judged = replace(timed, gait=replace(timed.gait, vehicle=vehicle.replace(**limits)))
-    # Rotors without limits push down where they must.
-    harmless = _SURFACE_RULES if settings.saturation else _SURFACE_RULES | {"hover_thrust"}
-    forbidden, warnings = _broken_rules(judged.check(), harmless)
+    forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
     if isinstance(timed, RowTimedGait) and timed.gap:
         warnings.append(timed.gap)
     # Whether only a part of the course, the period or the lap is flown.
@@ -216,10 +209,10 @@ def from_hover(
         if limit is not None and duration is None:
             seconds = max(seconds, float(parametrize(straight, 2.0).peak_rates().max()) / limit)
         entry = parametrize(straight, 2 * seconds)
-        refusal = "" if anyway else refusal_and_warnings(entry.check())[0]
-        if refusal:
+        forbidden, _ = broken_rules(entry.check())
+        if forbidden and not anyway:
             # Off the surfaces no path on them is searched, so its reason would be beside the point.
-            reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {refusal}"
+            reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {forbidden[0]}"
             return f"no flyable path from hover: {reason}"
     hover = parametrize(replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}), 1.0)
     arrival = pause + seconds
