@@ -77,6 +77,7 @@ def cycles_command(
         for cycle in islice(found.cycles, limit):
             with progress.aside():
                 answer(cycle)
+        found.cycles.look_ahead()
     if found.cycles.found:
         click.echo(str(found.cycles), err=True)
         return 0

@@ -224,10 +224,14 @@ class Cycles(Iterator[Cycle]):
         whole._heads = [head for part in parts for head in part._heads]
         return whole
 
-    def __next__(self) -> Cycle:
+    def look_ahead(self) -> None:
+        """Find the next cycle of each graph without yielding it, which sharpens the bound."""
         for k, stream in enumerate(self._streams):
             if self._heads[k] is None:
                 self._heads[k] = next(stream, None)
+
+    def __next__(self) -> Cycle:
+        self.look_ahead()
         ready = [(head.length, k, head) for k, head in enumerate(self._heads) if head is not None]
         if not ready:
             raise StopIteration
