@@ -323,6 +323,7 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
         (b"", "it is not a MAT-file of level 5"),
         (b"\0" * 200, "it is not a MAT-file of level 5"),
         (b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384, r"got version 7\.3 \(HDF5\)"),
+        (b"\0\0\0\0\1\0\0\0\1" + b"\0" * 90, "got level 4"),
         (whole[:-20], "it must be whole, got a variable that ends at byte"),
         (whole[:130], "it is not a MAT-file"),
         (HEADER + struct.pack("<II", 15, 4) + bytes(4), "or it is broken"),

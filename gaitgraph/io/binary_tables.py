@@ -81,15 +81,16 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def as_column(array: object, name: str) -> Array:
-    """Return an array as a column of floats or texts, or raise InputError if it is none."""
+def as_column(array: object, name: str) -> Array | InputError:
+    """Return an array as a column of floats or texts; if it is none, the error that a needed column raises."""
     if not isinstance(array, np.ndarray):
-        raise InputError(f"{name} must be a column, got a {type(array).__name__}")
+        return InputError(f"{name} must be a column, got a {type(array).__name__}")
     if array.dtype.kind not in "fiuUS":
-        raise InputError(f"{name} must be real numbers or texts, got values of the type {shown(str(array.dtype))}")
+        return InputError(f"{name} must be real numbers or texts, got values of the type {shown(str(array.dtype))}")
     if array.size != max(array.shape, default=1):
-        raise InputError(f"{name} must be a column, got an array of shape {array.shape}")
-    return array.reshape(-1).astype(np.str_ if array.dtype.kind in "US" else np.float64)
+        return InputError(f"{name} must be a column, got an array of shape {array.shape}")
+    values = array.reshape(-1)
+    return np.char.rstrip(values.astype(np.str_)) if array.dtype.kind in "US" else values.astype(np.float64)
 
 
 def column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, Any], progress: Progress) -> RawPieces:
@@ -120,7 +121,8 @@ def column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, An
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = min(start + ROWS_OF_A_PIECE, rows)
         piece = {name: one[start:stop] for name, one in used.items()}
-        yield [(name, _plain(piece[name]) if name in piece else None) for name in columns], about
+        plain = {name: one if one.dtype.kind == "f" else one.tolist() for name, one in piece.items()}
+        yield [(name, plain.get(name)) for name in columns], about
         if progress is not None:
             progress(stop / rows)
 
@@ -128,10 +130,6 @@ def column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, An
 def about_of_array(array: object) -> dict[str, Any]:
     """Return what made a file, if an array of it is a text of ours that states it."""
     return about_from_text(array.item()) if isinstance(array, np.ndarray) and array.size == 1 else {}
-
-
-def _plain(values: Array) -> Any:
-    return values if values.dtype.kind == "f" else values.tolist()
 
 
 def array_of(values: Any) -> Array:
@@ -177,8 +175,6 @@ def pieces_of_npz(path: Path, progress: Progress) -> RawPieces:
             for name in archive.files:
                 try:
                     columns[name] = as_column(archive[name], name)
-                except InputError as error:
-                    columns[name] = error
                 except ValueError as error:  # objects, say, which are not loaded
                     columns[name] = InputError(f"{name} must be real numbers or texts ({error})")
         yield from column_pieces(columns, about_of_array(columns.pop(PROVENANCE, None)), progress)
@@ -189,7 +185,6 @@ def pieces_of_npz(path: Path, progress: Progress) -> RawPieces:
 
 _PARQUET = "a Parquet file with one column of numbers for each column of the table"
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
-_MOST_COLUMNS = 1000
 _MOST_UNPACKED = 1 << 32
 _STEEPEST = 100
 """What a file may unpack to for each of its bytes, where it unpacks to more than that."""
@@ -251,8 +246,6 @@ def pieces_of_parquet(path: Path, progress: Progress) -> RawPieces:
             arrow_extensions_enabled=False,
         )
         schema, rows = file.schema_arrow, file.metadata.num_rows
-        if len(schema.names) > _MOST_COLUMNS:
-            raise InputError(f"it must have at most {_MOST_COLUMNS} columns, got {len(schema.names)}")
         about = _about_of_parquet(schema.metadata or {})
         yield [(name, []) for name in schema.names], about
         used = []

@@ -123,11 +123,11 @@ def pieces_of_mat(path: Path, progress: Progress) -> RawPieces:
     with gate(path, _MAT):
         with warnings.catch_warnings(action="ignore"):
             variables = _mat_variables(path.read_bytes())
-        structs = {name: one for name, one in variables.items() if _is_struct(one)}
+        arrays = {name: one for name, one in variables.items() if isinstance(one, np.ndarray)}
+        structs = {name: one for name, one in arrays.items() if one.dtype.names and one.size == 1}
         plain = {name: one for name, one in variables.items() if name not in structs}
         chosen = [GAIT] if GAIT in structs else list(structs)
-        numbers = [one for one in plain.values() if isinstance(one, np.ndarray) and one.dtype.kind in "fiu"]
-        if len(chosen) > 1 and not any(one.size > 1 for one in numbers):
+        if len(chosen) > 1 and not any(one.dtype.kind in "fiu" and one.size > 1 for one in arrays.values()):
             names = ", ".join(map(repr, chosen[:4])) + (", …" if len(chosen) > 4 else "")
             raise InputError(f"it must have one struct, or one called {GAIT!r}, got {len(chosen)}, {names}")
         fields = {}
@@ -138,42 +138,30 @@ def pieces_of_mat(path: Path, progress: Progress) -> RawPieces:
         yield from column_pieces(_mat_columns(fields if inside else plain), about, progress)
 
 
-def _is_struct(one: Any) -> bool:
-    return isinstance(one, np.ndarray) and one.dtype.names is not None and one.size == 1
-
-
 def _has_angles(found: Mapping[str, Any]) -> bool:
     return not found.keys().isdisjoint(("alpha", "alpha1", "alpha1_deg"))
 
 
 def _mat_columns(found: Mapping[str, Any]) -> dict[str, Array | InputError]:
     """Return the columns that variables or fields are, or why they are none; matrices have one for each rotor."""
-    columns: dict[str, Any] = {}
+    columns: dict[str, Array | InputError] = {}
     for name, one in found.items():
         group = _GROUPS.get(name, ())
         if group and found.keys().isdisjoint(group):
+            is_matrix = isinstance(one, np.ndarray) and one.ndim == 2 and one.shape[1] == len(group)
             for k, angle in enumerate(group):
-                if isinstance(one, np.ndarray) and one.ndim == 2 and one.shape[1] == len(group):
-                    columns[angle] = one[:, k]
+                if is_matrix:
+                    columns[angle] = as_column(one[:, k], angle)
                 else:
                     got = f"shape {one.shape}" if isinstance(one, np.ndarray) else type(one).__name__
                     columns[angle] = InputError(f"{angle}: {name} must be a matrix of 4 columns, got {got}")
         elif not group and name not in _NO_COLUMNS:
-            columns[name] = one
-    for name, one in columns.items():
-        if not isinstance(one, InputError):
-            try:
-                columns[name] = as_column(one, name)
-            except InputError as error:
-                columns[name] = error
-                continue
-            if columns[name].dtype.kind == "U":
-                columns[name] = np.char.rstrip(columns[name])
+            columns[name] = as_column(one, name)
     return columns
 
 
 def _mat_variables(content: bytes) -> dict[str, Any]:
-    """Return the variables of a MATLAB file as scipy reads them, or an InputError for what is not handed to it.
+    """Return the variables of a MATLAB file as scipy reads them.
 
     scipy gets one variable at a time, inflated up to the size that it states, so that nothing in it leads elsewhere.
     """
@@ -183,8 +171,7 @@ def _mat_variables(content: bytes) -> dict[str, Any]:
     stream: Any = io.BytesIO(content)
     version = matfile_version(stream)[0]
     if version != 1:
-        is_hdf5 = version == 2 and content.startswith(b"MATLAB 7.3")
-        raise InputError(f"it must be {_MAT}, got {'version 7.3 (HDF5)' if is_hdf5 else 'another level'}")
+        raise InputError(f"it must be {_MAT}, got {'version 7.3 (HDF5)' if version == 2 else 'level 4'}")
     header, order = content[:_HEADER], "<" if content[_HEADER - 2 : _HEADER] == b"IM" else ">"
     variables: dict[str, Any] = {}
     place, inflated = _HEADER, 0
@@ -207,16 +194,16 @@ def _mat_variables(content: bytes) -> dict[str, Any]:
             element += inflater.decompress(inflater.unconsumed_tail, size + 1)
             if len(element) != 8 + size or not inflater.eof:  # behind the last byte is a checksum
                 raise InputError("it must be whole, got a variable of another size than it states")
-        name, end = _array_at(element, 0, order)
+        name, end = _array_at(memoryview(element), 0, order)
         if end > len(element):
             raise InputError(f"it must be whole, got a variable {name!r} that ends early")
-        stream = io.BytesIO(header + element)
-        if name and not name.startswith("__"):
+        if name and not name.startswith("__"):  # others are objects, and what belongs to functions
+            stream = io.BytesIO(header + element)
             variables[name] = loadmat(stream)[name]
     return variables
 
 
-def _array_at(content: bytes, place: int, order: str, depth: int = 0) -> tuple[str, int]:
+def _array_at(content: memoryview, place: int, order: str, depth: int = 0) -> tuple[str, int]:
     """Return the name of an array of a MATLAB file and where it ends, without looking at values.
 
     scipy follows types, counts and nested arrays in C as a file states them; unknown types, or thousands of levels, end
@@ -228,7 +215,7 @@ def _array_at(content: bytes, place: int, order: str, depth: int = 0) -> tuple[s
         If the array is broken or nested too deeply.
     """
 
-    def part() -> bytes:
+    def part() -> memoryview:
         nonlocal place
         kind, size = struct.unpack_from(f"{order}II", content, place)
         if kind >> 16:  # up to four bytes are in the tag itself
@@ -256,7 +243,7 @@ def _array_at(content: bytes, place: int, order: str, depth: int = 0) -> tuple[s
         if len(shape) < 2 or min(shape) < 0:
             raise InputError(f"it must be whole, got an array of shape {shown(shape)}")
         arrays = math.prod(shape)
-        name = part().decode("latin-1")
+        name = bytes(part()).decode("latin-1")
     if class_ in _PARTS:
         arrays = 0
         for _ in range(_PARTS[class_] + is_complex):
