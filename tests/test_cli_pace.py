@@ -72,16 +72,16 @@ def test_the_command_says_no_and_refuses(tmp_path: Path) -> None:
     for arguments, message in (
         (("--period", "quick", "--max-jerk", "100"), "--period must be .* got 'quick'"),
         (("--max-rate", "3"), "neither acceleration nor jerk"),
-        (("--max-acceleration", "many"), "^--max-acceleration: 'many'"),
-        (("--max-rate", "-3", "--max-acceleration", "9"), "^--max-rate: '-3'"),
-        (("--max-jerk", "nan"), "^--max-jerk: 'nan'"),
-        (("--max-acceleration", "9", "--rate", "-3"), "^rate: -3"),
-        (("--max-acceleration", "9", "--rounding", "0"), "^--rounding: 0"),
-        (("--max-acceleration", "9", "--servo-lag", "1e-12"), "^--servo-lag: 1e-12; allowed is at least"),
+        (("--max-acceleration", "many"), "^--max-acceleration\\b.*'many'"),
+        (("--max-rate", "-3", "--max-acceleration", "9"), "^--max-rate\\b.*-3"),
+        (("--max-jerk", "nan"), "^--max-jerk\\b.*nan"),
+        (("--max-acceleration", "9", "--rate", "-3"), "^(--)?rate\\b.*-3"),
+        (("--max-acceleration", "9", "--rounding", "0"), "^--rounding\\b.*0"),
+        (("--max-acceleration", "9", "--servo-lag", "1e-12"), "^--servo-lag\\b.*1e-12.* at least"),
     ):
         with pytest.raises(gg.InputError, match=message):
             run_pace(given, *arguments)
     off = str(tmp_path / "off.csv")
     SQUARE.biased(0.8).parametrize().write(off)
-    with pytest.raises(gg.InputError, match=r"off\.csv: not on one sheet; .* gaitgraph retarget .*off\.csv"):
+    with pytest.raises(gg.InputError, match=r"off\.csv must be .* on one sheet.* gaitgraph retarget .*off\.csv"):
         run_pace(off, "--max-acceleration", "9")
