@@ -220,7 +220,7 @@ WRONG = [
     ("roots 0.1", "A2"),
     ("roots 0.1 0.2 -0.3", "(-0.3); allowed is what 'gaitgraph roots --help' says"),
     ("roots x 0", "alpha1: 'x' is no angle"),
-    ("roots 1.6 0", "alpha1: 1.6 rad; allowed is −π/2 to π/2"),
+    ("roots 1.6 0", "alpha1 must be from −π/2 to π/2"),
     ("roots 0 -inf", "-inf"),
     ("roots 0 0 --crossing-tolerance -1", "--crossing-tolerance: '-1'"),
     ("export", "GAIT_FILE"),
@@ -472,7 +472,7 @@ class TestColorings:
         assert run("colorings", "loop.csv", "--limit", "0", "--json").json["colorings"] == []
         wrong = run("colorings", "loop.csv", "--sign", "up")
         assert (wrong.code, wrong.err.count("\n")) == (2, 1)
-        assert "sign: 'up'; allowed are auto, negative and positive" in wrong.err
+        assert "sign must be auto, negative or positive, got 'up'" in wrong.err
 
 
 class TestCycles:

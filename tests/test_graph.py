@@ -503,5 +503,5 @@ def test_signs_are_checked() -> None:
 
 def test_waypoints_of_a_graph_are_checked() -> None:
     for point in ((float("nan"), 0.0), (2.0, 0.0)):
-        with pytest.raises(gg.InputError, match="alpha1: "):
+        with pytest.raises(gg.InputError, match="^alpha1 must be from −π/2 to π/2"):
             surface_graph(waypoints=[point])

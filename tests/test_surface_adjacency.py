@@ -91,7 +91,7 @@ def test_labels_mean_their_signs(label: str) -> None:
 def test_other_labels_are_refused_with_the_allowed_ones(label: Any) -> None:
     with pytest.raises(InputError) as caught:
         types_from_text(label)
-    assert str(caught.value) == f"types: {label!r}; allowed are " + ", ".join((*PLANE_TYPES, "(?,*)", "(*,?)"))
+    assert str(caught.value) == f"types must be one of {', '.join((*PLANE_TYPES, '(?,*)', '(*,?)'))}, got {label!r}"
     for pair in (("(+,+)", label), (label, "(+,+)")):
         with pytest.raises(InputError):
             types_may_be_adjacent(*pair)

@@ -603,7 +603,7 @@ def test_angles_outside_are_refused_with_their_name(value: float, name: str) -> 
     for call in calls:
         with pytest.raises(InputError) as caught:
             call()
-        assert str(caught.value).startswith(f"{name}: {value!r} rad; allowed is −π/2 to π/2")
+        assert str(caught.value) == (f"{name} must be from −π/2 to π/2 (±{HALF_PI!r} rad), got {value!r}")
 
 
 @pytest.mark.parametrize(
@@ -612,18 +612,27 @@ def test_angles_outside_are_refused_with_their_name(value: float, name: str) -> 
         (lambda: roots("x", 0.1), "alpha1: 'x' is no angle"),
         (lambda: roots(0.1, [0.1, 0.2]), r"alpha2: \[0.1, 0.2\] is no angle"),  # type: ignore[arg-type]
         (lambda: roots(None, 0.1), "alpha1: None is no angle"),  # type: ignore[arg-type]
-        (lambda: root_arrays(["x"], [0.0]), r"alpha1: \['x'\]; allowed are angles in radians$"),
-        (lambda: sheet_grid("red", [0.0], [1j]), r"alpha2: \[1j\]; allowed are angles in radians$"),
-        (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1, alpha2: axes of 0 and 1 dimensions; allowed is 1 and 1"),
-        (lambda: sheet_grid("red", [0.3], [[0.1]]), "alpha1, alpha2: axes of 1 and 2 dimensions; allowed is 1 and 1"),
-        (lambda: sheet_grid("green", [0], [0]), "color: 'green'; allowed are 'red' and 'blue'"),  # type: ignore[arg-type]
+        (lambda: root_arrays(["x"], [0.0]), r"alpha1 must be angles in radians, got \['x'\]$"),
+        (lambda: sheet_grid("red", [0.0], [1j]), r"alpha2 must be angles in radians, got \[1j\]$"),
+        (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1 and alpha2 must be axes of one dimension, got 0 and 1"),
+        (lambda: sheet_grid("red", [0.3], [[0.1]]), "alpha1 and alpha2 must be axes of one dimension, got 1 and 2"),
+        (lambda: sheet_grid("green", [0], [0]), "color must be 'red' or 'blue', got 'green'"),  # type: ignore[arg-type]
         (
             lambda: roots(0.1, 0.2, crossing_tolerance=-1e-3),
-            "crossing_tolerance: -0.001; allowed is a finite number ≥ 0",
+            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got -0.001$",
         ),
-        (lambda: roots(0.1, 0.2, crossing_tolerance=math.inf), "crossing_tolerance: inf; allowed is"),
-        (lambda: root_arrays(0.1, 0.2, crossing_tolerance=math.nan), "crossing_tolerance: nan; allowed is"),
-        (lambda: root_arrays(0.1, 0.2, crossing_tolerance=True), "crossing_tolerance: True; allowed is"),
+        (
+            lambda: roots(0.1, 0.2, crossing_tolerance=math.inf),
+            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got inf$",
+        ),
+        (
+            lambda: root_arrays(0.1, 0.2, crossing_tolerance=math.nan),
+            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got nan$",
+        ),
+        (
+            lambda: root_arrays(0.1, 0.2, crossing_tolerance=True),
+            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got True$",
+        ),
     ],
 )
 def test_bad_input_is_refused(call: Callable[[], Any], message: str) -> None:

@@ -57,7 +57,7 @@ def types_from_text(label: str) -> tuple[int, int]:
     match = _LABEL.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_CODES[match[1]], _CODES[match[2]]) if match else (1, -1)
     if codes[0] * codes[1] < 0 or (FREE in codes and 0 not in codes):
-        raise InputError(f"types: {shown(label)}; allowed are {', '.join((*PLANE_TYPES, *FIBER_TYPES))}")
+        raise InputError(f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got {shown(label)}")
     return codes
 
 

@@ -251,9 +251,9 @@ def admissible_region(
     (4.748, 9.81)
     """
     if use not in ("valid", "flyable"):
-        raise InputError(f"use: {shown(use)}; allowed are 'valid' and 'flyable'")
+        raise InputError(f"use must be 'valid' or 'flyable', got {shown(use)}")
     if color not in COLORS:
-        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
     if sign is not None:
         checked_sign(sign)
     coefficients = coefficients or coefficients_of(vehicle)

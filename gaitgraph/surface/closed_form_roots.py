@@ -284,7 +284,7 @@ def sheet_grid(
     coefficients = coefficients or coefficients_of()
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     if a1.ndim != 1 or a2.ndim != 1:
-        raise InputError(f"alpha1, alpha2: axes of {a1.ndim} and {a2.ndim} dimensions; allowed is 1 and 1")
+        raise InputError(f"alpha1 and alpha2 must be axes of one dimension, got {a1.ndim} and {a2.ndim}")
 
     def with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
         """Return each angle's index and its representations: two where it lies at an end of the range."""

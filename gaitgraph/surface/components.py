@@ -152,7 +152,7 @@ def sign_region(
     """
     wanted, accuracy = checked_sign(sign), checked_accuracy(accuracy)
     if color not in COLORS:
-        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
     least = None if least is None else checked_number("least", least, "a finite number ≥ 0", zero=True)
     if color == "blue":
         coefficients = coefficients or coefficients_of(vehicle)
@@ -241,5 +241,5 @@ def certain_determinant(coefficients: Coefficients) -> float:
 def checked_sign(sign: object) -> int:
     """Return 1 or −1 for the name of a sign; raise InputError for what is none."""
     if not isinstance(sign, str) or sign not in SIGNS:
-        raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
     return 1 if sign == "positive" else -1

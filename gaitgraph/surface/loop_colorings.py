@@ -384,12 +384,12 @@ def colorings(
     try:
         plane = np.asarray(points, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(f"points: {shown(points)}; allowed are pairs (α1, α2) of numbers [rad]") from error
+        raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
-        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) or (n, 4) with n at least 1")
+        raise InputError(f"points must be of the shape (n, 2) or (n, 4) with n at least 1, got {plane.shape}")
     if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
         hint = did_you_mean(sign, ["auto", "negative", "positive"]) if isinstance(sign, str) else ""
-        raise InputError(f"sign: {shown(sign)}; allowed are auto, negative and positive{hint}")
+        raise InputError(f"sign must be auto, negative or positive, got {shown(sign)}{hint}")
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     every = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
     wanted: dict[Sign, BoolArray] = {one: every[one] for one in SIGNS if sign in ("auto", one)}

@@ -235,9 +235,9 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     try:
         out = np.asarray(points, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(f"point: {shown(points)}; allowed are (alpha1, alpha2) in radians") from error
+        raise InputError(f"point must be (alpha1, alpha2) in radians, got {shown(points)}") from error
     if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
-        raise InputError(f"point: {shown(points)}; allowed are finite (alpha1, alpha2) in radians, shape (m, 2)")
+        raise InputError(f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}")
     return out.reshape(-1, 2)
 
 
@@ -289,7 +289,7 @@ def chord_tolerance(accuracy: float) -> float:
 def checked_accuracy(accuracy: float) -> float:
     """Return an accuracy; raise InputError if it is not a number from 1e-9 to 0.1."""
     if not 1e-9 <= number_of(accuracy) <= 0.1:
-        raise InputError(f"accuracy: {shown(accuracy)}; allowed is 1e-9 to 0.1 (rad)")
+        raise InputError(f"accuracy must be from 1e-9 to 0.1 rad, got {shown(accuracy)}")
     return float(accuracy)
 
 
@@ -297,7 +297,7 @@ def checked_number(name: str, value: object, allowed: str, *, zero: bool = False
     """Return a positive finite number, or also zero if `zero`; raise InputError, with what is allowed, for others."""
     number = number_of(value)
     if not 0 <= number < math.inf or (number == 0 and not zero):
-        raise InputError(f"{name}: {shown(value)}; allowed is {allowed}")
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
     return number
 
 
@@ -377,29 +377,29 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
     """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is none."""
     sequences = (list, tuple, np.ndarray)
     if not isinstance(value, sequences):
-        raise InputError(f"{name}: {shown(value)}; allowed is a list of polygons, each a list of [alpha1, alpha2]")
+        raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
     found = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
         if not isinstance(corners, sequences):
-            raise InputError(f"{label}: {shown(corners)}; allowed is a list of [alpha1, alpha2]")
+            raise InputError(f"{label} must be a list of [alpha1, alpha2], got {shown(corners)}")
         points = []
         for corner in corners:
             if not isinstance(corner, sequences) or len(corner) != 2:
-                raise InputError(f"{label}: corner {shown(corner)}; allowed is [alpha1, alpha2]")
+                raise InputError(f"{label} must have corners [alpha1, alpha2], got {shown(corner)}")
             point = angle_from_text(corner[0], f"{label} alpha1"), angle_from_text(corner[1], f"{label} alpha2")
             if max(map(abs, point)) > _FARTHEST:
-                raise InputError(f"{label}: corner {shown(corner)}; allowed are angles up to {_FARTHEST:g} rad")
+                raise InputError(f"{label} must have angles up to {_FARTHEST:g} rad, got {shown(corner)}")
             points.append(point)
         if len(set(points)) < 3:
-            raise InputError(f"{label}: {len(set(points))} different corners; allowed are three or more")
+            raise InputError(f"{label} must have three or more different corners, got {len(set(points))}")
         polygon = shapely.Polygon(points)
         if not polygon.convex_hull.area > 1e-12:
-            raise InputError(f"{label}: its corners lie on a line; allowed is a polygon with an interior")
+            raise InputError(f"{label} must have an interior; its corners lie on a line")
         if not polygon.is_valid:
-            raise InputError(f"{label}: {shapely.is_valid_reason(polygon)}; allowed is a simple polygon")
+            raise InputError(f"{label} must be a simple polygon: {shapely.is_valid_reason(polygon)}")
         if not polygon.area > 1e-12:
-            raise InputError(f"{label}: area {polygon.area!r}; allowed is a polygon with an interior")
+            raise InputError(f"{label} must have an interior, got the area {polygon.area!r}")
         found.append(tuple((float(x), float(y)) for x, y in polygon.exterior.coords[:-1]))
     return tuple(found)
 

@@ -112,7 +112,7 @@ def sheet_angles(
     """
     alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     if color not in COLORS:
-        raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
     if color == "red":
         return wrapped(alpha1), wrapped(alpha2)
     return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)
@@ -131,7 +131,7 @@ def types_of(
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
     if not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
+        raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
     sign, zero = np.int8(_CODES[color]), np.int8(0)
     reach = crossing_tolerance + _ROUND_OFF
     near3 = distance_to_multiple(np.asarray(alpha1, dtype=float) - coefficients.delta, HALF_PI) <= reach
@@ -151,11 +151,11 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
         try:
             angles = np.asarray(value, dtype=float)
         except (TypeError, ValueError) as error:
-            raise InputError(f"{name}: {shown(value)}; allowed are angles in radians") from error
+            raise InputError(f"{name} must be angles in radians, got {shown(value)}") from error
         bad = ~(np.abs(angles) <= HALF_PI)
         if bad.any():
             first = float(angles[bad].flat[0])
-            raise InputError(f"{name}: {first!r} rad; allowed is −π/2 to π/2 (±{HALF_PI!r})")
+            raise InputError(f"{name} must be from −π/2 to π/2 (±{HALF_PI!r} rad), got {first!r}")
         out.append(angles)
     return out[0], out[1]
 
