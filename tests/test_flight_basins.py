@@ -204,14 +204,14 @@ def test_the_command_says_no_with_exit_code_1(run: Any, tmp_path: Path) -> None:
     ("options", "message"),
     [
         (["--resolution", "0"], "--resolution must be"),
-        (["--extent", "2"], "--extent must be an angle above 0 and below pi/2, got '2'"),
+        (["--extent", "2"], "--extent must be an angle above 0 and below pi/2, got 2"),
         (["--bias", "2"], "--bias must be a number above 0, up to 1, got 2.0"),
-        (["--bias", "1"], "--bias: 1"),
+        (["--bias", "1"], "--bias must differ from 1"),
         (["--duration", "0.5"], "--duration must be at least the gait's period"),
         (["--thrust-limit", "-1"], "--thrust-limit must be between 1e-09 and 1e+09 (N), got -1.0"),
-        (["--servo-rate", "x"], "--servo-rate: 'x'"),
-        (["--output", "basin.gif"], "output: 'basin.gif'; allowed for a basin are .csv"),
-        (["--settings", "hover.toml"], "settings file 'hover.toml': reference: 'hover'"),
+        (["--servo-rate", "x"], "--servo-rate must be an angle"),
+        (["--output", "basin.gif"], "output: 'basin.gif'; the suffixes for a basin are .csv"),
+        (["--settings", "hover.toml"], "settings file 'hover.toml': the reference of a basin must be attitude"),
     ],
 )
 def test_wrong_options_are_one_line(run: Any, tmp_path: Path, options: list[str], message: str) -> None:

@@ -184,7 +184,7 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     assert half.at([0.15])[0][0, 2] == pytest.approx(timed.at([0.15])[0][0, 2] / 2)
     done = run("fly", "rows.csv", "--duration", 0.8)
     assert done.code == 0
-    assert "warning: times of the table are those of no law: 4 rows are flown straight" in done.out
+    assert "warning: the timing matches no built-in law: 4 rows are flown straight" in done.out
     # A new clock makes it a law again.
     assert timed_gait_from_file(tmp_path / "rows.csv", law="smooth").period == 1.0
 
@@ -268,26 +268,29 @@ def test_a_file_of_settings_and_options_are_judged_together(run: Any, tmp_path: 
 
 
 WRONG = {
-    "a suffix of gaits alone": (["--output", "x.h"], "'x.h' is a C header, which is of gaits alone; allowed for a"),
+    "a suffix of gaits alone": (["--output", "x.h"], "'x.h' is a C header, which is of gaits alone"),
     "no folder": (["--output", "none/x.csv"], "folder 'none' does not exist"),
     "twice": (["--output", "x.png", "--output", "./x.png"], "is named twice"),
-    "half an attitude": (["--attitude", "0.3"], "--attitude: '0.3'"),
-    "a word for an angle": (["--attitude", "0.3,up"], "--attitude: 'up'"),
+    "half an attitude": (["--attitude", "0.3"], "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
+    "a word for an angle": (["--attitude", "0.3,up"], "--attitude must be ROLL,PITCH"),
     "upside down": (["--attitude", "0,pi/2"], "--attitude must be a roll from -pi to pi and a pitch between"),
     "unstable damping": (["--attitude-damping", "3000"], "--attitude-damping must be between 0.05125 and 1949.95 1/s"),
     "a short period": (["--period", "0.001"], "--period must be at least 20 steps of 0.001 s (0.02 s), got 0.001 s"),
     "a long period": (["--period", "2000"], "--period must be at most 1000000 steps of 0.001 s, got 2000 s, which is"),
     "a rate that does not fit": (["--control-rate", "300"], "--control-rate must be 1000 Hz divided by a whole number"),
-    "one wind": (["--wind", "1"], "--wind: '1'"),
+    "one wind": (["--wind", "1"], "--wind must be two or three numbers"),
     "a lot of wind": (["--wind", "1e3,0"], "--wind must be two or three numbers, each from -100 to 100 (m/s)"),
     "a reference": (["--reference", "cirle"], "did you mean 'circle'?"),
     "periods of what": (["--periods", "3"], "--from-hover"),
     "no periods": (["--from-hover", "--periods", "0"], "gaitgraph: --periods must be a whole number from 1 to 10000"),
-    "a limit and none": (["--thrust-limit", "5", "--no-saturation"], "--thrust-limit: 5 with --no-saturation"),
-    "an idle size": (["--size", "2"], "--size: 2 with the reference attitude"),
+    "a limit and none": (
+        ["--thrust-limit", "5", "--no-saturation"],
+        "--thrust-limit 5 cannot be combined with --no-saturation",
+    ),
+    "an idle size": (["--size", "2"], "--size has an effect with --reference step, line, circle only"),
     "no screen": (["--view"], "--view needs a screen"),
     "no settings": (["--settings", "none.toml"], "settings file: cannot read 'none.toml'"),
-    "no film": (["--render", "--output", "a.csv"], "--render: no film to render"),
+    "no film": (["--render", "--output", "a.csv"], "--render needs a film"),
     "a vehicle without mass": (["--vehicle", "light.toml"], "vehicle 'light' states no mass (kg), which flight needs"),
 }
 
@@ -310,7 +313,7 @@ def test_wrong_input_is_one_line(
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("gait5", "GAIT_FILE: 'gait5'; allowed is a gait file, a request, or gait1, gait2, gait3, gait4; did you mean"),
+        ("gait5", "GAIT_FILE must be a gait file, a request, or gait1, gait2, gait3, gait4, got 'gait5'; did you mean"),
         ("nothing.csv", "gait file: cannot read 'nothing.csv': No such file"),
         ("nothing.toml", "cannot read 'nothing.toml'"),
     ],

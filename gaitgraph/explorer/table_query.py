@@ -40,7 +40,7 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.io.formats import FORMATS, known_format
-from gaitgraph.io.reading import gait_of, read_pieces
+from gaitgraph.io.reading import read_pieces
 from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
@@ -49,10 +49,9 @@ from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from gaitgraph.gait.rows import ClosedRows
     from gaitgraph.gait.table import Table
-    from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -104,7 +103,7 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
-            rows, vehicle, coefficients = closed_rows(table)
+            rows = closed_rows(table)
             if progress is not None:
                 progress(1.0)
         except (InputError, FileProblem) as error:
@@ -119,7 +118,7 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         if check["mark"] != "ok" and check["where"] is not None
     ]
     try:
-        corners = rounded(gait_of(table).alpha[:_MOST_ROWS])
+        corners = rounded(rows.gait().alpha[:_MOST_ROWS])
     except GaitgraphError:  # rows of several colors, for example, are no one gait
         corners = []
     return {
@@ -132,26 +131,17 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "checks": checks,
         "warnings": list(report.warnings),
         "path": rounded(alpha[:, :2]),
-        "series": series_answer(alpha, vehicle, coefficients, t=t, rates=None, hovers=hovers),
-        "scene": scene_answer(alpha, vehicle, t=t),
+        "series": series_answer(alpha, rows.vehicle, rows.coefficients, t=t, rates=None, hovers=hovers),
+        "scene": scene_answer(alpha, rows.vehicle, t=t),
         "corners": corners,
-        "broken": worst + _broken_runs(rows.alpha[:-1], report, vehicle, coefficients),
+        "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
 
 
-def _broken_runs(
-    alpha: FloatArray, report: Report, vehicle: Vehicle, coefficients: Coefficients
-) -> list[dict[str, Any]]:
-    """Return the worst row of each run of rows that break a rule, but for the runs at a check's own place.
-
-    Parameters
-    ----------
-    alpha, vehicle, coefficients
-        The rows, without the closing one, shape (n, 4) [rad], and their vehicle.
-    report
-        Of the rows; only the rules that it reports as broken are looked at.
-    """
+def _broken_runs(rows: ClosedRows, report: Report) -> list[dict[str, Any]]:
+    """Return the worst row of each run of rows that break a rule which a report names, but for a check's own place."""
+    alpha, vehicle, coefficients = rows.alpha[:-1], rows.vehicle, rows.coefficients
 
     def other_sign(values: FloatArray) -> FloatArray:
         """Return how far values lie beyond zero from the largest of them."""
@@ -177,11 +167,11 @@ def _broken_runs(
             if first < row <= end or first < row % len(alpha) + 1 <= end:
                 continue
             worst = first + int(np.argmax(over[first:end]))
-            rows = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"
+            run = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"
             place = dict(zip(("alpha1", "alpha2"), alpha[worst, :2].tolist(), strict=True))
-            found.append((first - end, place | {"message": f"{title} broken: {rows}"}))
+            found.append((first - end, place | {"message": f"{title} broken: {run}"}))
     found.sort(key=lambda one: one[0])
-    return [run for _, run in found[:_MOST_RUNS]]
+    return [place for _, place in found[:_MOST_RUNS]]
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
