@@ -195,7 +195,7 @@ BAD_CSV = [
     ("x," * 30_000 + HEAD + "0," * 30_003 + "0\n", "column 'x' appears 30000 times"),
     ("t,alpha1,alpha2,alpha3,alpha4\n0,0,0,0,0\n0,0,0,0,0\n", "row 2: t = .*0.0.* does not increase"),
     ("alpha1,alpha2,color\n0,0,green\n", "row 1: color is 'green'"),
-    (HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n', XX),
+    (HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n', "row 1: types must be one of .*, got '\\(\\+,-\\)'"),
     ('alpha1,alpha2,alpha3,alpha4\n"0,0,0,0\n', "comma-separated text"),
 ]
 BAD_JSON = [
