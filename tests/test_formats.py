@@ -92,7 +92,7 @@ def test_the_same_gait_gives_the_same_bytes_through_every_format(planned: TimedG
 # The MATLAB function --------------------------------------------------------------------------------------------------
 
 
-def test_the_matlab_function_tells_what_made_it(planned: TimedGait, tmp_path: Path) -> None:
+def test_the_matlab_function_states_what_made_it(planned: TimedGait, tmp_path: Path) -> None:
     path = tmp_path / "gait3.m"
     planned.write(path)
     text = path.read_text(encoding="ascii")
@@ -235,23 +235,12 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     assert suffix == ".json" or seen[-1] == 1.0
     assert gg.validate(path).as_mapping() == report.as_mapping()
     done: list[float] = []
-    told = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"], progress=done.append)
-    assert (told.rows, told.columns[0]) == (301, "t")
+    done_by = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"], progress=done.append)
+    assert (done_by.rows, done_by.columns[0]) == (301, "t")
     assert done == sorted(done)
     assert done[-1] == 1.0
     assert (tmp_path / "cut.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert_same(read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet"))
-
-
-def test_a_new_clock_is_given_on_export(planned: TimedGait, tmp_path: Path) -> None:
-    planned.write(tmp_path / "a.npz")
-    told = export(tmp_path / "a.npz", [tmp_path / "b.mat", tmp_path / "b.m"], samples=30, period=4.0)
-    assert told.rows == 31
-    assert read_table(tmp_path / "b.mat")["t"][-1] == 4.0
-    with pytest.raises(gg.errors.OutputExists):
-        export(tmp_path / "a.npz", [tmp_path / "b.mat"])
-    with pytest.raises(gg.errors.FileProblem, match="No such file"):
-        export(tmp_path / "none.npz", [tmp_path / "c.mat"])
 
 
 def test_a_file_is_named_once_and_said_to_be_no_text(tmp_path: Path) -> None:
@@ -259,11 +248,11 @@ def test_a_file_is_named_once_and_said_to_be_no_text(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"\xff\xfe\0")
         with pytest.raises(gg.InputError) as problem:
             provenance_in(tmp_path / name)
-        told = str(problem.value)
-        assert told.startswith(f"gait file '{tmp_path / name}': not UTF-8 text; allowed is ")
-        assert told.endswith(", in UTF-8")
-        assert told.count("gait file") == 1
-        assert ".csv, " not in told
+        text = str(problem.value)
+        assert text.startswith(f"gait file '{tmp_path / name}': not UTF-8 text; allowed is ")
+        assert text.endswith(", in UTF-8")
+        assert text.count("gait file") == 1
+        assert ".csv, " not in text
 
 
 def refusal(path: Path) -> str:
@@ -325,7 +314,10 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
         (frame.assign(alpha1=np.nan), "row 1: alpha1 is nan"),
         (frame.assign(color="green"), "row 1: color is 'green'"),
-        (frame.assign(t=pd.date_range("2020", periods=13)), "t must hold numbers or texts, got values of the type datetime64"),
+        (
+            frame.assign(t=pd.date_range("2020", periods=13)),
+            "t must hold numbers or texts, got .*datetime64",
+        ),
         (frame.iloc[:0], "it has no rows"),
         (planned.to_polars().with_columns(pl.lit(None).alias("alpha2")), "row 1: alpha2 is"),
         (
@@ -341,7 +333,9 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         assert "\n" not in str(caught.value)
     with pytest.raises(gg.InputError, match="allowed is a gait, a timed gait, a table, a frame or a file's path"):
         gg.validate(5)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, or a mapping of columns, got 5"):
+    with pytest.raises(
+        gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"
+    ):
         table_from_frame(5)
     with pytest.raises(gg.InputError, match="got a LazyFrame"):
         table_from_frame(planned.to_polars().lazy())
@@ -351,7 +345,7 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_a_missing_library_is_told(library: str, planned: TimedGait, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_named(library: str, planned: TimedGait, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(gg.InputError, match=f"{library}: not installed, .* pip install {library}$"):
         getattr(planned, f"to_{library}")()
