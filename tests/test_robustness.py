@@ -155,18 +155,18 @@ class TestAgainstSampling:
         """Rows far from the least are left out, none that matters."""
         random = np.random.default_rng(1)
         corners = lift(G4.angles, "red").biased(0.9).alpha
-        rows = along(corners, 2001) + random.normal(0, 2e-4, (4 * 2001, 4))
+        rows = along(corners, 501) + random.normal(0, 2e-4, (4 * 501, 4))
         found = quick(table(rows), tolerance=1e-2)
         dense = least_singular_value_within(rows, math.radians(30))[0].min()
         assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
         assert found.singular_value[1] <= dense + 1e-12
         assert found.tilt_margin == pytest.approx(tilt_margin(rows, EXACT).min(), abs=1e-6)
 
-    def test_the_acceptable_attitudes_are_those_of_the_room(self) -> None:
+    def test_the_acceptable_attitudes_are_those_of_their_module(self) -> None:
         gait = red(G4)
         report = robustness_of(gait, bias=[0.8], tolerance=1e-3, curves=0)
-        room = acceptable_attitudes(gait.alpha * [1, 1, 0.8, 0.8], EXACT, tolerance=1e-3)
-        assert report.sweep[0].acceptable.polygon.equals(room.polygon)
+        alone = acceptable_attitudes(gait.alpha * [1, 1, 0.8, 0.8], EXACT, tolerance=1e-3)
+        assert report.sweep[0].acceptable.polygon.equals(alone.polygon)
         assert report.sweep[0].acceptable.tolerance == 1e-3
 
 
@@ -321,4 +321,4 @@ class TestWrongInput:
     def test_one_number_or_any_number_of_them(self) -> None:
         gait = red(G3)
         for bias in (0.8, np.float64(0.8), [0.8], (0.8,), np.array([0.8]), iter([0.8])):
-            assert [one.eta for one in robustness_of(gait, bias=bias, curves=0).sweep] == [0.8]
+            assert [one.eta for one in robustness_of(gait, bias=bias, curves=0, tolerance=1e-1).sweep] == [0.8]

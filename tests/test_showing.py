@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import shapely
+from gaitgraph.plots.sketches import HUES, MOST_RINGS
 from hypothesis import given, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.angles import HALF_PI
-from gaitgraph.plots.sketches import HUES, MOST_RINGS
 from gaitgraph.vehicle import preset_names, vehicle_named
 from tests.published import GAITS
 

@@ -63,16 +63,11 @@ class SingularCurve:
     kind
         "curve"; "none" inside ±π/2, as on the gait surfaces; "everywhere", where Rφ = Rθ = R = 0.
     normal
-        (−Rθ, Rφ, R), shape (3,).
+        (−Rθ, Rφ, R), shape (3,), read-only.
     """
 
     kind: Literal["curve", "none", "everywhere"]
     normal: FloatArray
-
-    def __post_init__(self) -> None:
-        normal = np.array(self.normal, dtype=float)
-        normal.flags.writeable = False
-        object.__setattr__(self, "normal", normal)
 
     def points(self, count: int = 181) -> FloatArray:
         """Return points of the curve from border to border of the diagram, (roll, pitch), shape (count, 2) [rad].
@@ -128,6 +123,7 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
     if angles.shape != (4,) or not np.isfinite(angles).all():
         raise InputError(f"alpha: {shown(alpha)}; allowed are four finite tilt angles [rad]")
     normal = attitude_sensitivities(angles, coefficients)
+    normal.flags.writeable = False
     if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
         return SingularCurve(kind="everywhere", normal=normal)
     flat = math.hypot(normal[0], normal[1]) <= noise_of(coefficients)

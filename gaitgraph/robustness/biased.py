@@ -277,7 +277,7 @@ def robustness_of(
     tolerance
         Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
     angle_rounding
-        What each angle may be off by [rad]; by default what is seen, as in :func:`gaitgraph.validation.validating.validate`: what
+        What each angle may be off by [rad]; by default inferred from the file, as in :func:`gaitgraph.validate`: what
         a table's digits or the paper's coefficients leave open, and how far rows are from a sheet that they lie on.
     curves
         At how many places singular curves are given.
