@@ -30,7 +30,7 @@ from gaitgraph.explorer.guards import HEADERS, Refused
 from gaitgraph.explorer.map_query import map_answer
 from gaitgraph.explorer.plan_query import DEFAULTS, LIMITS, state_of
 from gaitgraph.explorer.server import application
-from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
+from gaitgraph.explorer.table_query import file_answer, table_answer
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.plots.vehicles import vehicle_view
 from tests.published import GAITS
@@ -233,17 +233,6 @@ class TestDiagram:
         assert len(answer["biased"]["curves"]) == 16
         assert np.abs(answer["biased"]["acceptable"]).max() <= math.pi / 2 + 1e-5
 
-    def test_without_a_loop_it_says_why(self, ask: Client) -> None:
-        empty = ask("diagram", {})
-        assert (empty["own"], empty["reason"]) == (None, "no waypoints yet")
-        assert (
-            "no closed loop"
-            in ask("diagram", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})["reason"]
-        )
-        blue = ask("diagram", of_gait(1))
-        assert blue["own"]["tilt_margin_deg"] is None
-        assert "singular" in blue["own"]["tilt_margin_reason"]
-
 
 class TestMap:
     def test_the_shading_is_R_with_rows_of_constant_alpha2(self, ask: Client) -> None:
@@ -282,12 +271,6 @@ class TestMap:
                 k += 1
         assert k > 50
 
-    def test_blue_without_a_sign_is_told(self, ask: Client) -> None:
-        answer = ask("map", {"sheet": "blue", "coefficients": "exact"})
-        assert answer["regions"] == []
-        assert set(answer["types"]["codes"]) == {None}
-        assert "R = 0" in answer["note"]
-
     @pytest.mark.parametrize(
         ("content", "named"),
         [
@@ -319,13 +302,6 @@ class TestTables:
         assert max(answer["series"]["R"]) < 0 < min(answer["series"]["least_singular_value"])
         assert answer["scene"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
-
-    def test_a_broken_table_says_where(self, ask: Client) -> None:
-        rows = "alpha1,alpha2,alpha3,alpha4\n1.1,-1.1,1.1,-1.1\n1.1,-0.4,0.9,-0.4\n0.4,-0.4,0.4,-0.4\n"
-        answer = ask.table("mine.csv", rows.encode()).json()
-        assert answer["valid"] is False
-        place = next(one for one in answer["broken"] if "Rφ" in one["message"] or "surface" in one["message"])
-        assert place["alpha1"] == pytest.approx(1.1, abs=0.3)
 
     def test_each_run_of_broken_rows_is_marked_once(self, ask: Client) -> None:
         t = np.arange(600) * 2 * math.pi / 600
@@ -420,25 +396,6 @@ class TestTables:
 
 
 class TestDownload:
-    def test_csv_is_what_the_library_writes(self, ask: Client, tmp_path: Path) -> None:
-        answer = ask.file(of_gait(3) | {"samples": 30}, ".csv")
-        assert answer.headers["content-disposition"] == "attachment; filename=gait.csv"
-        path = tmp_path / "gait.csv"
-        path.write_bytes(answer.content)
-        assert np.array_equal(gg.read_table(path).alpha, gg.plan_loop(GAIT3.angles).timed(samples=30).alpha)
-        assert gg.validate(path).flyable
-        assert ask.file(of_gait(3) | {"samples": 30}, ".csv").content == answer.content
-
-    def test_formats_are_listed_with_what_is_missing(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-        listed = {one["suffix"]: one for one in formats_answer()}
-        assert list(listed) == list(FORMATS)
-        assert listed[".csv"] == {"suffix": ".csv", "name": "CSV", "available": True, "why_not": None, "reads": True}
-        assert not listed[".db3"]["reads"]
-        monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda module: None)
-        missing = {one["suffix"]: one for one in formats_answer()}[".parquet"]
-        assert not missing["available"]
-        assert missing["why_not"] == told(ask.file(of_gait(3), ".parquet"), 400)
-
     @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".db3"])
     def test_formats_come_as_files_and_folders_as_zips(self, ask: Client, suffix: str) -> None:
         form = FORMATS[suffix]
@@ -452,22 +409,6 @@ class TestDownload:
             with zipfile.ZipFile(BytesIO(answer.content)) as archive:
                 assert archive.testzip() is None
                 assert sum(one.endswith(suffix) for one in archive.namelist()) == 1
-
-    @pytest.mark.parametrize(
-        ("content", "says"),
-        [
-            ({"state": {}, "suffix": ".csv"}, "waypoints"),
-            (
-                {"state": {"waypoints": [[0.5, 0.5]], "sign": "negative", "color": "red"}, "suffix": ".csv"},
-                "no closed loop",
-            ),
-            ({"state": {}, "suffix": "../x"}, "suffix"),
-            ({"state": {}, "suffix": 5}, "suffix"),
-            ({"file": "x"}, "no field"),
-        ],
-    )
-    def test_what_cannot_be_written(self, ask: Client, content: Any, says: str) -> None:
-        assert says in ask.refused("download", content)
 
 
 def test_setup_tells_what_the_page_offers(ask: Client) -> None:
@@ -504,12 +445,6 @@ class TestPages:
             answer = ask.get(name)
             assert answer.status == 200, name
             assert answer.headers["x-content-type-options"] == "nosniff"
-
-    def test_a_wrong_method_is_refused(self, ask: Client) -> None:
-        assert told(ask.get("api/plan"), 405) == "method must be POST, got 'GET'"
-        assert ask.get("api/plan").headers["allow"] == "POST"
-        assert told(ask.send("PUT", f"/{TOKEN}/api/setup"), 405) == "method must be GET, HEAD, got 'PUT'"
-        assert ask.send("HEAD", f"/{TOKEN}/").status == 200
 
 
 class TestGuards:
@@ -557,14 +492,6 @@ class TestGuards:
         assert "0.02 s" in told(answer, 408)
         assert answer.headers["connection"] == "close"
 
-    def test_a_client_that_leaves_is_no_news(self, ask: Client, capsys: pytest.CaptureFixture[str]) -> None:
-        messages: list[dict[str, Any]] = [
-            {"type": "http.request", "body": b"{", "more_body": True},
-            {"type": "http.disconnect"},
-        ]
-        asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
-        assert capsys.readouterr().err == ""
-
     def test_bodies_are_counted_while_they_are_read(self, ask: Client) -> None:
         piece = b" " * (64 << 10)
         messages: list[dict[str, Any]] = [{"type": "http.request", "body": piece, "more_body": True}] * 100
@@ -577,13 +504,11 @@ class TestBadQuestions:
     @pytest.mark.parametrize(
         ("body", "says"),
         [
-            (b"", "not JSON"),
             (b"{", "not JSON"),
             (b"\xff", "not JSON"),
             (b"null", "must be an object"),
             (b'{"waypoints": [[NaN, 0]]}', "nan"),
-            (b'{"period": Infinity}', "period must be"),
-            (b'{"period": 1e999}', "period"),
+            (b'{"period": 1e999}', "period must be"),
             (b"[" * 100_000, "nested"),
             (b'{"period": ' + b"9" * 5000 + b"}", "not JSON"),
         ],
@@ -745,17 +670,14 @@ class TestCommand:
         assert "--port must be a free port, or 0 for any" in done.err
         assert done.err.count("\n") == 1
 
-    @pytest.mark.parametrize("fails", [False, True])
-    def test_the_browser_is_opened_at_the_address(self, run: Any, monkeypatch: pytest.MonkeyPatch, fails: bool) -> None:
+    def test_the_browser_is_opened_and_may_fail(self, run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
         opened: list[str] = []
         called = threading.Event()
 
         def show(address: str) -> bool:
             opened.append(address)
             called.set()
-            if fails:
-                raise webbrowser.Error("no browser")
-            return True
+            raise webbrowser.Error("no browser")
 
         monkeypatch.setattr(webbrowser, "open", show)
         monkeypatch.setattr(server.Server, "run", lambda self: called.wait(10))

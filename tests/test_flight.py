@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings as effort, strategies as st
 
-from gaitgraph.errors import GaitgraphError, InputError, MissingConstant
+from gaitgraph.errors import GaitgraphError, InputError
 from gaitgraph.flight.course import Course, broken_rules, from_hover, repeated
 from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.record import COLUMNS, Flight
@@ -24,7 +24,6 @@ from gaitgraph.invertibility.matrices import (
     arm_angles,
     coefficients_of,
     control_moment_matrix,
-    decoupling_matrix,
     least_singular_value,
     level_determinant,
     thrust_signs,
@@ -66,22 +65,13 @@ def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER
 
 
 class TestDisturbances:
-    def test_a_seed_is_a_flight(self) -> None:
-        first, again, other = (fly(RED, settings=short(seed=seed, **ROUGH), anyway=True) for seed in (3, 3, 4))
-        np.testing.assert_array_equal(first.rows, again.rows)
-        assert first.rows.shape == other.rows.shape
-        assert not np.array_equal(first.rows, other.rows)
-
     def test_a_simulation_keeps_nothing_of_the_flights_before(self) -> None:
         simulation = Simulation(repeated(RED), short(**ROUGH))
         first = simulation.run((0.3, -0.2))
+        other = Simulation(repeated(RED), short(seed=1, **ROUGH)).run((0.3, -0.2))
+        assert not np.array_equal(first.rows, other.rows)
         simulation.run((-0.4, 0.1))
         np.testing.assert_array_equal(simulation.run((0.3, -0.2)).rows, first.rows)
-
-    def test_a_longer_flight_begins_with_the_shorter_one(self) -> None:
-        changes = ROUGH | {"reference": "circle"}
-        brief, long = (fly(RED, settings=short(duration=seconds, **changes), anyway=True) for seconds in (0.2, 0.4))
-        np.testing.assert_allclose(long.rows[: len(brief.rows)], brief.rows, rtol=0, atol=1e-12)
 
     def test_noise_and_gusts_have_their_stated_sizes(self) -> None:
         noise = np.array(sensor_noise(short(attitude_noise=0.1, velocity_noise=2.0), 4000))
@@ -94,13 +84,6 @@ class TestDisturbances:
         assert np.mean(off[1000:] * off[:-1000]) / off.var() == pytest.approx(math.exp(-1), abs=0.12)
         assert gusts_of(short(), 10) is None
         assert sensor_noise(short(), 10) is None
-
-    def test_wind_moves_the_vehicle(self) -> None:
-        still, blown = (
-            fly(HOVER, attitude=(0, 0), settings=short(wind=wind)) for wind in ((0.0,) * 3, (0.0, 8.0, 0.0))
-        )
-        assert np.abs(still.column("y")).max() < 1e-9
-        assert blown.column("y")[-1] > 1e-3
 
     @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
     def test_spinning_rotors_have_a_gyroscopic_torque(self, spin: Any) -> None:
@@ -208,15 +191,12 @@ class TestOutcomes:
             (RED, {"attitude_noise": 1.0, "floor": 0.0}, "sign change", "its determinant has changed sign"),
             (flown_by(RED, PAPER.replace(rotor_inertia=1e-2)), {}, "tumbling", "turns by more than 200 rad/s"),
             (flown_by(HOVER, PAPER.replace(gravity=1e7)), {"thrust_limit": 1.0}, "tumbling", "farther than 100000 m"),
+            (HOVER, {"attitude": (0.0, math.pi / 2 - 1e-4)}, "upended", "nose points straight up or down at 0.000 s"),
         ],
     )
     def test_other_ends(self, timed: TimedGait, changes: dict[str, Any], outcome: str, reason: str) -> None:
-        attitude = (0, 0) if len(timed.gait.alpha) == 1 else None
+        attitude = changes.pop("attitude", (0, 0) if len(timed.gait.alpha) == 1 else None)
         self.check(fly(timed, settings=short(**changes), attitude=attitude, anyway=True), outcome, reason)
-
-    def test_with_its_nose_up(self) -> None:
-        flight = fly(HOVER, attitude=(0.0, math.pi / 2 - 1e-4))
-        self.check(flight, "upended", "nose points straight up or down at 0.000 s")
 
     @pytest.mark.parametrize("constant", ["rotor_inertia", "mass", "gravity"])
     def test_when_the_engine_gives_up_no_log_is_left(
@@ -255,12 +235,6 @@ class TestRecord:
             near = flight.column("nearness")
             assert (near <= each * (1 + 1e-3)).all()
             assert (near >= each / 2 * (1 - 1e-3)).all()
-
-    def test_the_first_thrusts_make_the_wanted_accelerations(self) -> None:
-        flight = fly(RED, settings=short(saturation=False))
-        inputs = flight.thrusts[0] * thrust_signs(PAPER) / (PAPER.thrust_coefficient or 0.0)
-        made = decoupling_matrix(RED.at(0.0)[0], PAPER, 0.3, -0.2) @ inputs - [PAPER.gravity, 0, 0, 0]
-        np.testing.assert_allclose(made, [0.0, -30.0, 20.0, 0.0], atol=1e-9)
 
     def test_tables_are_written_and_pictures_refused(self, tmp_path: Path) -> None:
         flight = fly(RED, settings=short(duration=0.05))
@@ -437,15 +411,14 @@ class TestCourse:
 
     @pytest.mark.parametrize("number", [1, 2, 3])
     def test_none_leads_from_hover_to_another_sign_of_r_or_to_blue(self, number: int) -> None:
+        off = from_hover(gait_of_paper(3).biased(0.8).parametrize(1.0))
+        assert str(off).startswith(
+            "no flyable path from hover: off the surfaces it is straight, and R changes its sign"
+        )
         found = from_hover(gait_of_paper(number, "exact" if number < 3 else "published").parametrize(1.0))
         assert isinstance(found, str)
         assert found.startswith("no flyable path from hover: ")
         assert ("R = +4 at the start and -5.559 at the end" in found) == (number == 3)
-
-    def test_off_the_surfaces_the_reason_is_that_of_the_straight_path(self) -> None:
-        found = from_hover(gait_of_paper(3).biased(0.8).parametrize(1.0))
-        assert isinstance(found, str)
-        assert found.startswith("no flyable path from hover: off the surfaces it is straight, and R changes its sign")
 
     def test_flown_anyway_it_ends_where_the_determinant_vanishes(self) -> None:
         course = course_of(gait_of_paper(3).parametrize(1.0), anyway=True)
@@ -479,10 +452,6 @@ class TestCourse:
             from_hover(ASCENDING, **options)
         with pytest.raises(InputError, match="^gait must be a timed gait"):
             from_hover(None)  # type: ignore[arg-type]
-
-    def test_a_gait_may_be_repeated_from_any_moment(self) -> None:
-        t = np.linspace(0.0, 3.0, 7)
-        assert np.array_equal(repeated(RED, begin=0.5).at(t), RED.at(t + 0.5)[0])
 
 
 class TestSettings:
@@ -528,11 +497,6 @@ class TestSettings:
         assert message in str(caught.value)
         assert "\n" not in str(caught.value)
 
-    @pytest.mark.parametrize("content", [None, [], {1: 2}])
-    def test_they_are_a_table(self, content: object) -> None:
-        with pytest.raises(InputError, match="^flight must be a table of settings by name"):
-            settings_from_mapping(content)
-
     @effort(max_examples=20)
     @given(
         st.fixed_dictionaries(
@@ -561,8 +525,3 @@ class TestSettings:
             fly(RED.gait)  # type: ignore[arg-type]
         with pytest.raises(InputError, match="^settings must be FlightSettings"):
             fly(RED, settings={"duration": 1.0})  # type: ignore[arg-type]
-
-    def test_spinning_rotors_need_their_thrust_coefficient(self) -> None:
-        vehicle = PAPER.replace(thrust_coefficient=None, rotor_inertia=1e-5)
-        with pytest.raises(MissingConstant, match="states no thrust_coefficient .*gyroscopic"):
-            fly(flown_by(RED, vehicle), anyway=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.errors import InputError
 from gaitgraph.gait.paper_gaits import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.limits import Limits
@@ -160,15 +160,6 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
 def test_bad_values_are_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match="^" + re.escape(message)):
         basins_of(timed_gait(), **options)
-
-
-def test_it_warns_as_a_flight_does_and_needs_a_mass() -> None:
-    basin = basin_of(timed_gait(), resolution=1, settings=FlightSettings(servo_lag=1.0))
-    assert ["the servos do not follow" in one for one in basin.warnings] == [True]
-    with pytest.raises(InputError, match="gait must be a timed gait"):
-        basins_of(timed_gait().gait)  # type: ignore[arg-type]
-    with pytest.raises(MissingConstant, match="mass"):
-        basins_of(timed_gait(mass=None))
 
 
 def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:

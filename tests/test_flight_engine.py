@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra
-from gaitgraph.flight.engine import Engine, engine_warnings, mjcf_of, quaternion_of
+from gaitgraph.flight.engine import Engine, engine_warnings, quaternion_of
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     control_force_matrix,
@@ -243,13 +243,6 @@ class TestMechanics:
             assert swing[k] == pytest.approx(np.dot(total, axis), rel=0.2)
             np.testing.assert_allclose(qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12)
 
-    def test_without_wind_there_is_no_air(self) -> None:
-        for air, drags in ((False, False), (True, True)):
-            engine = Engine(PAPER, air=air)
-            engine.place(np.zeros(4))
-            engine.data.qvel[0] = 20.0
-            assert bool(accelerations(engine)[0] < -1e-3) is drags
-
 
 class TestServos:
     @staticmethod
@@ -278,18 +271,8 @@ class TestServos:
         assert fastest > 100.0
         assert off < 1.15 * fastest * every**2 / 0.09
 
-    def test_a_body_at_rest_leaves_them_there(self) -> None:
-        off, fastest = self.flown(Engine(PAPER), 1e-3, np.zeros(4))
-        assert off < 1e-8
-        assert fastest < 1e-3
-
 
 class TestModels:
-    def test_the_same_vehicle_is_the_same_text(self) -> None:
-        assert mjcf_of(PAPER) == mjcf_of(PAPER.replace(name="another"))
-        assert "density" not in mjcf_of(PAPER)
-        assert "density" in mjcf_of(PAPER, air=True)
-
     @pytest.mark.parametrize("inertia", [(2e-3, 2e-3, 4e-3), (1e-3, 7e-3, 8e-3)])
     def test_a_flat_body_is_the_limit(self, inertia: tuple[float, float, float]) -> None:
         engine = Engine(PAPER.replace(inertia=inertia))

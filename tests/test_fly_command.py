@@ -84,13 +84,6 @@ def test_blue_gaits_are_refused_before_take_off_and_fail_anyway(run: Any, number
     assert "flown although" not in anyway.out  # for not one step was
 
 
-def test_without_a_floor_the_blue_gait_flies_into_the_singular_matrix(run: Any) -> None:
-    told = run("fly", "gait1", "--anyway", "--floor", 0, "--json").json
-    assert "its determinant has changed sign" in told["reason"]
-    assert 0.5 < told["duration"] < 3.0
-    assert told["peak_thrust_share"] > 1000
-
-
 def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any, tmp_path: Path) -> None:
     done = run("fly", "gait4", "--from-hover", "--periods", 1, "--json").json
     assert done["settled"] is True
@@ -106,14 +99,6 @@ def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any, tm
         last = list(csv.DictReader(stream))[-1]
     assert 1.27 < float(last["t"]) < 1.29
     assert float(last["nearness"]) < 0.02
-
-
-def test_a_biased_gait_flies_and_warns_that_it_is_off_the_surfaces(run: Any) -> None:
-    done = run("fly", "gait3", "--bias", 0.8, "--json").json
-    assert done["settled"] is True
-    assert done["peak_thrust_share"] == pytest.approx(2.62, abs=0.01)
-    (warning,) = done["warnings"]
-    assert warning.startswith("biased by 0.8 it is off the surfaces: max(|Rφ|, |Rθ|) = 0.71, allowed 0.002")
 
 
 def test_the_page_on_flight_tells_the_numbers() -> None:
@@ -144,12 +129,6 @@ def test_the_page_on_flight_tells_the_numbers() -> None:
     stops = told(1, 0.8, floor=0.01)
     assert "nears singularity" in stops.reason
     assert stops.flown < 0.2
-
-
-def test_the_page_on_flight_tells_every_setting_and_field(levelling: Flight) -> None:
-    page = (Path(__file__).parent.parent / "docs" / "flight.md").read_text()
-    for name in (*levelling.settings.as_mapping(), "thrust_limit", "servo_lag", "servo_rate", *levelling.as_mapping()):
-        assert f"`{name}`" in page, name
 
 
 # ---------------------------------------------------------------- gait files and their clocks
@@ -228,14 +207,6 @@ def test_a_gait_without_a_clock_gets_one_or_is_refused(run: Any, tmp_path: Path)
     assert timed_gait_from_file(tmp_path / "loop.toml", period=3.0).period == 3.0
 
 
-def test_a_request_without_a_gait_is_answered_no(run: Any, tmp_path: Path) -> None:
-    (tmp_path / "none.toml").write_text('waypoints = [[0.4, 0.4], [1.2, -1.2]]\nsign = "positive"\n')
-    done = run("fly", "none.toml", "--json")
-    assert done.code == 1
-    assert done.json["reason"].startswith("there is no gait to fly: no closed loop")
-    assert done.json.keys() == run("fly", "gait3", "--duration", 0.01, "--json").json.keys()
-
-
 def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: Path) -> None:
     (tmp_path / "calm.toml").write_text('[flight]\nreference = "hover"\nduration = 0.7\nattitude_noise = "0.1deg"\n')
     done = run("fly", "gait4", "--settings", "calm.toml", "--duration", 0.3, "--output", "a.json")
@@ -310,35 +281,12 @@ def test_wrong_input_is_one_line(
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("gait5", "GAIT_FILE must be a gait file, a request, or gait1, gait2, gait3, gait4, got 'gait5'; did you mean"),
-        ("nothing.csv", "gait file: cannot read 'nothing.csv': No such file"),
-        ("nothing.toml", "cannot read 'nothing.toml'"),
-    ],
-)
-def test_what_is_no_gait_has_a_message(run: Any, name: str, said: str) -> None:
-    done = run("fly", name)
-    assert (done.code, done.out) == (2, "")
-    assert said in done.err
-
-
 def test_without_mujoco_the_extra_is_named(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
     done = run("fly", "gait3", "--view")
     assert (done.code, done.out) == (2, "")
     assert "mujoco: not installed" in done.err
     assert "pip install 'gaitgraph[sim]'" in done.err
-
-
-def test_an_interrupted_flight_is_130(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("gaitgraph.flight.simulation.Simulation.run", stopped)
-    done = run("fly", "gait3", "--output", "a.csv")
-    assert (done.code, done.out) == (130, "")
 
 
 # ---------------------------------------------------------------- tables
