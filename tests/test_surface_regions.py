@@ -131,7 +131,7 @@ def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle
     start, end = np.array([[*first, *first]]), np.array([[*second, *second]])
     sign = float(np.sign(level_determinant(start[0], exact)))
     least = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0]
-    a, b = (red_label(*point, vehicle).tolist() for point in (first, second))
+    a, b = (red_label(at[0], at[1], vehicle).tolist() for at in (first, second))
     assert (a == b) == (separating_factor(first, second, vehicle) is None)
     assert separating_factor(first, second, vehicle) == separating_factor(second, first, vehicle)
     assert least <= 1e-9 or a == b
@@ -432,7 +432,7 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
 
 def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
     for sign in ("positive", "negative"):
-        region = admissible_region(sign=sign, floor=0.0)  # type: ignore[arg-type]
+        region = admissible_region(sign=sign, floor=0.0)
         parts = [part for part in sign_components() if part.sign == (1 if sign == "positive" else -1)]
         hover = hover_region()
         expected = sum((part.region.inner & hover.inner).area for part in parts)
@@ -445,7 +445,8 @@ def test_nothing_on_blue_is_flyable() -> None:
     region = admissible_region(color="blue")
     assert region.inner.is_empty
     assert str(region).splitlines()[0] == "Region of the (α1, α2) plane: empty"
-    assert region.nearest((0.3, 0.3)) is region.nearest_as_text((0.3, 0.3)) is region.component_of((0.3, 0.3)) is None
+    for ask in (region.nearest, region.nearest_as_text, region.component_of):
+        assert ask((0.3, 0.3)) is None
     assert "singular" in (region.why_not((0.3, 0.3)) or "")
     assert not region.joined((0.3, 0.3), (0.3, 0.3))
     assert admissible_region(use="valid", color="blue", sign="negative").components
@@ -486,11 +487,8 @@ def test_components_are_sorted_and_hold_their_points() -> None:
 
 
 def test_components_that_touch_are_joined() -> None:
-    square = tilt_region(0.4).inner
-    corners = [
-        shapely.transform(square, lambda at, shift=shift: at + shift) for shift in ([-0.4, -0.4], [0.4, 0.4], [2, 2])
-    ]
-    shape = shapely.MultiPolygon([part for one in corners for part in one.geoms])
+    corners = [(-0.8, -0.8, 0.0, 0.0), (0.0, 0.0, 0.8, 0.8), (1.6, 1.6, 2.4, 2.4)]
+    shape = shapely.MultiPolygon([shapely.box(*one) for one in corners])
     region = Region(inner=shape, outer=shape, accuracy=0.0)
     assert region.joined((-0.5, -0.5), (0.5, 0.5))
     assert not region.joined((-0.5, -0.5), (2.0, 2.0))
@@ -551,30 +549,29 @@ def test_why_not_right_at_a_border_for_thrust_and_for_either_sign() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ask", "message"),
+    ("ask", "arguments", "message"),
     [
-        (lambda: sign_components(accuracy=1e-10), "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
-        (lambda: singular_value_region(0.1, accuracy=0.2), "accuracy must be from 1e-9 to 0.1 rad, got 0.2"),
-        (lambda: singular_value_region(-0.1), "floor must be a finite number ≥ 0, got -0.1"),
-        (lambda: singular_value_region(math.nan), "floor must be a finite number ≥ 0, got nan"),
-        (lambda: thrust_region(0.0), r"share must be a positive finite number \(of m·g\), got 0.0"),
-        (lambda: thrust_region(math.inf), "share must be a positive"),
-        (lambda: tilt_region("1"), "limit must be a positive"),
-        (lambda: sign_region("up"), "sign must be 'positive' or 'negative', got 'up'"),
-        (lambda: sign_region("positive", color="green"), "color must be 'red' or 'blue', got 'green'"),
-        (lambda: sign_region("positive", least=-1.0), "least must be a finite number ≥ 0, got -1.0"),
-        (lambda: admissible_region(use="fun"), "use must be 'valid' or 'flyable', got 'fun'"),
-        (lambda: admissible_region(color="green"), "color must be 'red' or 'blue', got 'green'"),
-        (lambda: admissible_region(sign="none"), "sign must be 'positive' or 'negative', got 'none'"),
-        (lambda: admissible_region(floor=math.nan), "floor must be a finite number ≥ 0, got nan"),
-        (lambda: hover_region().contains([1.0, 2.0, 3.0]), r"point must be finite .* got \[1.0, 2.0, 3.0\]"),
-        (lambda: hover_region().nearest((math.nan, 0.0)), r"point must be finite .* got \(nan, 0.0\)"),
-        (lambda: hover_region().component_of("here"), "point must be .* got 'here'"),
+        (sign_components, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
+        (singular_value_region, {"floor": 0.1, "accuracy": 0.2}, "accuracy must be from 1e-9 to 0.1 rad, got 0.2"),
+        (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+        (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
+        (thrust_region, {"share": math.inf}, "share must be a positive"),
+        (tilt_region, {"limit": "1"}, r"limit must be a positive finite number \(rad\), got '1'"),
+        (sign_region, {"sign": "up"}, "sign must be 'positive' or 'negative', got 'up'"),
+        (sign_region, {"sign": "positive", "color": "green"}, "color must be 'red' or 'blue', got 'green'"),
+        (sign_region, {"sign": "positive", "least": -1.0}, "least must be a finite number ≥ 0, got -1.0"),
+        (admissible_region, {"use": "fun"}, "use must be 'valid' or 'flyable', got 'fun'"),
+        (admissible_region, {"color": "green"}, "color must be 'red' or 'blue', got 'green'"),
+        (admissible_region, {"sign": "none"}, "sign must be 'positive' or 'negative', got 'none'"),
+        (admissible_region, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
+        (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, r"point must be finite .* got \[1.0, 2.0, 3.0\]"),
+        (hover_region().nearest, {"point": (math.nan, 0.0)}, r"point must be finite .* got \(nan, 0.0\)"),
+        (hover_region().component_of, {"point": "here"}, "point must be .* got 'here'"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(ask: Any, message: str) -> None:
+def test_bad_input_is_refused_in_one_line(ask: Any, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=f"^{message}") as raised:
-        ask()
+        ask(**arguments)
     assert "\n" not in str(raised.value)
 
 

@@ -90,10 +90,8 @@ def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = D
     ----------
     share
         The largest thrust of one rotor in units of m·g; 0.25 at α = 0, below that the region is small or empty.
-    vehicle
-        The vehicle, of which κ and the spin sense count.
-    accuracy
-        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
+    vehicle, accuracy
+        As for :func:`gaitgraph.surface.components.sign_region`.
 
     Examples
     --------
@@ -128,10 +126,8 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
     ----------
     floor
         The floor, dimensionless; above 2·√((1+κ²)/3) nothing reaches it.
-    vehicle
-        The vehicle, of which κ and the spin sense count.
-    accuracy
-        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
+    vehicle, accuracy
+        As for :func:`gaitgraph.surface.components.sign_region`.
 
     Examples
     --------
@@ -208,7 +204,7 @@ def admissible_region(
     least: float | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
-    """Return where a gait may be.
+    """Return where a gait may be, an empty region if nowhere.
 
     Parameters
     ----------
@@ -219,26 +215,17 @@ def admissible_region(
         positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner`
         keeps the floor by 1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide
         along its segments.
-    color
-        "red" or "blue".
-    sign
-        "positive", "negative", or None for either; no component holds both.
+    color, sign
+        The sheet, and the sign of R, None for either; no component holds both.
     coefficients
         The coefficients with which R is judged; by default those of :func:`coefficients_of`.
-    floor
-        The floor of the least singular value.
-    zones
-        The user's own polygons.
+    floor, zones
+        The floor of the least singular value, and the user's own polygons.
     least
         The least |R|; by default on red :func:`certain_determinant`, so that the sign means something with the given
         coefficients too, and on blue :func:`gaitgraph.invertibility.matrices.noise_of`.
     accuracy
         How far curved borders may be from where they are [rad], 1e-9 to 0.1.
-
-    Returns
-    -------
-    Region
-        Empty if nothing is admissible.
 
     Raises
     ------

@@ -121,10 +121,7 @@ def _plain_colors(everywhere: BoolArray) -> tuple[str, ...]:
 
 
 class ColoringCount:
-    """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle.
-
-    `plain` are the colors that the whole loop can have so far.
-    """
+    """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle."""
 
     def __init__(self, sign: Sign) -> None:
         self.sign = sign
@@ -299,7 +296,9 @@ class Colorings:
         """Return the first colourings and their number."""
         return ColoringListing(
             counts=self.counts,
-            plain={sign: _plain_colors(choices[:, :2].all(axis=0)) for sign, choices in self.choices.items()},
+            plain={
+                sign: _plain_colors(np.asarray(choices[:, :2].all(axis=0))) for sign, choices in self.choices.items()
+            },
             first=tuple(islice(self, MOST_LISTED)),
             obstacles=self.obstacles,
         )

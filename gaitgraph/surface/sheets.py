@@ -55,11 +55,8 @@ FIBERS = ("fiber1", "fiber2")
 FAMILIES = (*COLORS, *FIBERS)
 """The four families, in the order of the columns of :func:`family_distances`."""
 
-FIRST = 2
-"""The code of the first fibre."""
-
-SECOND = 3
-"""The code of the second fibre."""
+FIRST, SECOND = 2, 3
+"""The codes of the two fibres."""
 
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
 _COLORS = {code: color for color, code in _CODES.items()}
@@ -82,7 +79,6 @@ RELATION = {"negative": "R < 0", "positive": "R > 0"}
 HOVER_LABEL = (1, 1, 1)
 """The label of the component of α = 0, which ordinary hover can reach; see :func:`red_label`."""
 
-_END_TOLERANCE = 1e-12
 _ROUND_OFF = 1e-12
 
 
@@ -141,7 +137,7 @@ def types_of(
 
 def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return whether an angle in [−π/2, π/2] lies at an end, where it stands for both ends, shape (...)."""
-    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _END_TOLERANCE)
+    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _ROUND_OFF)
 
 
 def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArray]:
@@ -191,10 +187,8 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
 
     Parameters
     ----------
-    alpha
-        The points, shape (n, 4) [rad].
-    coefficients
-        The coefficients of the surfaces.
+    alpha, coefficients
+        The points, shape (n, 4) [rad], and the coefficients of the surfaces.
     tolerance
         How far from a family, mod π, a point may be [rad]. A sheet goes before a fibre.
     before
