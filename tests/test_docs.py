@@ -37,7 +37,7 @@ EXPECTED = {
     "your_vehicle": "T = 2.0 s: flyable",
     "judge_a_table": "at row 2 it is off the surfaces and follows no sheet",
     "colour_a_loop": "1267650600228229401496703205376 for 100 points",
-    "enter_from_hover": "No way: R = +4 at the start and -5.559 at the end",
+    "enter_from_hover": "No path: R = +4 at the start and -5.559 at the end",
     "list_cycles": "80 flyable cycles up to 0.8 rad in the square, all of them: True",
     "graph_tour": "Graph with 294 nodes and 1038 edges",
     "robustness_of_a_gait": "biased by 0.8          74.46°      85.15 %   0.3754",

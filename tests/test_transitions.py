@@ -649,7 +649,7 @@ def test_a_refusal_has_no_way_and_says_why_wherever_it_is_asked() -> None:
             ask()
         assert str(caught.value) == found.reason
     assert found.proof is not None
-    assert str(found) == f"No way: {found.reason}\nProof: {found.proof['statement']}."
+    assert str(found) == f"No path: {found.reason}\nProof: {found.proof['statement']}."
     told = json.loads(json.dumps(found.as_mapping(), allow_nan=False))
     assert (told["status"], told["reason"], told["proof"]) == ("infeasible", found.reason, found.proof)
     assert (told["path"], told["colors"], told["length"], told["duration"]) == ([], [], None, None)

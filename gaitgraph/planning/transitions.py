@@ -1,8 +1,8 @@
-"""Ways between gaits, and between hover and a gait, on the surface: entry, exit, and change, as timed tables.
+"""Transitions: paths on the surface between gaits, and between hover and a gait, as timed tables.
 
-A way is searched on the surface graph of one sign of R and then straightened: on a sheet a straight line in
+A path is searched on the surface graph of one sign of R and then straightened: on a sheet a straight line in
 (α1, α2) is a straight line in all four angles, so any two of its points may be joined if the segment between them
-holds what is asked. Run there and back a way is a gait, which is how it is checked and timed.
+holds what is asked. Run there and back a path is a gait, which is how it is checked and timed.
 
 Between different signs of R there is none. Formula (1) is continuous in the tilt angles and the attitude; on a gait
 of the surfaces it is R·cos φ·cos θ, which has the sign of R for |φ|, |θ| < π/2. A flight from one sign to the other
@@ -41,30 +41,31 @@ if TYPE_CHECKING:
     from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
 
-__all__ = ["HOVER", "Transition", "transition"]
-
 FloatArray = npt.NDArray[np.float64]
 
 HOVER = "hover"
 """α = 0: ordinary hover, rotors upright."""
 
 _MOST_CORNERS = 16
-_USES: tuple[Literal["flyable"], Literal["valid"]] = ("flyable", "valid")
 _DURATION = 1.0
 _LONGEST = 5e8
 _HAIR = 1e-9
+_STATEMENT = (
+    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
+    "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transition:
-    """A way from one end to the other, or the reason why there is none. Truthy when there is one.
+    """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
     Parameters
     ----------
     there_and_back
-        The way, from its start to its end and back, as a gait; None if there is none.
+        The path, from its start to its end and back, as a gait; None if there is none.
     reason
-        Why there is no way, or why it is not flyable; None if it is.
+        Why there is no path, or why it is not flyable; None if it is.
     proof
         If the signs of R differ: R at both ends, and why every flight from one to the other is singular somewhere.
     corners
@@ -72,9 +73,9 @@ class Transition:
     duration
         How long it takes, one way [s].
     law, samples
-        As for :func:`gaitgraph.timing.timed_gait.parametrize`, for one way.
+        As for :func:`gaitgraph.timing.timed_gait.parametrize`, one way.
     report
-        All checks of the way, there and back, with those of the clock; None if there is none.
+        All checks of the path, there and back, with those of the clock; None if there is none.
     """
 
     there_and_back: Gait | None
@@ -96,55 +97,59 @@ class Transition:
 
     @property
     def gait(self) -> Gait:
-        """The way there and back, as a gait; raises Infeasible, with the reason, if there is none."""
+        """The path there and back, as a gait; raises Infeasible, with the reason, if there is none."""
         if self.there_and_back is None:
             raise Infeasible(self.reason)
         return self.there_and_back
 
     @property
     def path(self) -> FloatArray:
-        """The corners of the way, both ends included, shape (n, 4) [rad]; raises Infeasible if there is none."""
+        """The corners of the path, both ends included, shape (n, 4) [rad]; raises Infeasible if there is none."""
         alpha = self.gait.alpha
         return alpha[: len(alpha) // 2 + 1]
 
     @property
     def length(self) -> float:
-        """Length of the way in the (α1, α2) plane [rad]; raises Infeasible if there is none."""
+        """Length of the path in the (α1, α2) plane [rad]; raises Infeasible if there is none."""
         return self.gait.length / 2
 
     @property
     def timed(self) -> TimedGait:
-        """The way there and back with its clock; the first half is the transition."""
+        """The path there and back with its clock; the first half is the transition."""
         return parametrize(self.gait, 2 * self.duration, law=self.law, samples=2 * self.samples)
 
+    @property
+    def _ends(self) -> dict[str, int | None]:
+        """The corners that the path leaves and joins, counted from 1."""
+        left, joined = (None if corner is None else corner + 1 for corner in self.corners)
+        return {"leaves_corner": left, "joins_corner": joined}
+
     def table(self) -> Table:
-        """Return the table of the way, from t = 0 to its duration; raises Infeasible if there is none."""
+        """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
         return merged(self.pieces())
 
     def pieces(self) -> Iterator[Table]:
         """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
-        ends = {"leaves_corner": _number(self.corners[0]), "joins_corner": _number(self.corners[1])}
-        about = {"period": self.duration, "made_by": "transition", "transition": ends}
+        about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
         left = self.samples + 1
-        for piece in pieces_of(self.timed, about):
-            way = piece.rows(0, left)
-            left -= len(way)
-            yield way if left else self._ended(way)
-            if not left:
-                return
-
-    def _ended(self, piece: Table) -> Table:
-        """Return a piece whose last row is the end of the way, not the begin of the way back."""
-        columns = dict(piece.columns)
-        columns["t"] = np.append(columns["t"][:-1], self.duration)
-        before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
-        for k, (angle, speed) in enumerate(zip(ANGLES, RATES, strict=True)):
-            columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
-            columns[speed] = np.append(columns[speed][:-1], 0.0 if self.law == LAWS[0] else before[k])
-        return replace(piece, columns=columns)
+        for whole in pieces_of(self.timed, about):
+            piece = whole.rows(0, left)
+            left -= len(piece)
+            if left:
+                yield piece
+                continue
+            # The last row is the end of the path, not the begin of the path back.
+            columns = dict(piece.columns)
+            columns["t"] = np.append(columns["t"][:-1], self.duration)
+            before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
+            for k, (angle, rate) in enumerate(zip(ANGLES, RATES, strict=True)):
+                columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
+                columns[rate] = np.append(columns[rate][:-1], 0.0 if self.law == LAWS[0] else before[k])
+            yield replace(piece, columns=columns)
+            return
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
-        """Write the table of the way; see :func:`gaitgraph.io.writing.write_tables`."""
+        """Write the table of the path; see :func:`gaitgraph.io.writing.write_tables`."""
         write_pieces(self.pieces, paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -159,8 +164,7 @@ class Transition:
             "length": self.length if self else None,
             "duration": self.duration if self else None,
             "law": self.law,
-            "leaves_corner": _number(self.corners[0]),
-            "joins_corner": _number(self.corners[1]),
+            **self._ends,
             "proof": self.proof,
             **{key: found.get(key, [] if key in ("checks", "warnings") else False) for key in keys},
         }
@@ -173,7 +177,7 @@ class Transition:
     def __str__(self) -> str:
         if self.report is None:
             proof = f"\nProof: {self.proof['statement']}." if self.proof else ""
-            return f"No way: {self.reason}{proof}"
+            return f"No path: {self.reason}{proof}"
         ends = [
             HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
             for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
@@ -183,10 +187,6 @@ class Transition:
             f"{self.duration:g} s, {self.law}; checked there and back"
         )
         return f"{head}\n{self.report}"
-
-
-def _number(corner: int | None) -> int | None:
-    return None if corner is None else corner + 1
 
 
 def transition(
@@ -202,7 +202,7 @@ def transition(
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
 ) -> Transition:
-    """Return a way on the surface from hover to a gait, from a gait to hover, or from one gait to another.
+    """Return a path on the surface from hover to a gait, from a gait to hover, or from one gait to another.
 
     Parameters
     ----------
@@ -214,16 +214,16 @@ def transition(
     law, samples, rate
         As for :func:`gaitgraph.timing.timed_gait.parametrize`, over the duration.
     divisions
-        Of the grid on which ways around obstacles are searched.
+        Of the grid on which paths around obstacles are searched.
     floor
-        Least singular value that a flyable way keeps, dimensionless.
+        Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
-        What the way is for, if both ends are hover; otherwise the gait says.
+        What the path is for, if both ends are hover; otherwise the gait says.
 
     Returns
     -------
     Transition
-        No way is an answer, not an error: look at `reason` and `proof`.
+        No path is an answer, not an error: look at `reason` and `proof`.
 
     Raises
     ------
@@ -232,8 +232,8 @@ def transition(
 
     Notes
     -----
-    The way is flyable if there is a flyable one on the grid, else valid, with the reason. Not guaranteed: that it is
-    the shortest of all, or that a way that exists in a narrow region is found on a coarse grid. Of a gait with many
+    The path is flyable if there is a flyable one on the grid, else valid, with the reason. Not guaranteed: that it is
+    the shortest of all, or that a path that exists in a narrow region is found on a coarse grid. Of a gait with many
     corners the 16 nearest to the other end are tried.
 
     Examples
@@ -246,50 +246,53 @@ def transition(
     >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
     False
     """
-    given_ends = (start, end)
-    ends = [_end(start, "start", vehicle, coefficients), _end(end, "end", vehicle, coefficients)]
-    gaits = [given for given in given_ends if isinstance(given, Gait)]
-    first, last = (
-        one if isinstance(given, Gait) or not gaits else _hover(gaits[0])
-        for one, given in zip(ends, given_ends, strict=True)
-    )
+    gaits = []
+    for name, given in (("start", start), ("end", end)):
+        if isinstance(given, Gait):
+            if vehicle is not None or coefficients is not None:
+                raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
+            gaits.append(given)
+        elif not isinstance(given, str) or given != HOVER:
+            raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
+    if gaits:
+        hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
+    else:
+        numbers = coefficients_of(vehicle or PAPER, coefficients)
+        hover = Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=vehicle or PAPER, coefficients=numbers)
+    first, last = (given if isinstance(given, Gait) else hover for given in (start, end))
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
             f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start: state one vehicle for both"
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
-        raise InputError(
-            f"duration: {shown(duration)}; allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
-        )
+        allowed = f"allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
+        raise InputError(f"duration: {shown(duration)}; {allowed}")
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
     checked_divisions(divisions)
     if not 0 <= number_of(floor) < math.inf:
         raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
+
     refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
     reason, proof = _refusal(first, last)
     if reason is not None:
         return replace(refused, reason=reason, proof=proof)
-    found = _way(first, last, divisions, floor)
+    found = _shortest_path(first, last, divisions, floor)
     if isinstance(found, str):
         return replace(refused, reason=found)
     path, corners = found
-    back = path[-2:0:-1]
-    color = first.colors[0]
-    gait = replace(first, alpha=np.vstack([path, back]), colors=(color,) * (len(path) + len(back)), request={})
+    alpha = np.vstack([path, path[-2:0:-1]])
+    gait = replace(first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={})
     if duration is None:
         seconds = _needed(gait, law)
         count = _checked_samples(seconds, law, samples, rate)
     timed = parametrize(gait, 2 * seconds, law=law)
     report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
-    left, joined = (
-        None if isinstance(given, str) else corner for given, corner in zip(given_ends, corners, strict=True)
-    )
     return Transition(
         there_and_back=gait,
         reason=None if report.flyable else report.reason,
-        corners=(left, joined),
+        corners=(None if isinstance(start, str) else corners[0], None if isinstance(end, str) else corners[1]),
         duration=seconds,
         law=law,
         samples=count,
@@ -298,7 +301,7 @@ def transition(
 
 
 def _checked_samples(duration: float, law: str, samples: int | None, rate: float | None) -> int:
-    """Return the number of intervals of one way; there and back has twice as many."""
+    """Return the number of intervals one way; there and back has twice as many."""
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:
         name, value = ("samples", samples) if rate is None else ("rate", rate)
@@ -306,24 +309,8 @@ def _checked_samples(duration: float, law: str, samples: int | None, rate: float
     return count
 
 
-def _end(given: Any, name: str, vehicle: Vehicle | None, coefficients: Kind | None) -> Gait:
-    if isinstance(given, Gait):
-        if vehicle is not None or coefficients is not None:
-            raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
-        return given
-    if not isinstance(given, str) or given != HOVER:
-        raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
-    one = PAPER if vehicle is None else vehicle
-    return Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=one, coefficients=coefficients_of(one, coefficients))
-
-
-def _hover(like: Gait) -> Gait:
-    """Return hover, for what a gait is for."""
-    return replace(like, alpha=np.zeros((1, 4)), colors=("red",), request={})
-
-
 def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
-    """Return why there is certainly no way between two gaits, and the proof if the signs of R differ."""
+    """Return why there is certainly no path between two gaits, and the proof if the signs of R differ."""
     reports = [gait.check() for gait in (first, last)]
     for name, report in zip(("start", "end"), reports, strict=True):
         if not report.valid:
@@ -339,7 +326,7 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
             advice = f"plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
             return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
     if {*first.colors, *last.colors} & set(FIBERS):
-        return "one of the ends is on a fibre, and ways are on one sheet only: use gaits on the red sheet", proof
+        return "one of the ends is on a fibre, and paths stay on one sheet: use gaits on the red sheet", proof
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
         blue = "in exact physics all of blue is singular: use red"
@@ -349,72 +336,63 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
     return None, None
 
 
-_STATEMENT = (
-    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
-    "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
-)
+def _shortest_path(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
+    """Return the shortest path found and the corners that it joins, or the reason why there is none.
 
-
-def _way(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
-    """Return the shortest way found and the corners that it joins, or the reason why there is none.
-
-    Ends are put in an order of their own, so that the way back is the way there.
+    Ends are put in an order of their own, so that the path back is the path there.
     """
     if last.alpha.tolist() < first.alpha.tolist():
-        turned = _way(last, first, divisions, floor)
+        turned = _shortest_path(last, first, divisions, floor)
         return turned if isinstance(turned, str) else (turned[0][::-1], (turned[1][1], turned[1][0]))
+    color = first.colors[0]
     # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
     on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
     sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
     chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
-    points = np.vstack([first.alpha[chosen[0]], last.alpha[chosen[1]]])
-    color = first.colors[0]
-    pairs = np.array([(a, len(chosen[0]) + b) for a in range(len(chosen[0])) for b in range(len(chosen[1]))])
+    starts, ends = first.alpha[chosen[0]], last.alpha[chosen[1]]
+    points = np.vstack([starts, ends])
+    pairs = np.array([(a, len(starts) + b) for a in range(len(starts)) for b in range(len(ends))])
     if color == "red":
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
         label = red_label(points[:, 0], points[:, 1], first.vehicle)
         joined = (label[pairs[:, 0]] == label[pairs[:, 1]]).all(axis=1)
         if not joined.any():
-            wall = separating_factor(points[0, :2].tolist(), points[len(chosen[0]), :2].tolist(), first.vehicle)
+            wall = separating_factor(starts[0, :2].tolist(), ends[0, :2].tolist(), first.vehicle)
             return f"both ends are on the red sheet, separated by {wall}, where R = 0: use gaits in one component"
         pairs = pairs[joined]
     straight = _holding(points, pairs, first, sign, floor)
+    length = np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1)
     graph = None
-    for use in _USES:
-        ways = []
-        length = np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1)
+    uses: tuple[Use, ...] = ("flyable", "valid")
+    for use in uses:
+        paths: list[tuple[float, FloatArray]] = []
         direct = np.where(straight[use], length, math.inf)
         best = int(np.argmin(direct))
         if math.isfinite(direct[best]):
-            ways.append((float(direct[best]), points[pairs[best]]))
-        if not ways or length.min() < direct[best]:
-            # Between nearer corners the straight segment does not hold: perhaps a bent way does.
-            graph = graph or _graph(first, points, sign, divisions, floor)
-            nodes = _shortest(graph, points[: len(chosen[0])], points[len(chosen[0]) :], first.colors[0], use)
+            paths.append((float(direct[best]), points[pairs[best]]))
+        if not paths or length.min() < direct[best]:
+            # Between nearer corners the straight segment does not hold: perhaps a bent path does.
+            graph = graph or surface_graph(
+                sign,
+                divisions,
+                vehicle=first.vehicle,
+                coefficients=first.coefficients,
+                waypoints=points[:, :2],
+                floor=floor,
+            )
+            nodes = _shortest_on_grid(graph, starts, ends, color, use)
             if nodes is not None:
                 bent = _straightened(graph, nodes, first, sign, floor, use)
-                ways.append((float(np.linalg.norm(np.diff(bent[:, :2], axis=0), axis=1).sum()), bent))
-        if ways:
-            path = min(ways, key=lambda way: way[0])[1]
-            ends = tuple(
-                int(corners[np.argmin(np.abs(gait.alpha[corners, :2] - end[:2]).max(axis=1))])
-                for gait, corners, end in zip((first, last), chosen, (path[0], path[-1]), strict=True)
+                paths.append((float(np.linalg.norm(np.diff(bent[:, :2], axis=0), axis=1).sum()), bent))
+        if paths:
+            path = min(paths, key=lambda entry: entry[0])[1]
+            left, joined_corner = (
+                int(corners[np.argmin(np.abs(gait.alpha[corners, :2] - place[:2]).max(axis=1))])
+                for gait, corners, place in zip((first, last), chosen, (path[0], path[-1]), strict=True)
             )
-            # A printed gait is a little beside its sheet: the way begins and ends at its own corners.
-            inner = path[1:-1]
-            return np.vstack([first.alpha[ends[0]], inner, last.alpha[ends[1]]]), (ends[0], ends[1])
+            # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
+            return np.vstack([first.alpha[left], path[1:-1], last.alpha[joined_corner]]), (left, joined_corner)
     return f"none found on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
-
-
-def _graph(gait: Gait, points: FloatArray, sign: Sign, divisions: int, floor: float) -> nx.Graph[Any]:
-    return surface_graph(
-        sign,
-        divisions,
-        vehicle=gait.vehicle,
-        coefficients=gait.coefficients,
-        waypoints=points[:, :2],
-        floor=floor,
-    )
 
 
 def _holding(
@@ -425,7 +403,7 @@ def _holding(
     wanted = 1.0 if sign == "positive" else -1.0
     on_sheet = lift(alpha[:, :2], gait.colors[0], vehicle=gait.vehicle, coefficients=gait.coefficients).alpha
     held = edge_quantities(on_sheet, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
-    return {"flyable": held["flyable"], "valid": (held["jump"] == 0) & held["keeps_sign"]}
+    return {"flyable": held["flyable"], "valid": held["continuous"] & held["keeps_sign"]}
 
 
 def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
@@ -438,7 +416,9 @@ def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
     return np.sort(np.argsort(distance, kind="stable")[:_MOST_CORNERS])
 
 
-def _shortest(graph: nx.Graph[Any], sources: FloatArray, targets: FloatArray, color: str, use: Use) -> list[Any] | None:
+def _shortest_on_grid(
+    graph: nx.Graph[Any], sources: FloatArray, targets: FloatArray, color: str, use: Use
+) -> list[Any] | None:
     """Return the shortest usable path from a node above any source to one above any target."""
     import networkx as nx
 
@@ -467,19 +447,18 @@ def _straightened(
     if len(alpha) < 3:
         return alpha if len(alpha) > 1 else np.vstack([alpha, alpha])
     pairs = np.array([(a, b) for a in range(len(alpha)) for b in range(a + 1, len(alpha))])
-    joined = pairs[_holding(alpha, pairs, gait, sign, floor)[use]]
-    ways: nx.DiGraph[int] = nx.DiGraph()
+    segments: nx.DiGraph[int] = nx.DiGraph()
     # A corner costs a hair, so that rounding keeps none on a straight line.
-    ways.add_weighted_edges_from(
-        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2])) + _HAIR) for a, b in joined.tolist()
+    segments.add_weighted_edges_from(
+        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2])) + _HAIR)
+        for a, b in pairs[_holding(alpha, pairs, gait, sign, floor)[use]].tolist()
     )
-    return np.asarray(alpha[nx.dijkstra_path(ways, 0, len(alpha) - 1)])
+    return np.asarray(alpha[nx.dijkstra_path(segments, 0, len(alpha) - 1)])
 
 
 def _needed(gait: Gait, law: str) -> float:
     """Return one second, or how long one way takes within the vehicle's limits if that is more."""
-    timed = parametrize(gait, 2.0, law=law)
-    vehicle = gait.vehicle
+    timed, vehicle = parametrize(gait, 2.0, law=law), gait.vehicle
     needed = [_DURATION]
     if vehicle.max_tilt_rate is not None:
         needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
