@@ -54,16 +54,7 @@ class Refused(GaitgraphError):
 class Guard:
     """ASGI middleware that refuses requests without the token or from another origin, and adds :data:`HEADERS`.
 
-    Parameters
-    ----------
-    app
-        The application.
-    token
-        The first part of every path.
-    port
-        The port of the page's own origin.
-    refuse
-        Makes the response of a status and a message.
+    The token is the first part of every path, the port that of the page's own origin; `refuse` makes a response.
     """
 
     def __init__(self, app: App, *, token: str, port: int, refuse: Callable[[int, str], App]) -> None:
@@ -105,13 +96,7 @@ async def body_of(request: Request, most: int) -> bytes:
 
 
 class Job:
-    """Stops work: :meth:`check` is its progress callback.
-
-    Attributes
-    ----------
-    gone
-        Set when the client has left.
-    """
+    """Stops work: :meth:`check` is its progress callback, and `gone` is set when the client has left."""
 
     def __init__(self) -> None:
         self.gone = threading.Event()

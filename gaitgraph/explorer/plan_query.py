@@ -57,19 +57,7 @@ LIMITS: dict[str, int] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """The range of a number of the state.
-
-    Parameters
-    ----------
-    low, high
-        The ends, which are allowed themselves.
-    whole
-        Whether it is a whole number.
-    above
-        Whether `low` itself is not allowed.
-    noun
-        The name of the number in messages.
-    """
+    """The range of a number of the state, a whole one or not; `above` excludes `low` itself."""
 
     low: float
     high: float
@@ -143,27 +131,13 @@ _lock = threading.Lock()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
-    """A checked state.
+    """A checked state."""
 
-    Parameters
-    ----------
-    request
-        The plan that is asked for; without waypoints, one with the waypoint (0, 0) in their place.
-    empty
-        Whether there are no waypoints.
-    samples
-        Even intervals per period, of a table.
-    eta
-        η of the biased gait beside the planned one.
-    key
-        A text that two states share if and only if their plans are the same.
-    """
-
-    request: PlanRequest
-    empty: bool
-    samples: int
-    eta: float
-    key: str
+    request: PlanRequest  # without waypoints, one with the waypoint (0, 0) in their place
+    empty: bool  # there are no waypoints
+    samples: int  # even intervals per period, of a table
+    eta: float  # of the biased gait beside the planned one
+    key: str  # two states share it if and only if their plans are the same
 
 
 def state_of(content: object) -> State:
@@ -378,14 +352,8 @@ def series_answer(
 ) -> dict[str, Any]:
     """Return tilt angles, shape (n, 4) [rad], and what follows from them, as lists over the rows.
 
-    Parameters
-    ----------
-    alpha, vehicle, coefficients
-        The rows and their vehicle; R has these coefficients, the rest is exact.
-    t, rates
-        Times [s] and tilt rates [rad/s]; left out where they are None.
-    hovers
-        Whether there are thrusts that carry the weight; else there are no numbers under ``hover_thrusts``.
+    R has the given coefficients, the rest is exact. Times [s] and tilt rates [rad/s] are left out where they are None;
+    hover thrusts are None where no thrusts carry the weight (`hovers`).
     """
     shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]

@@ -225,18 +225,7 @@ def setup_answer() -> dict[str, Any]:
 
 
 class Server:
-    """A server that listens already, on the loopback address alone.
-
-    Parameters
-    ----------
-    port
-        The port; 0 for a free one.
-
-    Raises
-    ------
-    InputError
-        If the port is taken or not allowed.
-    """
+    """A server that listens already, on the loopback address alone; port 0 is a free one. InputError if it is taken."""
 
     def __init__(self, port: int = 0) -> None:
         self.token = secrets.token_urlsafe(16)

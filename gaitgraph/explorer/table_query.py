@@ -75,21 +75,10 @@ def formats_answer() -> list[dict[str, Any]]:
 
 
 def table_answer(name: str, content: bytes, progress: Callable[..., None] | None = None) -> dict[str, Any]:
-    """Return the report of a gait file, and where it breaks a rule.
+    """Return the report of a gait file's bytes, and where it breaks a rule; InputError or FileProblem if it is none.
 
-    Parameters
-    ----------
-    name
-        The user's name of the file; its suffix is the format, and nothing else of it is used but in messages.
-    content
-        The bytes of the file.
-    progress
-        Called while it is read and judged.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If it is no gait table.
+    The suffix of the name is the format, and nothing else of it is used but in messages. `progress` is called while the
+    file is read and judged.
     """
     name = _plain_name(name)
     form = known_format(name, "table", reads=True)
@@ -231,10 +220,7 @@ def _preset_of(stated: object) -> dict[str, Any]:
 def file_answer(state: State, suffix: object, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
     """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip.
 
-    Raises
-    ------
-    InputError
-        If the suffix is not known, or there is no gait.
+    InputError if the suffix is not known, or there is no gait.
     """
     if not isinstance(suffix, str) or suffix not in FORMATS:
         raise InputError(f"suffix must be one of {', '.join(FORMATS)}, got {shown(suffix)}")

@@ -65,35 +65,28 @@ def mujoco_library() -> Any:
 
 
 _lock = Lock()
-_lists: list[list[str]] = []  # one for each flight that is under way
-_replaced: list[Any] = []  # the handler of warnings before the first of them
+_warnings: list[str] = []  # of all engines, while a flight is under way
+_handlers: list[Any] = []  # the handler of warnings before the first flight, once for each that is under way
 
 
 @contextmanager
 def engine_warnings() -> Iterator[list[str]]:
-    """Collect the warnings of all engines in a list; otherwise the engine writes a file in the working folder.
+    """Collect the warnings of all engines in one list; otherwise the engine writes a file in the working folder.
 
     The handler of warnings that was there before is restored once the last flight of the process is over.
     """
     mujoco = mujoco_library()
-    collected: list[str] = []
     with _lock:
-        if not _lists:
-            _replaced[:] = [mujoco.get_mju_user_warning()]
-            mujoco.set_mju_user_warning(_collect)
-        _lists.append(collected)
+        _handlers.append(_handlers[0] if _handlers else mujoco.get_mju_user_warning())
+        mujoco.set_mju_user_warning(_warnings.append)
     try:
-        yield collected
+        yield _warnings
     finally:
         with _lock:
-            _lists[:] = [one for one in _lists if one is not collected]
-            if not _lists:
-                mujoco.set_mju_user_warning(_replaced.pop())
-
-
-def _collect(text: str) -> None:
-    for one in tuple(_lists):
-        one.append(text)
+            before = _handlers.pop()
+            if not _handlers:
+                mujoco.set_mju_user_warning(before)
+                _warnings.clear()
 
 
 class Engine:
@@ -127,12 +120,11 @@ class Engine:
     Notes
     -----
     Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
-    are subtracted from the body's, which is then the same in all about upright arms. An arm's inertia counts alike
-    about all its axes. A flat body, whose largest moment is the sum of the others, loses four millionths of the least
-    moment about that axis, for what is left without the arms must be a rigid body too.
+    are subtracted from the body's. A flat body, whose largest moment is the sum of the others, loses four millionths of
+    the least moment about that axis, for the body without the arms must be rigid too.
     """
 
-    __slots__ = ("_warnings", "data", "model", "mujoco", "vehicle")
+    __slots__ = ("_bad", "data", "model", "mujoco", "vehicle")
 
     def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
         self.mujoco = mujoco_library()
@@ -149,12 +141,12 @@ class Engine:
         self.data = self.mujoco.MjData(self.model)
         kinds = self.mujoco.mjtWarning
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC, kinds.mjWARN_BADCTRL)
-        self._warnings = tuple(self.data.warning[int(kind)] for kind in bad)
+        self._bad = tuple(self.data.warning[int(kind)] for kind in bad)
 
     @property
     def gave_up(self) -> bool:
         """Whether a thrust or a motion was beyond 1e10 (SI) since :meth:`place`: later states mean nothing."""
-        return any(warning.number for warning in self._warnings)
+        return any(warning.number for warning in self._bad)
 
     def place(
         self, alpha: npt.ArrayLike, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0, rates: npt.ArrayLike = 0
@@ -170,19 +162,11 @@ class Engine:
         self.mujoco.mj_forward(self.model, data)
 
     def servo_commands(self, alpha: FloatArray) -> FloatArray:
-        """Return the commands to the hinges' actuators, at every step, that put the hinges at given angles after each.
+        """Return the actuators' commands [rad], shape (n, 4), that put the hinges at angles of shape (n + 1, 4) [rad].
 
-        Parameters
-        ----------
-        alpha
-            Angles at the steps, the first one among them, shape (n + 1, 4) [rad].
-
-        Returns
-        -------
-        array of shape (n, 4)
-            [rad]. The engine's integrator, implicit in the actuators' damping, makes of them just these angles, but
-            for what the body's angular acceleration ω̇ does to an arm: it lags by up to about |ω̇|·step²/0.09 [rad],
-            which is 0.3 mrad at 30 rad/s² and 1 ms.
+        The engine's integrator, implicit in the actuators' damping, makes of them just these angles, but for what the
+        body's angular acceleration ω̇ does to an arm: it lags by up to about |ω̇|·step²/0.09 [rad], which is 0.3 mrad at
+        30 rad/s² and 1 ms.
         """
         moved = np.diff(alpha, axis=0)
         before = np.concatenate([moved[:1], moved[:-1]])

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import GaitgraphError, InputError, shown
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
-from gaitgraph.io.reading import read_gait, read_table
+from gaitgraph.io.reading import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
@@ -129,32 +129,27 @@ def timed_gait_from_file(
         advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
     named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
-    gait = read_gait(path, vehicle=named, coefficients=coefficients)
+    with naming_file(path):
+        rows = closed_rows(table, vehicle=named, coefficients=coefficients)
+        gait = rows.gait()
     law_of_file = None if about.get("made_by") == "pace" else about.get("law")
-    if period is None:
-        period = about.get("period")
-    if law is None:
-        law = LAWS[0] if law_of_file is None else law_of_file
-    if "t" not in table or len(table) == 1:
+    period = about.get("period") if period is None else period
+    law = law_of_file or LAWS[0] if law is None else law
+    if rows.t is None or len(table) == 1:
         if period is None and len(gait.alpha) > 1:
             raise InputError(
                 f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
             )
         return parametrize(gait, 1.0 if period is None else period, law=law)
-    rows = closed_rows(table, vehicle=named, coefficients=coefficients)
-    times = table["t"] if rows.t is None else rows.t
-    times = times - times[0]
+    times = rows.t - rows.t[0]
     if "period" in stated or "law" in stated:
-        seconds = float(times[-1]) if period is None else period
-        return parametrize(gait, seconds, law=law)
-    try:
-        # The file's law comes first.
-        for name in sorted(LAWS, key=lambda name: name != law_of_file):
+        return parametrize(gait, float(times[-1]) if period is None else period, law=law)
+    with naming_file(path):
+        for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first
             timed = parametrize(gait, float(times[-1]), law=name, samples=max(len(times) - 1, 1))
             if np.abs(timed.at(times)[0] - rows.alpha).max() <= _SAME:
                 return timed
         colors = gait.colors[:1] * (len(rows.alpha) - 1) if len(set(gait.colors)) == 1 else ()
-        times = times.copy()
         times.flags.writeable = False
         return RowTimedGait(
             gait=replace(gait, alpha=rows.alpha[:-1], colors=colors),
@@ -164,8 +159,6 @@ def timed_gait_from_file(
             times=times,
             closed=len(rows.alpha) == len(table),
         )
-    except GaitgraphError as error:
-        raise type(error)(f"gait file {str(path)!r}: {error}") from error
 
 
 def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
