@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import shapely
 
-from gaitgraph.cli.optimize import retarget_command
+from gaitgraph.cli.retarget import retarget_command
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.writing import write_tables
-from gaitgraph.optimization.nearest import MOST_ROWS, retarget
+from gaitgraph.optimization.retargeting import MOST_ROWS, retarget
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate

@@ -30,7 +30,7 @@ def retarget_command(
     Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
     flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
     """
-    from gaitgraph.optimization.nearest import retarget
+    from gaitgraph.optimization.retargeting import retarget
 
     if given.get("sign") == "auto":
         del given["sign"]

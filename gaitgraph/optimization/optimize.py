@@ -1,33 +1,40 @@
 """Optimal gaits: the smooth loop through discs whose worst place is best, or whose tilting costs least.
 
 The worst case first: the highest level that any loop through the discs can keep is bracketed, with a proof, by the
-components of regions (:mod:`gaitgraph.optimization.levels`). Of the loops that keep this level but for a small concession,
-one of locally least tilt-rate effort is found (:mod:`gaitgraph.optimization.efforts`). So the worst case is optimal among
-all loops, to within a stated gap, and the form of the loop is a local optimum. If the effort itself is the objective
-the loop is a local optimum, and a lower bound of all loops' effort is told beside it.
+components of regions (:mod:`gaitgraph.optimization.bounds`). Of the loops that keep this level but for a small
+concession, one of locally least tilt-rate effort is found (:mod:`gaitgraph.optimization.least_effort`). So the worst
+case is optimal among all loops, to within a stated gap, and the form of the loop is a local optimum. If the effort
+itself is the objective the loop is a local optimum, stated with a lower bound of all loops' effort.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
-from gaitgraph.optimization.efforts import LeastEffort
-from gaitgraph.optimization.levels import component_meeting, highest_level, largest_share, level_region
-from gaitgraph.optimization.programs import Discs, SmoothLoop
+from gaitgraph.optimization.bounds import (
+    component_meeting,
+    highest_level,
+    largest_share,
+    least_loop_length,
+    level_region,
+    shortest_loop,
+)
+from gaitgraph.optimization.least_effort import LeastEffort
 from gaitgraph.optimization.result import OBJECTIVES, Objective, OptimalGait, Optimality, rate_checks
-from gaitgraph.optimization.splines import FEWEST_PIECES, basis_rows, power_pieces
-from gaitgraph.optimization.tours import least_loop_length, shortest_loop
+from gaitgraph.optimization.splines import FEWEST_PIECES, Discs, SmoothLoop, basis_rows, power_pieces
+from gaitgraph.planning.request import checked_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
-from gaitgraph.surface.region import Region, Zones
+from gaitgraph.surface.region import Region, Zones, offset
 from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import checked_clock
@@ -35,16 +42,15 @@ from gaitgraph.validation.checks import checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from shapely import Polygon
 
-    from gaitgraph.surface.region import Region
+    from gaitgraph.planning.request import Angle, Points
     from gaitgraph.validation.report import Report
 
-__all__ = ["CLEARANCE", "optimal_gait"]
-
 FloatArray = npt.NDArray[np.float64]
+Sign = Literal["positive", "negative"]
 
 CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
@@ -52,18 +58,20 @@ CLEARANCE = 1e-5
 _MOST_WAYPOINTS = 40
 _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
+_SETTLED = 1e-3  # first-order residual
+_UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
 
 
 def optimal_gait(
-    waypoints: Any,
+    waypoints: Points,
     *,
-    radius: Any = 0.1,
+    radius: Angle | Sequence[Angle] | npt.NDArray[np.float64] = 0.1,
     objective: Objective = "singular_value",
-    sign: str = "auto",
+    sign: Literal["auto", "positive", "negative"] = "auto",
     vehicle: Vehicle = PAPER,
     coefficients: Kind | None = None,
-    keep_out: Any = (),
-    keep_in: Any = (),
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
     floor: float = DEFAULT_FLOOR,
     period: float = 1.0,
     pieces: int | None = None,
@@ -113,7 +121,7 @@ def optimal_gait(
 
     Notes
     -----
-    A worst case is globally optimal to within the gap that is told: `bound` holds for every continuous gait in the
+    A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the
     flyable region that passes the discs, whatever its form. That its effort is the least of all gaits that keep
     this level is not guaranteed: it is a local optimum among splines, on the side of each obstacle on which the
     loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc,
@@ -129,12 +137,13 @@ def optimal_gait(
     >>> bool(found), round(found.value, 2), found.bound - found.value < 1e-3 * found.bound, found.report.flyable
     (True, 0.59, True, True)
     """
-    if not isinstance(objective, str) or objective not in OBJECTIVES:
-        hint = did_you_mean(objective, list(OBJECTIVES)) if isinstance(objective, str) else ""
-        raise InputError(f"objective: {shown(objective)}; allowed are {', '.join(OBJECTIVES)}{hint}")
-    if sign not in ("auto", "positive", "negative"):
-        hint = did_you_mean(sign, ["auto", "positive", "negative"]) if isinstance(sign, str) else ""
-        raise InputError(f"sign: {shown(sign)}; allowed are auto, positive, negative{hint}")
+    for name, value, known in (
+        ("objective", objective, OBJECTIVES),
+        ("sign", sign, ("auto", "positive", "negative")),
+    ):
+        if not isinstance(value, str) or value not in known:
+            hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
+            raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(known)}{hint}")
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(f"concession: {shown(concession)}; allowed is a number in (0, 0.5]")
     if not isinstance(vehicle, Vehicle):
@@ -142,54 +151,37 @@ def optimal_gait(
     checked_limits(0.0, floor, None)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
-    count = _checked_pieces(pieces, len(discs.radii))
-    numbers = coefficients_of(vehicle, coefficients)
-    given = any(not isinstance(part, (list, tuple)) or part for part in (keep_out, keep_in))
-    zones = Zones(keep_out=keep_out, keep_in=keep_in) if given else None
+    if pieces is None:
+        pieces = min(max(36, 12 * len(discs.radii)), 240)
+    whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
+    if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
+        raise InputError(f"pieces: {shown(pieces)}; allowed is a whole number from {FEWEST_PIECES} to {_MOST_PIECES}")
+    polygons = Zones(keep_out=keep_out, keep_in=keep_in)
     search = _Search(
         discs=discs,
         objective=objective,
         vehicle=vehicle,
-        coefficients=numbers,
+        coefficients=coefficients_of(vehicle, coefficients),
         floor=float(floor),
         period=float(period),
-        pieces=count,
+        pieces=int(pieces),
         concession=float(concession),
-        zones=zones,
+        zones=polygons if polygons.keep_out or polygons.keep_in else None,
     )
-    answers = [search.answer(one) for one in (("positive", "negative") if sign == "auto" else (sign,))]
+    signs: tuple[Sign, ...] = ("positive", "negative") if sign == "auto" else (sign,)
+    answers = [search.answer(one) for one in signs]
     found = [answer for answer in answers if answer]
     if not found:
-        reason = "; ".join(f"R {_RELATION[str(a.sign)]} 0: {a.reason}" for a in answers)
+        reason = "; ".join(f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers)
         return replace(answers[0], sign=None, reason=reason, warnings=notes)
     better = 1.0 if objective == "tilt_rate" else -1.0
     best = min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
     return replace(best, warnings=notes + best.warnings)
 
 
-_RELATION = {"positive": ">", "negative": "<"}
-_SETTLED = 1e-3
-_UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
-
-
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     """Return checked discs, a waypoint that repeats the one before merged, and notes."""
-    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
-    if not isinstance(waypoints, (list, tuple, np.ndarray)) or not len(waypoints):
-        raise InputError(f"waypoints: {shown(waypoints)}; allowed is {allowed}, at least one")
-    if len(waypoints) > _MOST_WAYPOINTS:
-        raise InputError(f"waypoints: {len(waypoints)} given; allowed are {_MOST_WAYPOINTS} at most")
-    centers = []
-    for number, pair in enumerate(waypoints, start=1):
-        if not isinstance(pair, (list, tuple, np.ndarray)) or len(pair) != 2:
-            raise InputError(f"waypoint {number}: {shown(pair)}; allowed is [alpha1, alpha2]")
-        center = [angle_from_text(pair[k], f"waypoint {number} alpha{k + 1}") for k in range(2)]
-        for k, angle in enumerate(center):
-            if abs(angle) > HALF_PI:
-                raise InputError(
-                    f"waypoint {number} alpha{k + 1}: {shown(pair[k])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
-                )
-        centers.append(center)
+    centers = checked_waypoints(waypoints, _MOST_WAYPOINTS)
     each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(centers)
     if len(each) != len(centers):
         raise InputError(f"radius: {len(each)} for {len(centers)} waypoints; allowed is one for all, or one for each")
@@ -208,16 +200,9 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
         kept.pop()
     merged = len(centers) - len(kept)
     notes = (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",) if merged else ()
-    return Discs(centers=np.array([centers[k] for k in kept]), radii=np.array([radii[k] for k in kept])), notes
-
-
-def _checked_pieces(pieces: int | None, waypoints: int) -> int:
-    if pieces is None:
-        return min(max(36, 12 * waypoints), 240)
-    whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
-    if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
-        raise InputError(f"pieces: {shown(pieces)}; allowed is a whole number from {FEWEST_PIECES} to {_MOST_PIECES}")
-    return int(pieces)
+    discs = Discs(centers=np.array([centers[k] for k in kept]), radii=np.array([radii[k] for k in kept]))
+    discs.centers.flags.writeable = discs.radii.flags.writeable = False
+    return discs, notes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,34 +219,33 @@ class _Search:
     concession: float
     zones: Zones | None
 
-    def answer(self, sign: str) -> OptimalGait:
-        """Return the best gait with one sign of R, or why there is none; the sign is told either way."""
-        region = admissible_region(
-            self.vehicle,
-            use="flyable",
-            sign=sign,  # type: ignore[arg-type]
-            floor=self.floor,
-            zones=self.zones,
-        )
+    def answer(self, sign: Sign) -> OptimalGait:
+        """Return the best gait with one sign of R, or why there is none; either way with the sign."""
+        region = admissible_region(self.vehicle, use="flyable", sign=sign, floor=self.floor, zones=self.zones)
         within = component_meeting(region.inner, self.discs)
         if within is None:
             return self._infeasible(sign, why_apart(region, self.discs, self.floor, self.vehicle))
+
+        # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
         bound, polygon = None, within
+        shape: Any = region.inner
         if self.objective != "tilt_rate":
             bracket = highest_level(region, self.objective, self.discs, self.vehicle, clearance=3 * CLEARANCE)
             bound = bracket.upper
-            here = self._standing(self._keeping(region, bracket.lower))
-            if here is not None:
-                return self._described(sign, region, here, [0.0], None, bound)
-            kept = component_meeting(self._keeping(region, bracket.lower * (1 - self.concession)), self.discs)
-            polygon = within if kept is None else kept
-        else:
-            here = self._standing(region.inner)
-            if here is not None:
-                return self._described(sign, region, here, [0.0], None, 0.0)
+            shape = region.inner & level_region(self.objective, bracket.lower, self.vehicle).inner
+            lower = bracket.lower * (1 - self.concession)
+            kept = region.inner & level_region(self.objective, lower, self.vehicle).inner
+            polygon = component_meeting(kept, self.discs) or within
+
+        # Discs that share a point are passed by standing still there.
+        here = self._standing(shape)
+        if here is not None:
+            return self._described(sign, region, here, [0.0], None, 0.0 if bound is None else bound)
+
+        # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
+        # Where a level counts, it is known; the effort only chooses among loops that keep it, and one start is enough.
         best: tuple[SmoothLoop, list[float], LeastEffort] | None = None
         starts = [shortest_loop(self.discs)[0], self.discs.centers]
-        # The level is what counts there, and known; the effort only chooses among loops that keep it.
         for targets in starts if self.objective == "tilt_rate" else starts[1:]:
             started = self._start(polygon, targets)
             if started is None:
@@ -271,15 +255,11 @@ class _Search:
             if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
                 best = loop, history, problem
         if best is None:
-            return self._infeasible(sign, f"every way through the discs comes within {CLEARANCE:g} rad of a border")
+            return self._infeasible(sign, f"every path through the discs comes within {CLEARANCE:g} rad of a border")
         loop, history, problem = best
         if bound is None:
             bound = 2 * least_loop_length(self.discs, region) ** 2 / self.period
         return self._described(sign, region, loop, history, problem, bound)
-
-    def _keeping(self, region: Region, level: float) -> Any:
-        """Return where the region keeps a level of the objective."""
-        return region.inner & level_region(self.objective, level, self.vehicle).inner  # type: ignore[arg-type]
 
     def _infeasible(self, sign: str, reason: str) -> OptimalGait:
         return OptimalGait(
@@ -293,9 +273,7 @@ class _Search:
 
     def _standing(self, shape: Any) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
-        import shapely
-
-        shared = shapely.buffer(shape, -2 * CLEARANCE, join_style="mitre")
+        shared = offset(shape, -2 * CLEARANCE)
         for center, radius in zip(self.discs.centers, self.discs.radii, strict=True):
             at = shapely.Point(center)
             # The polygon lies inside the disc.
@@ -312,31 +290,22 @@ class _Search:
 
     def _start(self, polygon: Polygon, targets: FloatArray) -> tuple[LeastEffort, SmoothLoop] | None:
         """Return the problem in a polygon and a loop of shortest legs, from one disc to the next, as its start."""
-        import shapely
-
         # Drawn with fewer corners, all of it inside.
-        plain = shapely.simplify(shapely.buffer(polygon, -CLEARANCE, join_style="mitre"), CLEARANCE)
+        plain = shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE)
         inside = component_meeting(plain, self.discs)
         if inside is None:
             return None
         problem = LeastEffort(inside, self.discs, CLEARANCE)
         for erosion in _EROSIONS:
-            eroded = component_meeting(shapely.buffer(inside, -erosion, join_style="mitre"), self.discs)
+            eroded = component_meeting(offset(inside, -erosion), self.discs)
             if eroded is None:
                 continue
-            stops = [
-                np.array(shapely.shortest_line(eroded, shapely.Point(target)).coords[0])
-                if radius > 0
-                else np.array(target)
-                for target, radius in zip(targets, self.discs.radii, strict=True)
-            ]
-            if self.discs.misses(np.array(stops)) > 0:
-                stops = [
-                    np.array(shapely.shortest_line(eroded, shapely.Point(center)).coords[0])
-                    if radius > 0
-                    else np.array(center)
-                    for center, radius in zip(self.discs.centers, self.discs.radii, strict=True)
-                ]
+            # Each disc is passed where the eroded polygon is nearest to its target, or else to its centre.
+            for aims in (targets, self.discs.centers):
+                nearest = shapely.get_coordinates(shapely.shortest_line(eroded, shapely.points(aims)))
+                stops = np.where(self.discs.round[:, None], nearest.reshape(-1, 2, 2)[:, 0], aims)
+                if self.discs.misses(stops) <= 0:
+                    break
             corners, at = _legs(eroded, stops, erosion / 2)
             if 3 * len(corners) > _MOST_PIECES:
                 continue
@@ -379,13 +348,14 @@ class _Search:
         plane = np.asarray(basis_rows(loop.passes, count) @ loop.points)
         size = value if self.objective == "tilt_rate" else bound
         gap = abs(bound - value) / size if size > 0 else 0.0
-        reason = None if report.flyable else report.reason
+        passed, times = np.hstack([plane, plane]), loop.passes * width
+        passed.flags.writeable = times.flags.writeable = False
         return OptimalGait(
             objective=self.objective,
             waypoints=self.discs.centers,
             radius=self.discs.radii,
             period=self.period,
-            reason=reason,
+            reason=None if report.flyable else report.reason,
             sign=sign,
             curve=curve,
             report=report,
@@ -398,8 +368,8 @@ class _Search:
                 violation=max(self.discs.misses(plane), 0.0),
                 active=tuple(active),
             ),
-            passed=np.hstack([plane, plane]),
-            times=loop.passes * width,
+            passed=passed,
+            times=times,
             history=tuple(scale * one for one in history),
             warnings=() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",),
         )
@@ -416,16 +386,14 @@ class _Search:
         return min(least, float(most) - float(report["thrust_limit"].value or 0.0) / float(mass * gravity))
 
 
-def _legs(region: Polygon, stops: list[FloatArray], tolerance: float) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+def _legs(region: Polygon, stops: FloatArray, tolerance: float) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """Return the corners of the closed polygon of shortest legs, nearly straight ones left out, and which are stops."""
-    import shapely
-
     paths = ShortestPaths(region)
     corners: list[Any] = []
     at = []
-    for here, there in zip(stops, stops[1:] + stops[:1], strict=True):
-        leg = paths.path(here, there)
-        leg = np.array([here, there]) if leg is None else leg
+    for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
+        path = paths.path(here, there)
+        leg = np.array([here, there]) if path is None else path
         if len(leg) > 2:
             leg = np.asarray(shapely.simplify(shapely.LineString(leg), tolerance).coords)
         at.append(len(corners))
@@ -435,8 +403,6 @@ def _legs(region: Polygon, stops: list[FloatArray], tolerance: float) -> tuple[F
 
 def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
     """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
-    import shapely
-
     if not region.components:
         return why_empty(region, floor, vehicle)
     parts = np.array(region.components, dtype=object)
@@ -458,6 +424,6 @@ def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> s
             if not meets[first] & meets[second]:
                 a, b = discs.centers[first], discs.centers[second]
                 factor = separating_factor((a[0], a[1]), (b[0], b[1]), vehicle)
-                told = f", separated by {factor}" if factor else ""
-                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{told}"
+                separated = f", separated by {factor}" if factor else ""
+                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
     return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"

@@ -1,4 +1,4 @@
-"""What an optimal gait is, in its own words: a smooth curve in time with the measures of its optimality."""
+"""The result of an optimisation: a smooth curve in time with the measures of its optimality."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.timing.curve import Curve
-
-__all__ = ["OBJECTIVES", "OptimalGait", "Optimality", "rate_checks"]
 
 FloatArray = npt.NDArray[np.float64]
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
@@ -124,14 +122,6 @@ class OptimalGait:
     times: FloatArray | None = None
     history: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in ("waypoints", "radius", "passed", "times"):
-            value = getattr(self, name)
-            if value is not None:
-                array = np.array(value, dtype=float)
-                array.flags.writeable = False
-                object.__setattr__(self, name, array)
 
     @property
     def status(self) -> str:

@@ -190,7 +190,7 @@ def request_of(
     elif not isinstance(vehicle, Vehicle):
         raise InputError(f"vehicle: {shown(vehicle)}; allowed is a preset's name, a .toml file or a table of constants")
 
-    points = _checked_waypoints(waypoints)
+    points = checked_waypoints(waypoints)
     # A waypoint that equals the one before it is dropped, around the seam too.
     kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
     if len(kept) > 1 and kept[-1] == kept[0]:
@@ -222,14 +222,15 @@ REQUEST_FIELDS = tuple(inspect.signature(request_of).parameters)
 """The names of the fields of a request, as files and Python use them."""
 
 
-def _checked_waypoints(value: object) -> list[Point]:
+def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
+    """Return waypoints as pairs of angles [rad]; InputError unless there are 1 to `most`, each in [−π/2, π/2]²."""
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
     if not len(value):
         raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
-    if len(value) > MOST_WAYPOINTS:
-        raise InputError(f"waypoints: {len(value)} given; allowed are {MOST_WAYPOINTS} at most")
+    if len(value) > most:
+        raise InputError(f"waypoints: {len(value)} given; allowed are {most} at most")
     points = []
     for number, angles in enumerate(value, start=1):
         if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:

@@ -1,92 +1,176 @@
-"""The best loop within given convex cells: a projection, then sequential quadratic programming.
+"""The smooth loop of least tilt-rate effort through discs, inside a polygon.
+
+The loop is a periodic cubic spline, its effort a convex quadratic form of the control points. Inside a polygon the
+problem is not convex; it is solved as a sequence of convex ones. Around the hull of each piece of the curve lies a
+convex cell inside the polygon (:mod:`gaitgraph.optimization.splines`). While every hull stays in its cell the whole
+curve stays inside, between samples too. The best spline within the cells is found, and the cells are drawn anew around
+it. When each disc is passed is unknown too: it moves a little, to first order, and is then held fixed for a second
+programme, which makes the loop admissible again. Last, sequential quadratic programming settles discs and passes
+exactly. Each loop of the sequence is admissible, and its effort is less than that of the one before. What it ends in is
+a local optimum.
 
 In unknowns scaled by the modes of the effort, the effort is half the squared distance from the origin. The best spline
 whose hulls stay in given cells is then the point of a polyhedron that is nearest to the origin: Lawson and Hanson's
-least distance programming, which nonnegative least squares solves. When a disc is passed is unknown too; it enters to
-first order, within a trust region.
+least distance programming, which nonnegative least squares solves.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
-from gaitgraph.optimization.splines import basis_rows, effort_matrix, hull_matrix
+from gaitgraph.optimization.splines import (
+    Discs,
+    HalfPlanes,
+    Sides,
+    SmoothLoop,
+    basis_rows,
+    control_points_along,
+    effort_matrix,
+    hull_matrix,
+)
 
 if TYPE_CHECKING:
-    from gaitgraph.optimization.corridors import HalfPlanes
-
-__all__ = ["PARTS", "Discs", "Program", "SmoothLoop"]
+    from shapely import Polygon
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-PARTS = 1
-"""Equal parts of each piece whose hulls stay in cells."""
-
+_FAR, _NEAR = 0.2, 0.03  # how far cells reach in the first rounds, and when the loop is settled [rad]
+_PROGRESS, _SETTLED = 1e-4, 1e-10  # relative decrease that ends the first rounds, and the last
+_MOST_ROUNDS, _LAST_ROUNDS = 40, 6
 _SLACK = 1e-10
-_NEAR = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
-_MOST_ROUNDS = 30
+_CHOSEN = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
+_MOST_CHOICES = 30  # of sides
 _ACTIVE = 1e-6
 _SIDES = 32  # discs count as polygons where they must be linear
 _STILL = 1e-2  # weight of moving the loop as a whole, which costs no effort, against that of its lowest mode
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Discs:
-    """Discs to pass, in order; a radius of zero is a point.
+class LeastEffort:
+    """The problem: discs, a polygon, and how far the loop keeps from its border.
 
     Parameters
     ----------
-    centers
-        Shape (n, 2) [rad].
-    radii
-        Shape (n,) [rad].
+    polygon
+        Where the loop must stay.
+    discs
+        What it must pass.
+    clearance
+        Distance that it keeps from the polygon's border, positive [rad].
     """
 
-    centers: FloatArray
-    radii: FloatArray
+    def __init__(self, polygon: Polygon, discs: Discs, clearance: float) -> None:
+        self.polygon, self.discs, self.clearance = polygon, discs, clearance
+        self._sides = Sides(polygon)
 
-    @property
-    def round(self) -> BoolArray:
-        """Which discs have an interior, shape (n,)."""
-        return self.radii > 0
+    def keeps_inside(self, points: FloatArray) -> bool:
+        """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
+        if not len(points):
+            return False
+        hulls = hull_matrix(len(points)) @ points
+        shapes = shapely.convex_hull(shapely.multipoints(hulls))
+        if not shapely.covers(self.polygon, shapes).all():
+            return False
+        return bool(shapely.distance(self.polygon.boundary, shapes).min() >= 0.9 * self.clearance)
 
-    def misses(self, points: FloatArray) -> float:
-        """Return how far outside its disc the farthest of n points lies [rad]."""
-        return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
+    def start(self, corners: FloatArray, stops: npt.NDArray[np.int64], pieces: int) -> SmoothLoop | None:
+        """Return a spline along a closed polygon of straight legs, or None if it comes too near to the border.
 
+        Parameters
+        ----------
+        corners
+            The legs' corners, shape (m, 2).
+        stops
+            Which corner is in each disc, shape (n,), the first 0.
+        pieces
+            Number of control points, at least; more are taken if the polygon has more than a third as many corners.
+        """
+        points, knots = control_points_along(corners, pieces)
+        return SmoothLoop(points=points, passes=knots[stops].astype(float)) if self.keeps_inside(points) else None
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SmoothLoop:
-    """A spline and where it passes the discs.
+    def evened(self, loop: SmoothLoop) -> SmoothLoop | None:
+        """Return a spline near a loop that runs at even speed, or None if it leaves the polygon.
 
-    Parameters
-    ----------
-    points
-        Control points, shape (K, 2) [rad].
-    passes
-        The parameter at which each disc is passed, increasing, the first 0, shape (n,).
-    """
+        Control points are points of the loop, an even length apart: corners are cut. It may miss its discs.
+        """
+        count = len(loop.points)
+        fine = 16
+        s = np.arange(count * fine) / fine
+        on_it = basis_rows(s, count) @ loop.points
+        step = np.linalg.norm(np.roll(on_it, -1, axis=0) - on_it, axis=1)
+        gone = np.concatenate([[0.0], np.cumsum(step)])
+        if not gone[-1] > 0:
+            return None
+        # The curve of equal control points P, P, P is at P in the middle one of them.
+        at = np.mod((np.arange(count) - 1) / count, 1.0) * gone[-1]
+        closed = np.vstack([on_it, on_it[:1]])
+        points = np.column_stack([np.interp(at, gone, closed[:, k]) for k in range(2)])
+        if not self.keeps_inside(points):
+            return None
+        when = np.interp(loop.passes, np.append(s, count), gone) / gone[-1] * count
+        return SmoothLoop(points=points, passes=when - when[0])
 
-    points: FloatArray
-    passes: FloatArray
+    def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
+        """Return the loop that a start leads to, and the effort of every admissible loop on the way.
 
-    @property
-    def effort(self) -> float:
-        """∫ (α̇1² + α̇2²) dt over a period of one second [rad²/s]."""
-        count, from_first = len(self.points), self.points - self.points[0]
-        return float(count * np.sum(from_first * (effort_matrix(count) @ from_first)))
+        If the start is not admissible itself, the history is empty.
+        """
+        if not self._admissible(loop):
+            return loop, []
+        best, history = loop, [loop.effort]
 
-    def passed(self) -> FloatArray:
-        """Return the points at which the discs are passed, shape (n, 2) [rad]."""
-        return np.asarray(basis_rows(self.passes, len(self.points)) @ self.points)
+        def improved(found: SmoothLoop | None) -> bool:
+            nonlocal best
+            if found is None or not self._admissible(found) or found.effort >= history[-1]:
+                return False
+            best = found
+            history.append(found.effort)
+            return True
+
+        trust = 2.0
+        for number in range(_MOST_ROUNDS):
+            before = history[-1]
+            ahead = self._projected(best, trust)
+            moved = improved(self._projected(ahead)) if ahead is not None else False
+            trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
+            even = self.evened(best) if number < 4 else None
+            smoothed = improved(self._projected(even)) if even is not None else False
+            moved = moved or smoothed
+            if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
+                break
+        for _ in range(_LAST_ROUNDS):
+            before = history[-1]
+            if not improved(self._refined(best)) or before - history[-1] <= _SETTLED * before:
+                break
+        return best, history
+
+    def _admissible(self, loop: SmoothLoop) -> bool:
+        return self.discs.misses(loop.passed()) <= 1e-9 and self.keeps_inside(loop.points)
+
+    def _step(self, loop: SmoothLoop, reach: float) -> Program:
+        hulls = hull_matrix(len(loop.points)) @ loop.points
+        return Program(loop, self.discs, self._sides.cells(hulls, clearance=self.clearance, reach=reach))
+
+    def _projected(self, loop: SmoothLoop, trust: float = 0.0) -> SmoothLoop | None:
+        """Return the best spline within the cells around a loop, its passes moved by at most `trust`, or None."""
+        return self._step(loop, _FAR).projected(trust)
+
+    def _refined(self, loop: SmoothLoop) -> SmoothLoop | None:
+        """Return the best spline within small cells around a loop, discs and passes taken as they are."""
+        return self._step(loop, _NEAR).refined()
+
+    def stationarity(self, loop: SmoothLoop) -> tuple[float, tuple[int, ...], bool]:
+        """Return what :meth:`Program.stationarity` does for a loop."""
+        if not loop.effort > 0:
+            return 0.0, (), False
+        return self._step(loop, _NEAR).stationarity()
 
 
 class Program:
@@ -101,7 +185,7 @@ class Program:
         self.loop, self.discs, self.count = loop, discs, count
         self.later = len(loop.passes) - 1
         self.shape, inverse = _modes(count)
-        self.rows = (hull_matrix(count, PARTS) @ self.shape)[cells.piece].reshape(-1, count)
+        self.rows = (hull_matrix(count) @ self.shape)[cells.piece].reshape(-1, count)
         self.normals = np.repeat(cells.normals, 4, axis=0)
         self.offsets = np.repeat(cells.offsets, 4)
         self.on_border = np.repeat(cells.on_border, 4)
@@ -190,17 +274,17 @@ class Program:
         scale[size:] = 2 * trust / self.unit
         round_ = self.discs.round
         off, first, second = self.at_discs(x, round_)
-        ways = np.arctan2(off[:, 1], off[:, 0]) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
-        cosine, sine = np.cos(ways), np.sin(ways)
+        turns = np.arctan2(off[:, 1], off[:, 0]) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
+        cosine, sine = np.cos(turns), np.sin(turns)
         sides = (cosine[..., None] * first + sine[..., None] * second).reshape(-1, len(x))
         apothem = self.discs.radii[round_] * math.cos(math.pi / _SIDES)
-        room = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
-        always, most = sides, room
+        inside = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
+        always, most = sides, inside
         if trust and self.later:
             moves = np.eye(self.later, len(x), size)
             bounds = np.array(self.bounds())
             farthest = np.minimum(trust / self.unit, 0.9 * np.stack([bounds[:, 1], -bounds[:, 0]]))
-            always, most = np.concatenate([sides, moves, -moves]), np.concatenate([room, *farthest])
+            always, most = np.concatenate([sides, moves, -moves]), np.concatenate([inside, *farthest])
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
         equal, gap = self.point_slope(x) * scale, -self.point_gap(x)
         start = x / np.where(scale > 0, scale, 1.0)
@@ -216,8 +300,8 @@ class Program:
             free = across[:, k:]
         length = math.sqrt(2 * self.loop.effort) + 1e-9
         slack = self.slack(x)
-        chosen = slack < _NEAR
-        for _ in range(_MOST_ROUNDS):
+        chosen = slack < _CHOSEN
+        for _ in range(_MOST_CHOICES):
             rows = np.concatenate([-self.slack_slope(chosen), always]) * scale
             limits = np.concatenate([slack[chosen], most]) + rows @ (start - base)
             lefts = np.vstack([-(rows @ free).T, -limits[None] / length])
@@ -245,7 +329,7 @@ class Program:
         """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails."""
         from scipy.optimize import minimize
 
-        chosen = self.slack(self.origin) < _NEAR / 2
+        chosen = self.slack(self.origin) < _CHOSEN / 2
         for _ in range(6):
             constraints: list[Any] = []
             if chosen.any():

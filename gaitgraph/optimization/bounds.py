@@ -1,4 +1,4 @@
-"""The highest level that a loop through discs can keep: how well its worst place can do, with a proof.
+"""What no loop through discs can better: the highest level of its worst place, and the least length.
 
 Write f for what is to be as large as possible at the worst place of a loop. A loop keeps a level c if it stays where
 f ≥ c. So some continuous loop through all discs keeps c exactly if one component of
@@ -17,22 +17,22 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
+from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region
 from gaitgraph.surface.borders import Border, bands_between, cosine
-from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region
+from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region, offset, polygons_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.optimization.programs import Discs
-
-__all__ = ["Bracket", "component_meeting", "highest_level", "largest_share", "least_share_region", "level_region"]
+    from gaitgraph.optimization.splines import Discs
 
 FloatArray = npt.NDArray[np.float64]
 Worst = Literal["singular_value", "hover_reserve"]
@@ -42,6 +42,7 @@ _CLOSE = 2e-5  # relative width to which levels are bracketed, about
 _ROUNDS = 16
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
 _HIGHEST_SHARE = 1e3
+_SMALL = 1e-7  # what a side of length zero counts as, so that lengths are smooth [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +76,6 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     >>> region.contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
     [False, True]
     """
-    import shapely
-
     if not 0 <= number_of(share) < math.inf:
         raise InputError(f"share: {shown(share)}; allowed is a finite number ≥ 0 (of m·g)")
     hover = hover_region(vehicle)
@@ -89,11 +88,11 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     forbidden = shapely.union_all(lacking)
     reach = accuracy / 2
     name = f"hover thrusts ≥ {share:.3g} of m·g"
-    inner = _polygons(hover.inner - shapely.buffer(forbidden, reach, join_style="mitre"))
+    inner = polygons_of(hover.inner - offset(forbidden, reach))
     # With all that is outside, lest drawing inwards leave a strip along the straight borders.
     frame = shapely.box(-math.pi, -math.pi, math.pi, math.pi) - hover.outer
-    beyond = shapely.buffer(forbidden, _TOUCH, join_style="mitre") | frame
-    outer = _polygons(hover.outer - shapely.buffer(beyond, -reach - _TOUCH, join_style="mitre"))
+    beyond = offset(forbidden, _TOUCH) | frame
+    outer = polygons_of(hover.outer - offset(beyond, -reach - _TOUCH))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         least = float(np.min(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
@@ -105,8 +104,6 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
 
 def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
     """Return where the first share is below c, for α1 < δ and α2 > −δ."""
-    import shapely
-
     if share == 0:
         return shapely.Polygon()
     lean = math.pi / 2
@@ -137,14 +134,6 @@ def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
     )
 
 
-def _polygons(shape: Any) -> Any:
-    """Return the polygons of a shape without the points and lines that overlaying leaves."""
-    import shapely
-
-    parts = shapely.get_parts(shape)
-    return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
-
-
 def largest_share(vehicle: Vehicle) -> float | None:
     """Return the largest thrust of one rotor in units of m·g, or None if the vehicle states none."""
     if vehicle.max_thrust is None:
@@ -172,8 +161,6 @@ def level_region(
 
 def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     """Return the polygon, of several, that meets every disc, the largest if there are more; or None."""
-    import shapely
-
     centers = shapely.points(discs.centers)
     meeting: list[Any] = [
         part
@@ -199,7 +186,6 @@ def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehic
     clearance
         How far from every border the loop that keeps `lower` can stay [rad].
     """
-    import shapely
 
     def joined(level: float) -> bool:
         polygons = level_region(objective, level, vehicle, accuracy=_FOLLOWED).outer
@@ -235,7 +221,7 @@ def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehic
     while given < 1:
         level = high * (1 - given)
         inner: Any = region.inner & level_region(objective, level, vehicle, accuracy=_FOLLOWED).inner
-        if component_meeting(shapely.buffer(inner, -clearance, join_style="mitre"), discs) is not None:
+        if component_meeting(offset(inner, -clearance), discs) is not None:
             return Bracket(lower=level, upper=high)
         given *= 2
     return Bracket(lower=0.0, upper=high)
@@ -269,3 +255,77 @@ def _levels_at(objective: Worst, points: FloatArray, vehicle: Vehicle) -> FloatA
     most = largest_share(vehicle)
     least = shares.min(axis=1)
     return np.asarray(least if most is None else np.minimum(least, most - shares.max(axis=1)))
+
+
+def least_loop_length(discs: Discs, region: Region | None = None) -> float:
+    """Return a lower bound of the length of closed curves that pass discs in order [rad in the (α1, α2) plane].
+
+    Whatever vectors y₁ … yₙ of length one or less are taken, with xᵢ where the curve passes disc i (centre cᵢ, radius
+    rᵢ),
+
+        length ≥ Σ ‖xᵢ₊₁ − xᵢ‖ ≥ Σ yᵢ·(xᵢ₊₁ − xᵢ) = Σ xᵢ·(yᵢ₋₁ − yᵢ) ≥ Σ cᵢ·(yᵢ₋₁ − yᵢ) − rᵢ·‖yᵢ₋₁ − yᵢ‖,
+
+    and the directions of the shortest polygon make it sharp. If all radii are zero, the lengths of the shortest paths
+    inside the region's outer polygons count instead.
+
+    Examples
+    --------
+    >>> from gaitgraph.optimization.splines import Discs
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> round(least_loop_length(Discs(centers=square, radii=np.zeros(4))), 9)
+    4.0
+    """
+    points, bound = shortest_loop(discs)
+    if region is None or discs.radii.any():
+        return bound
+    outer = component_meeting(region.outer, discs)
+    if outer is None:
+        return bound
+    paths = ShortestPaths(outer)
+    legs = [paths.path(a, b) for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
+    known = [leg for leg in legs if leg is not None]
+    if len(known) < len(legs):
+        return bound
+    return max(bound, sum(float(np.linalg.norm(np.diff(leg, axis=0), axis=1).sum()) for leg in known))
+
+
+def shortest_loop(discs: Discs) -> tuple[FloatArray, float]:
+    """Return the corners of the shortest closed polygon through discs, without obstacles, and a bound of its length."""
+    from scipy.optimize import minimize
+
+    centers, radii = discs.centers, discs.radii
+    points = centers.copy()
+    if radii.any() and len(radii) > 1:
+
+        def length(x: FloatArray) -> tuple[float, FloatArray]:
+            at = x.reshape(-1, 2)
+            step = np.roll(at, -1, axis=0) - at
+            size = np.sqrt(np.sum(step**2, axis=1) + _SMALL**2)
+            unit = step / size[:, None]
+            return float(size.sum()), np.asarray((np.roll(unit, 1, axis=0) - unit).ravel())
+
+        def inside(x: FloatArray) -> FloatArray:
+            return np.asarray(radii**2 - np.sum((x.reshape(-1, 2) - centers) ** 2, axis=1))
+
+        def inside_slope(x: FloatArray) -> FloatArray:
+            off = -2 * (x.reshape(-1, 2) - centers)
+            return np.asarray((np.eye(len(radii))[:, :, None] * off[:, None, :]).reshape(len(radii), -1))
+
+        found: Any = minimize(  # type: ignore[call-overload]
+            length,
+            points.ravel(),
+            jac=True,
+            method="SLSQP",
+            constraints=[{"type": "ineq", "fun": inside, "jac": inside_slope}],
+            options={"maxiter": 500, "ftol": 1e-14},
+        )
+        points = found.x.reshape(-1, 2)
+        off = points - centers
+        size = np.linalg.norm(off, axis=1, keepdims=True)
+        points = centers + off * np.minimum(1.0, radii[:, None] / np.maximum(size, 1e-300))
+    # Where two corners coincide no unit vector is distinguished; shorter ones bound the length too.
+    step = np.roll(points, -1, axis=0) - points
+    pull = step / np.sqrt(np.sum(step**2, axis=1, keepdims=True) + (_SMALL**2 if radii.any() else 1e-300))
+    turn = np.roll(pull, 1, axis=0) - pull
+    bound = float(np.sum(centers * turn) - np.sum(radii * np.linalg.norm(turn, axis=1)))
+    return points, max(bound * (1 - 1e-12), 0.0)

@@ -1,0 +1,430 @@
+"""Retargeting: the flyable gait that is nearest to a given table of tilt angles, row by row.
+
+A flyable gait lies on the red sheet, α3 = α1 and α4 = α2. For any row α and any point x of the (α1, α2) plane
+
+    ‖α − (x, x)‖² = 2·‖x − m‖² + ½(α1 − α3)² + ½(α2 − α4)²,   m = ½(α1 + α3, α2 + α4),
+
+so the nearest flyable tilt angles belong to the point of the flyable region that is nearest to m, and each row can be
+moved by itself. A gait stays in one component of the region. So the rows of any flyable gait in that component are at
+least as far from the given ones as the nearest points are: one by one, in the sum, the root mean square and the
+largest. Where a straight segment from a row to the next leaves the component, rows are added along the shortest path
+inside.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
+from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.rows import closing_time, is_closed, tilt_angles
+from gaitgraph.gait.table import ANGLES, Table, setting_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
+from gaitgraph.io.frames import Frame, as_table
+from gaitgraph.io.reading import gait_of, read_table
+from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.admissible import admissible_region, why_empty
+from gaitgraph.surface.region import Zones, offset, polygons_of
+from gaitgraph.surface.sheets import types_of
+from gaitgraph.timing.timed_gait import TimedGait, table_of
+from gaitgraph.validation.checks import checked_limits
+from gaitgraph.validation.report import Report, verdict_line
+from gaitgraph.validation.validating import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from shapely import Polygon
+
+    from gaitgraph.planning.request import Points
+    from gaitgraph.vehicle import Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+MOST_ROWS = 200_000
+"""A longer table is refused: thin it out first."""
+
+_TOUCH = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
+_TURN = 2 * math.pi
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Retargeted:
+    """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
+
+    Parameters
+    ----------
+    before
+        The report of what was given.
+    reason
+        Why there is no gait, or why it is not flyable; None if it is.
+    table
+        The new rows, with times if there were any; or None.
+    rows
+        The number, counted from 0, of the new row that each given row became, shape (n,).
+    moved
+        How far each given row was moved, in all four angles [rad], shape (n,).
+    plane_moved
+        By how much in (α1, α2) from the given row's projection onto the red sheet [rad], shape (n,); what is left of
+        `moved` is that projection.
+    after
+        The report of the new gait; or None.
+    alternatives
+        The summed distance to each component of the flyable region, the chosen one first [rad].
+    warnings
+        What deserves attention.
+    """
+
+    before: Report
+    reason: str | None
+    table: Table | None = None
+    rows: IntArray | None = None
+    moved: FloatArray | None = None
+    plane_moved: FloatArray | None = None
+    after: Report | None = None
+    alternatives: tuple[float, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> Literal["unchanged", "retargeted", "infeasible"]:
+        """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
+        if self.table is None:
+            return "infeasible"
+        return "retargeted" if self.added or np.any(self._moves() > 0) else "unchanged"
+
+    def __bool__(self) -> bool:
+        return self.table is not None
+
+    def _moves(self) -> FloatArray:
+        if self.moved is None:
+            raise Infeasible(self.reason)
+        return self.moved
+
+    @property
+    def gait(self) -> Gait:
+        """The new gait as a closed polyline, straight runs merged; Infeasible if there is none."""
+        if self.table is None:
+            raise Infeasible(self.reason)
+        return gait_of(self.table)
+
+    @property
+    def total(self) -> float:
+        """The sum of all rows' distances [rad]; no flyable gait in the same component has a smaller one."""
+        return float(self._moves().sum())
+
+    @property
+    def rms(self) -> float:
+        """The root mean square of the rows' distances [rad]."""
+        return float(np.sqrt(np.mean(self._moves() ** 2)))
+
+    @property
+    def largest(self) -> tuple[float, int]:
+        """The largest distance [rad], and its row, counted from 1."""
+        row = int(np.argmax(self._moves()))
+        return float(self._moves()[row]), row + 1
+
+    @property
+    def unchanged(self) -> int:
+        """How many rows stayed as they were, bit by bit."""
+        return int(np.sum(self._moves() == 0))
+
+    @property
+    def added(self) -> int:
+        """How many rows were added between the given ones."""
+        if self.table is None or self.rows is None:
+            return 0
+        return len(self.table) - len(self.rows)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
+        there = self.table is not None
+        verdict = self.after.as_mapping() if self.after is not None else {}
+        colors = list(self.table["color"]) if self.table is not None else []
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "rows": len(self._moves()) if there else None,
+            "unchanged": self.unchanged if there else None,
+            "added": self.added if there else None,
+            "total": self.total if there else None,
+            "rms": self.rms if there else None,
+            "largest": self.largest[0] if there else None,
+            "largest_row": self.largest[1] if there else None,
+            "moved": self._moves().tolist() if there else [],
+            "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
+            "path": [] if self.table is None else self.table.alpha.tolist(),
+            "colors": colors,
+            "t": self.table["t"].tolist() if self.table is not None and "t" in self.table else None,
+            "alternatives": list(self.alternatives),
+            "before": self.before.as_mapping(),
+            "valid": verdict.get("valid", False),
+            "flyable": verdict.get("flyable", False),
+            "reachable_from_hover": verdict.get("reachable_from_hover", False),
+            "checks": verdict.get("checks", []),
+            "warnings": [*self.warnings, *verdict.get("warnings", [])],
+        }
+
+    def __repr__(self) -> str:
+        moves = (
+            f", {len(self.table)} rows, moved by {self.largest[0]:.4f} rad at most" if self.table is not None else ""
+        )
+        return f"<Retargeted: {self.status}{moves}>"
+
+    def __str__(self) -> str:
+        before = verdict_line(self.before.valid, self.before.flyable, self.before.reachable_from_hover)
+        if self.after is None:
+            return f"no gait: {self.reason}\nbefore: {before}"
+        lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
+        if self.status == "retargeted":
+            far, row = self.largest
+            lines.append(
+                f"moved by {far:.4f} rad at most (row {row}), {self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
+            )
+        lines.append(f"before: {before}")
+        if not self.before.flyable:
+            lines.append(f"        {self.before.reason}")
+        after = verdict_line(self.after.valid, self.after.flyable, self.after.reachable_from_hover)
+        lines.append(f"after:  {after}")
+        if self.reason:
+            lines.append(f"        {self.reason}")
+        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+
+
+def retarget(
+    source: Gait | TimedGait | Table | Frame | str | Path | npt.ArrayLike,
+    *,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    sign: Literal["positive", "negative"] | None = None,
+    floor: float = DEFAULT_FLOOR,
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
+    margin: float = 0.0,
+) -> Retargeted:
+    """Return the flyable gait whose rows are nearest to those of a table, and what was changed.
+
+    Parameters
+    ----------
+    source
+        Rows (α1, α2, α3, α4), shape (n, 4) [rad]; a table, or the path of one; a gait or a timed one. The segment
+        back to the first row is implied.
+    vehicle, coefficients
+        What the gait is to be for; by default what the source says, else the paper's vehicle.
+    sign
+        Sign of R, or None for either.
+    floor
+        Least singular value to keep.
+    keep_out, keep_in
+        Polygons as for :class:`gaitgraph.surface.region.Zones`.
+    margin
+        How far the new rows, and the paths between them, keep from the border of the flyable region [rad].
+
+    Returns
+    -------
+    Retargeted
+        Falsy, with the reason, if nothing is flyable.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If a value is not allowed, or a file holds no gait table.
+
+    Notes
+    -----
+    What is flyable already, and where it may be, comes back unchanged, bit by bit; so does what this function returned.
+    A row that is flyable by itself stays; one within the region's accuracy, 1e-6 rad, of its border may move by that.
+    A row whose opposite arms differ by about half a turn is on the red sheet too, but one of the two rotors would push
+    down; it moves far. Whole turns of α3 or α4 against α1 or α2 are taken off, with a warning.
+
+    Times stay. An added row has its time by its share of the path's length. If the vehicle's limits of
+    rates then fail, the report says so, and which period would do.
+
+    Not guaranteed: that the whole curve is nearest in any sense, only its rows are; that no other component would need
+    a shorter detour.
+
+    Examples
+    --------
+    >>> rows = np.array([[0.4, -1.2, 0.5, -1.1], [0.4, -0.4, 0.4, -0.4], [1.2, -0.4, 1.1, -0.5]])
+    >>> answer = retarget(rows)
+    >>> answer.status, answer.unchanged, answer.largest[1], answer.after.flyable
+    ('retargeted', 1, 1, True)
+    >>> answer.table.alpha[0].round(3).tolist()
+    [0.45, -1.15, 0.45, -1.15]
+    """
+    checked_limits(0.0, floor, None)
+    if not 0 <= number_of(margin) < math.inf:
+        raise InputError(f"margin: {shown(margin)}; allowed is a finite number ≥ 0 (rad)")
+    if sign not in (None, "positive", "negative"):
+        hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
+        raise InputError(f"sign: {shown(sign)}; allowed are 'positive', 'negative' and None{hint}")
+    table = _table_of(source, vehicle, coefficients)
+    if len(table) > MOST_ROWS:
+        raise InputError(f"gait: {len(table)} rows; allowed are {MOST_ROWS} at most")
+    chosen, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
+    polygons = Zones(keep_out=keep_out, keep_in=keep_in)
+    zones = polygons if polygons.keep_out or polygons.keep_in else None
+    before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
+    region = admissible_region(chosen, use="flyable", sign=sign, coefficients=numbers, floor=floor, zones=zones)
+    parts = list(region.components)
+    if margin:
+        parts = sorted(polygons_of(offset(region.inner, -margin)).geoms, key=lambda part: (-part.area, part.bounds))
+    if not parts:
+        reason = why_empty(region, floor, chosen)
+        if region.components:
+            reason = f"no point of the flyable region is {margin:g} rad from its border: allow a smaller margin"
+        return Retargeted(before=before, reason=reason)
+
+    # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
+    closing = is_closed(table)
+    rows = table.alpha[:-1] if closing else table.alpha
+    turns = np.rint((rows[:, 2:] - rows[:, :2]) / _TURN)
+    if turns.any():
+        rows = np.where(np.tile(turns != 0, 2), np.hstack([rows[:, :2], rows[:, 2:] - _TURN * turns]), rows)
+
+    # The component with the least summed distance in four dimensions.
+    middle = (rows[:, :2] + rows[:, 2:]) / 2
+    points: Any = shapely.points(middle)
+    off = np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
+    totals = np.array([np.sqrt(2 * shapely.distance(part, points) ** 2 + off).sum() for part in parts])
+    best = int(np.argmin(totals))
+
+    # Rows that are flyable where they may be stay as they are.
+    stays = before.flyable and not turns.any()
+    if stays and sign is not None:
+        positive = bool(level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
+        stays = positive == (sign == "positive")
+    if stays:
+        inside = offset(region.inner, -margin) if margin else region.inner
+        loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2]) if len(rows) > 1 else points[0]
+        stays = bool(shapely.covers(offset(inside, 2 * region.accuracy), loop))
+    new, placed = rows, np.arange(len(rows))
+    if not stays:
+        # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
+        plane = middle.copy()
+        outside = shapely.distance(parts[best], points) > _TOUCH
+        segments = shapely.get_coordinates(shapely.shortest_line(parts[best], points[outside])).reshape(-1, 2, 2)
+        plane[outside] = segments[:, 0]
+        new, placed = _joined(plane, parts[best])
+
+    columns: dict[str, Any] = {}
+    if "t" in table:
+        columns["t"] = _times(table["t"], new, placed, closing)
+    alpha = np.vstack([new, new[:1]]) if closing else new
+    types = types_of("red", alpha[:, 0], alpha[:, 1], numbers, crossing_tolerance)
+    columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
+    columns |= {
+        "color": ("red",) * len(alpha),
+        "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
+        "R": np.asarray(level_determinant(alpha, numbers)),
+    }
+    about = {
+        "vehicle": chosen.as_mapping(),
+        "coefficients": numbers.kind,
+        "crossing_tolerance": crossing_tolerance,
+        "made_by": "retarget",
+        "sign": sign,
+        "floor": float(floor),
+        "margin": float(margin),
+    }
+    fresh = Table(columns=columns, about=about)
+    after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
+    if closing:  # the closing row moves with the first
+        rows, middle, placed = (np.concatenate([array, array[:1]]) for array in (rows, middle, placed))
+        placed[-1] = len(alpha) - 1
+    order = [best, *(k for k in np.argsort(totals, kind="stable").tolist() if k != best)]
+    turned = int(turns.any(axis=1).sum())
+    moved = np.linalg.norm(alpha[placed] - rows, axis=1)
+    plane_moved = np.linalg.norm(alpha[placed][:, :2] - middle, axis=1)
+    for array in (placed, moved, plane_moved):
+        array.flags.writeable = False
+    return Retargeted(
+        before=before,
+        reason=None if after.flyable else after.reason,
+        table=fresh,
+        rows=placed,
+        moved=moved,
+        plane_moved=plane_moved,
+        after=after,
+        alternatives=tuple(float(totals[k]) for k in order),
+        warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
+    )
+
+
+def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
+    """Return what was given as a table with all four angles."""
+    source = as_table(source)
+    if isinstance(source, (str, Path)):
+        source = read_table(source)
+    if isinstance(source, TimedGait):
+        return table_of(source)
+    if isinstance(source, Table):
+        if "alpha3" in source:
+            return source
+        _, numbers, _ = setting_of(source, vehicle, coefficients)
+        names = dict(zip(ANGLES, tilt_angles(source, numbers).T.copy(), strict=True))
+        return replace(source, columns={"t": source["t"], **names} if "t" in source else names)
+    about: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
+    if isinstance(source, Gait):
+        about = {
+            "vehicle": source.vehicle.as_mapping(),
+            "coefficients": source.coefficients.kind,
+            "crossing_tolerance": source.crossing_tolerance,
+        }
+        columns = {"color": source.colors} if source.colors else {}
+        source = source.alpha
+    try:
+        rows = np.array(source, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"gait: {shown(source)}; allowed are rows of four angles, a table, a gait or a path"
+        ) from error
+    if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows):
+        raise InputError(f"gait: an array of shape {rows.shape}; allowed is (n, 4) with n at least 1")
+    if not np.isfinite(rows).all():
+        raise InputError(f"gait: {float(rows[~np.isfinite(rows)][0])!r}; allowed are finite angles in radians")
+    return Table(columns=dict(zip(ANGLES, rows.T.copy(), strict=True)) | columns, about=about)
+
+
+def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
+    """Return red rows through points, others added where a segment leaves the component, and the points' numbers."""
+    ends = np.roll(plane, -1, axis=0)
+    around = offset(part, _TOUCH)
+    shapely.prepare(around)
+    lines = shapely.linestrings(np.stack([plane, ends], axis=1))
+    straight = np.asarray(shapely.covers(around, lines)) | (plane == ends).all(axis=1)
+    paths = None if straight.all() else ShortestPaths(part)
+    pieces = []
+    for start, end, is_straight in zip(plane, ends, straight.tolist(), strict=True):
+        path = None if is_straight or paths is None else paths.path(start, end)
+        pieces.append(start[None] if path is None else np.vstack([start, path[1:-1]]))
+    new = np.concatenate(pieces)
+    numbers = np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
+    return np.hstack([new, new]), numbers
+
+
+def _times(t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool) -> FloatArray:
+    """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
+    total = len(rows)
+    known = np.append(placed, total)
+    end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
+    times = np.append(t[: len(placed)], end)
+    size = np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1)
+    gone = np.concatenate([[0.0], np.cumsum(size)])
+    out = np.empty(total + 1)
+    for first, last, start, stop in zip(known[:-1], known[1:], times[:-1], times[1:], strict=True):
+        length = gone[last] - gone[first]
+        share = (gone[first:last] - gone[first]) / length if length > 0 else np.arange(last - first) / (last - first)
+        out[first:last] = start + share * (stop - start)
+    out[-1] = end
+    return out if closing else out[:-1]
