@@ -21,6 +21,8 @@ from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.sheets import FAMILIES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from gaitgraph.io.servo_map import ServoMap
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,21 +33,35 @@ _LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
 _MOST_NAMED, _MOST_COMPARED = 5, 1000  # of other columns, in a message
 
 
-class Header:
-    """The names of a table's columns, checked; turns raw columns into those of a :class:`Table`.
+class TableBuilder:
+    """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
     Parameters
     ----------
     names
-        As they are in the file, in its order.
+        As they are in the file, in its order; those that a gait table does not have are ignored.
+    about
+        What made the file, if it states that. A map of joints in it counts if none is given.
     plane_only
         Whether alpha1 and alpha2 are enough.
     joints
         What the columns of a servo table are; columns with the usual names of angles are then ignored.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or there twice.
     """
 
-    def __init__(self, names: list[str], plane_only: bool, joints: ServoMap | None = None) -> None:
+    def __init__(
+        self, names: list[str], about: dict[str, Any], *, plane_only: bool = False, joints: ServoMap | None = None
+    ) -> None:
+        if joints is None and "servos" in about:
+            joints = servo_map_from_mapping(about["servos"])
+        # What is read are tilt angles, so the map did not make them.
+        self.about = {name: value for name, value in about.items() if name != "servos"}
         self.names, self.joints = names, joints
+        self.rows, self._last_time = 0, -math.inf
         self.radians_per_unit = {joint.column: 1.0 / joint.per_radian for joint in joints.joints} if joints else {}
         for name, count in Counter(names).items():
             if count > 1:
@@ -76,18 +92,38 @@ class Header:
             return "U8"
         return "f8" if name in ORDER or (name in DEGREES and self.joints is None) else "U1"
 
-    def columns(self, raw: list[Any], row: int, *, angle_texts: bool = False) -> dict[str, Any]:
-        """Return checked columns in order.
+    def pieces(self, raw: Sequence[Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
+        """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
         Parameters
         ----------
         raw
             The values of each column: an array, a list, or None for what is no column of one value a row.
-        row
-            Rows of the table before these.
+        rounding
+            As for :class:`gaitgraph.gait.table.Table`.
         angle_texts
             Whether texts such as "3pi/8" are angles, in radians.
         """
+        lengths = {len(values) for values in raw if values is not None}
+        if len(lengths) > 1:
+            raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
+        if not max(lengths, default=0):
+            return
+        found = self._columns(raw, angle_texts)
+        for name, largest in _LARGEST.items():
+            beyond = np.abs(found.get(name, np.zeros(0))) > largest
+            if beyond.any():
+                k = int(np.argmax(beyond))
+                which = f"{float(found[name][k])!r} rad" if largest == HALF_PI else repr(float(found[name][k]))
+                limit = f"−π/2 to π/2 (±{HALF_PI!r})" if largest == HALF_PI else f"up to {largest:g}"
+                raise InputError(f"row {self.rows + k + 1}: {name} is {which}; allowed is {limit}")
+        if "t" in found:
+            _check_times(found["t"], self._last_time, self.rows)
+            self._last_time = found["t"][-1]
+        self.rows += len(found["alpha1"])
+        yield Table(columns={name: found[name] for name in ORDER if name in found}, about=self.about, rounding=rounding)
+
+    def _columns(self, raw: Sequence[Any], angle_texts: bool) -> dict[str, Any]:
         found: dict[str, Any] = {}
         pairs = list(zip(self.names, raw, strict=True))
         if self.joints is not None:
@@ -95,43 +131,22 @@ class Header:
             for name, values in of_joints.items():
                 if values is None:
                     raise InputError(f"{name}: it is no column of numbers, one a row; allowed is one")
-            numbers = {name: _numbers(name, values, row) for name, values in of_joints.items()}
-            found |= tilts_from_joints(numbers, self.joints, rows_before=row)
+            numbers = {name: _numbers(name, values, self.rows) for name, values in of_joints.items()}
+            found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
             pairs = [pair for pair in pairs if pair[0] in ("color", "types", "R") and pair[0] not in of_joints]
         for name, values in pairs:
             if name in TEXTS:
-                found[name] = _texts(name, values, row)
+                found[name] = _texts(name, values, self.rows)
             elif name in DEGREES:
-                found[DEGREES[name]] = np.radians(_numbers(name, values, row))
+                found[DEGREES[name]] = np.radians(_numbers(name, values, self.rows))
             elif name in ORDER:
-                found[name] = _numbers(name, values, row, angle_texts=angle_texts and name in ANGLES)
-        for name, largest in _LARGEST.items():
-            beyond = np.abs(found.get(name, np.zeros(0))) > largest
-            if beyond.any():
-                k = int(np.argmax(beyond))
-                which = f"{float(found[name][k])!r} rad" if largest == HALF_PI else repr(float(found[name][k]))
-                limit = f"−π/2 to π/2 (±{HALF_PI!r})" if largest == HALF_PI else f"up to {largest:g}"
-                raise InputError(f"row {row + k + 1}: {name} is {which}; allowed is {limit}")
-        return {name: found[name] for name in ORDER if name in found}
+                found[name] = _numbers(name, values, self.rows, angle_texts=angle_texts and name in ANGLES)
+        return found
 
-
-def joints_of(about: dict[str, Any], joints: ServoMap | None) -> tuple[dict[str, Any], ServoMap | None]:
-    """Return what made a file without its map of joints, and the map: as given, else as the file states it.
-
-    What is read are tilt angles, so the map did not make them.
-    """
-    if "servos" not in about:
-        return about, joints
-    rest = {name: value for name, value in about.items() if name != "servos"}
-    return rest, servo_map_from_mapping(about["servos"]) if joints is None else joints
-
-
-def rows_of(columns: list[tuple[str, Any]]) -> int:
-    """Return the number of rows that all columns have."""
-    lengths = {len(values) for _, values in columns if values is not None}
-    if len(lengths) > 1:
-        raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
-    return max(lengths, default=0)
+    def check_rows(self) -> None:
+        """Raise InputError if there were no rows."""
+        if not self.rows:
+            raise InputError("it has no rows; allowed is at least one")
 
 
 def table_from_columns(
@@ -141,36 +156,19 @@ def table_from_columns(
     plane_only: bool = False,
     joints: ServoMap | None = None,
 ) -> Table:
-    """Return a table of columns from elsewhere, checked and in order.
+    """Return a table of whole columns from elsewhere, names with arrays or lists; angles in radians may be texts.
 
-    Parameters
-    ----------
-    columns
-        Names, each with an array or a list of values; angles in radians may be texts. Columns that a gait table does
-        not have are ignored.
-    about
-        What made them.
-    plane_only, joints
-        As for :class:`Header`; a map of joints in `about` counts if none is given.
-
-    Raises
-    ------
-    InputError
-        If a column is missing, or a value is not allowed.
+    Parameters, errors and checks are those of :class:`TableBuilder`.
 
     Examples
     --------
     >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
     array([-0.3927])
     """
-    made, joints = joints_of(about or {}, joints)
-    header = Header([name for name, _ in columns], plane_only, joints)
-    if not rows_of(columns):
-        raise InputError("it has no rows; allowed is at least one")
-    found = header.columns([values for _, values in columns], 0, angle_texts=True)
-    if "t" in found:
-        check_times(found["t"], -math.inf, len(found["t"]))
-    return Table(columns=found, about=made)
+    builder = TableBuilder([name for name, _ in columns], about or {}, plane_only=plane_only, joints=joints)
+    tables = list(builder.pieces([values for _, values in columns], angle_texts=True))
+    builder.check_rows()
+    return tables[0]
 
 
 def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
@@ -225,8 +223,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def check_times(times: FloatArray, before: float, rows: int) -> None:
-    """Raise InputError unless times increase; `rows` counts all rows up to the last one of these."""
+def _check_times(times: FloatArray, before: float, row: int) -> None:
+    """Raise InputError unless times increase; `before` is the time of the row before these."""
     step = np.diff(times, prepend=before)
     for wrong, why in (
         (np.abs(times) > _LONGEST_TIME, f"; allowed are times up to {_LONGEST_TIME:g} s"),
@@ -235,4 +233,4 @@ def check_times(times: FloatArray, before: float, rows: int) -> None:
     ):
         if wrong.any():
             k = int(np.argmax(wrong))
-            raise InputError(f"row {rows - len(times) + k + 1}: t = {float(times[k])!r}{why}")
+            raise InputError(f"row {row + k + 1}: t = {float(times[k])!r}{why}")

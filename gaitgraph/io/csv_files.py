@@ -16,7 +16,7 @@ import numpy as np
 from gaitgraph.errors import InputError
 from gaitgraph.files import blocks_of, decoded
 from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, Table, about_from_text, provenance_text
-from gaitgraph.io.column_checks import Header, check_times, joints_of
+from gaitgraph.io.column_checks import TableBuilder
 from gaitgraph.io.formats import check_names
 
 if TYPE_CHECKING:
@@ -50,9 +50,8 @@ def pieces_of_csv(
         If the file cannot be read, or a line or a value is wrong; the message names the line or the row.
     """
     names: list[str] = []
-    header: Header | None = None
-    line, row, last_time = 0, 0, -math.inf  # lines and rows before these, and the time of the last row
-    about: dict[str, Any] = {}
+    builder: TableBuilder | None = None
+    line = 0  # lines before these
     rounding: float | None = None
     for lines in _lines(path, progress):
         start = 0
@@ -63,24 +62,17 @@ def pieces_of_csv(
                 continue
             names = _names_of(lines[start], line + start)
             start += 1
-        stated, joints = joints_of(_provenance_taken_out(lines, start, names), joints)
-        about = stated or about
-        header = header or Header(names, plane_only, joints)
-        raw = _numeric_columns(lines[start:], header) or _text_columns(lines[start:], header, line + start)
+        about = _provenance_taken_out(lines, start, names)
+        builder = builder or TableBuilder(names, about, plane_only=plane_only, joints=joints)
+        rows = lines[start:]
+        raw = _numeric_columns(rows, builder) or _text_columns(rows, builder, line + start)
+        if rounding is None and len(raw[0]):
+            rounding = _rounding_of(rows[:_PRINTED_ROWS], builder)
         line += len(lines)
-        if len(raw[0]):
-            columns = header.columns(raw, row)
-            row += len(raw[0])
-            if "t" in columns:
-                check_times(columns["t"], last_time, row)
-                last_time = columns["t"][-1]
-            if rounding is None:
-                rounding = _rounding_of(lines[start:][:_PRINTED_ROWS], header)
-            yield Table(columns=columns, about=about, rounding=rounding)
-    if header is None:
+        yield from builder.pieces(raw, rounding=rounding or 0.0)
+    if builder is None:
         raise InputError("it is empty; allowed is a header line and at least one row")
-    if not row:
-        raise InputError("it has no rows; allowed is at least one")
+    builder.check_rows()
 
 
 def _lines(path: Path, progress: Callable[[float], None] | None) -> Iterator[list[str]]:
@@ -145,17 +137,17 @@ def _provenance_taken_out(lines: list[str], start: int, names: list[str]) -> dic
     return about
 
 
-def _numeric_columns(lines: list[str], header: Header) -> list[Any] | None:
+def _numeric_columns(lines: list[str], builder: TableBuilder) -> list[Any] | None:
     """Return the columns of lines as numpy reads them, or None if anything about the lines is unusual."""
     text = "\n".join(lines)
     if not text.strip("\n"):
-        return [[] for _ in header.names]
+        return [[] for _ in builder.names]
     if not text.isascii() or "_" in text:
         return None
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
         return None  # numpy's reader takes quotation marks that csv refuses
     try:
-        rows = np.loadtxt(lines, dtype=header.dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
+        rows = np.loadtxt(lines, dtype=builder.dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
     except (ValueError, IndexError, OverflowError):
         return None
     columns = [rows[name] for name in rows.dtype.names or ()]
@@ -163,9 +155,9 @@ def _numeric_columns(lines: list[str], header: Header) -> list[Any] | None:
     return columns if finite else None
 
 
-def _text_columns(lines: list[str], header: Header, offset: int) -> list[list[str]]:
+def _text_columns(lines: list[str], builder: TableBuilder, offset: int) -> list[list[str]]:
     """Return the columns of lines as texts, or raise InputError with the number of the line that is wrong."""
-    wanted = len(header.names)
+    wanted = len(builder.names)
     reader = csv.reader(lines, strict=True)
     rows = []
     try:
@@ -177,23 +169,23 @@ def _text_columns(lines: list[str], header: Header, offset: int) -> list[list[st
                 rows.append(row)
     except csv.Error as error:
         raise _no_csv(offset + reader.line_num, error) from error
-    return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in header.names]
+    return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in builder.names]
 
 
 def _no_csv(line: int, error: csv.Error) -> InputError:
     return InputError(f"line {line}: {error}; allowed is comma-separated text")
 
 
-def _rounding_of(lines: list[str], header: Header) -> float:
+def _rounding_of(lines: list[str], builder: TableBuilder) -> float:
     """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
 
     Angles with fewer decimals are exact: people type 0.4. Angles with more carry all that floating point does.
     """
     decimals, unit = 0, 1.0
     for row in csv.reader(lines):
-        for name, text in zip(header.names, row, strict=False):
-            if name in (header.radians_per_unit if header.joints else (*ANGLES, *DEGREES)):
-                unit = header.radians_per_unit.get(name, math.radians(1.0) if name in DEGREES else 1.0)
+        for name, text in zip(builder.names, row, strict=False):
+            if name in (builder.radians_per_unit if builder.joints else (*ANGLES, *DEGREES)):
+                unit = builder.radians_per_unit.get(name, math.radians(1.0) if name in DEGREES else 1.0)
                 printed = len(text.strip().partition(".")[2]) if "e" not in text.lower() else _FULL_PRECISION
                 decimals = max(decimals, printed)
     return 0.5 * unit * 10.0**-decimals if _FEWEST_DECIMALS <= decimals < _FULL_PRECISION else 0.0

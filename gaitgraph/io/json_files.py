@@ -116,7 +116,9 @@ def _table_of_plan(content: dict[str, Any]) -> Table:
 def write_json(pieces: Iterable[Table], path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
     table = merged(pieces)
-    heads = [f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in provenance_of(table).items()]
+    heads = [
+        f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in provenance_of(table).items()
+    ]
     columns = []
     for name, values in table.columns.items():
         plain = values.tolist() if isinstance(values, np.ndarray) else list(values)

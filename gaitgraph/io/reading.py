@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingExtra
+from gaitgraph.errors import FileProblem, GaitgraphError, MissingExtra
 from gaitgraph.files import text_of
 from gaitgraph.gait.rows import closed_rows
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, merged
-from gaitgraph.io.column_checks import Header, check_times, joints_of, rows_of
+from gaitgraph.gait.table import Table, about_from_text, merged
+from gaitgraph.io.column_checks import TableBuilder
 from gaitgraph.io.csv_files import pieces_of_csv
 from gaitgraph.io.formats import known_format
 from gaitgraph.io.frames import as_table
@@ -128,21 +127,12 @@ def _pieces_of(
     form: Format, path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
 ) -> Iterator[Table]:
     """Check the raw columns that the module of a format yields."""
-    header: Header | None = None
-    row, last_time = 0, -math.inf
+    builder: TableBuilder | None = None
     for columns, about in form.reader()(path, progress):
-        made, joints = joints_of(about, joints)
-        header = header or Header([name for name, _ in columns], plane_only, joints)
-        if not rows_of(columns):
-            continue
-        found = header.columns([values for _, values in columns], row)
-        row += len(found[ANGLES[0]])
-        if "t" in found:
-            check_times(found["t"], last_time, row)
-            last_time = found["t"][-1]
-        yield Table(columns=found, about=made)
-    if not row:
-        raise InputError("it has no rows; allowed is at least one")
+        builder = builder or TableBuilder([name for name, _ in columns], about, plane_only=plane_only, joints=joints)
+        yield from builder.pieces([values for _, values in columns])
+    assert builder is not None  # noqa: S101 - readers yield the names before any row
+    builder.check_rows()
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
