@@ -420,7 +420,7 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
 
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
 @pytest.mark.parametrize("angle", [0.0, math.pi / 4, -2.0])
-def test_the_sketch_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
+def test_figure_1_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
     vehicle = gg.PAPER.replace(first_rotor_spin=spin, first_arm_angle=angle)
     assert plots.vehicle_figure(vehicle, ax=ax) is ax
     upward = np.where(gg.invertibility.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
@@ -477,7 +477,7 @@ def test_without_axes_there_is_one_new_figure(draw: Callable[..., Any]) -> None:
 def test_wrong_axes_are_refused(draw: Callable[..., Any]) -> None:
     wrong = Figure().add_subplot(projection=None if draw in IN_SPACE else "3d")
     for value in (wrong, Figure(), 3):
-        with pytest.raises(gg.InputError, match=r"^ax: .*; allowed is None, or "):
+        with pytest.raises(gg.InputError, match=r"^ax must be None or .*, got "):
             draw(ax=value)
 
 
@@ -497,7 +497,7 @@ def test_wrong_values_are_refused(ax: Axes, space: Any) -> None:
         ("timed", lambda: plots.gait_in_four_dimensions(GAIT3, axes=[ax] * 5)),  # type: ignore[arg-type]
     ]
     for name, call in cases:
-        with pytest.raises(gg.InputError, match=rf"^{name}: .*allowed (is|are) "):
+        with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):
             call()
 
 

@@ -145,7 +145,7 @@ def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0), in_space: 
         return figure.add_subplot(projection="3d" if in_space else None)
     if not isinstance(ax, Axes) or (ax.name == "3d") != in_space:
         allowed = "axes with projection='3d'" if in_space else "matplotlib's plane axes"
-        raise InputError(f"ax: {shown(ax)}; allowed is None, or {allowed}")
+        raise InputError(f"ax must be None or {allowed}, got {shown(ax)}")
     return ax
 
 

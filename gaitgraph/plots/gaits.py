@@ -39,6 +39,14 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
+# Of the four angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
+ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
+    {"color": "#e69f00", "linewidth": 3.2},
+    {"color": "#56b4e9", "linewidth": 3.2},
+    {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
+    {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
+)
+
 
 def roll_pitch_diagram(
     gait: Gait,
@@ -67,7 +75,7 @@ def roll_pitch_diagram(
     name
         What the legend calls the gait.
     count
-        How many singular curves of each gait.
+        Number of singular curves of each gait.
     tolerance
         Largest fraction of the diagram that the bordered attitudes may lack.
     ax
@@ -75,7 +83,7 @@ def roll_pitch_diagram(
         "acceptable".
     """
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
-        raise InputError(f"count: {shown(count)}; allowed is a whole number from 1")
+        raise InputError(f"count must be a whole number from 1, got {shown(count)}")
     ax = axes_or_new(ax, size=(85, 95))
     numbers = at_face_value(coefficients or gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
@@ -83,8 +91,16 @@ def roll_pitch_diagram(
         gaits.append((gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", BLUE, (0, (3, 1.5))))
     for one, label, color, dash in gaits:
         around = acceptable_attitudes(one.alpha, numbers, tolerance=tolerance)
-        curves = _curves_of(one, numbers, count)
-        _draw_gait(ax, around, curves, color, dash, f"{label}:\n{_told(around, curves)}")
+        curves = _singular_curves(one, numbers, count)
+        if any(curve.kind == "everywhere" for curve in curves):
+            words = "singular at every attitude"
+        elif all(curve.kind == "none" for curve in curves):
+            words = "no singular attitude"
+        elif around.polygon.is_empty:
+            words = "level flight singular at times"
+        else:
+            words = f"{100 * around.fraction:.1f} % acceptable"
+        _draw_attitudes(ax, around, curves, color, dash, f"{label}:\n{words}")
     _finish(ax)
     return ax
 
@@ -100,33 +116,42 @@ def singular_attitudes(
         The closed polyline; its coefficients are taken at face value, as in :func:`roll_pitch_diagram`.
     around
         The attitudes that the thick line borders.
-    label
-        What the legend says of them.
-    color
-        Of all lines.
+    label, color
+        In the legend, and of all lines.
     count, ax
         As for :func:`roll_pitch_diagram`.
     """
     ax = axes_or_new(ax, size=(85, 95))
-    _draw_gait(ax, around, _curves_of(gait, at_face_value(gait.coefficients), count), color, "-", label)
+    _draw_attitudes(ax, around, _singular_curves(gait, at_face_value(gait.coefficients), count), color, "-", label)
     _finish(ax)
     return ax
 
 
-def _curves_of(gait: Gait, numbers: Coefficients, count: int) -> list[SingularCurve]:
+def at_face_value(coefficients: Coefficients) -> Coefficients:
+    """Return coefficients whose digits are taken as all there are, so that nothing is lost in their rounding."""
+    return replace(coefficients, kind="exact")
+
+
+def _singular_curves(gait: Gait, numbers: Coefficients, count: int) -> list[SingularCurve]:
     """Return the singular attitudes at even times of a period."""
     alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
     return [singular_curve(row, numbers) for row in alpha]
 
 
-def _draw_gait(
+def _draw_attitudes(
     ax: Axes, around: AcceptableAttitudes, curves: Sequence[SingularCurve], color: str, dash: Any, label: str
 ) -> None:
+    """Draw singular curves and a border, or hatch the square of a gait that is singular at every attitude."""
     if any(curve.kind == "everywhere" for curve in curves):
-        _hatch_everything(ax, color, label)
-    else:
-        _draw_curves(ax, curves, color, dash)
-        _draw_border(ax, around, color, dash, label)
+        corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx"}
+        ax.fill(*corners.T, **look, linewidth=0.0, gid="singular", label=label)
+        return
+    for curve in curves:
+        if curve.kind == "curve":
+            ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
+    corners = np.zeros((0, 2)) if around.polygon.is_empty else np.asarray(around.polygon.exterior.coords)
+    ax.plot(*corners.T, color=color, linestyle=dash, linewidth=2.0, gid="acceptable", label=label, zorder=3)
 
 
 def _finish(ax: Axes) -> None:
@@ -137,46 +162,13 @@ def _finish(ax: Axes) -> None:
     legend_below(ax)
 
 
-def at_face_value(coefficients: Coefficients) -> Coefficients:
-    """Return coefficients whose digits are taken as all there are, so that nothing is lost in their rounding."""
-    return replace(coefficients, kind="exact")
-
-
-def _told(around: AcceptableAttitudes, curves: Sequence[SingularCurve]) -> str:
-    """Return what a gait's diagram shows, for its legend."""
-    if any(curve.kind == "everywhere" for curve in curves):
-        return "singular at every attitude"
-    if all(curve.kind == "none" for curve in curves):
-        return "no singular attitude"
-    if around.polygon.is_empty:
-        return "level flight singular at times"
-    return f"{100 * around.fraction:.1f} % acceptable"
-
-
-def _hatch_everything(ax: Axes, color: str, label: str) -> None:
-    corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx", "linewidth": 0.0}
-    ax.fill(*corners.T, **look, gid="singular", label=label)
-
-
-def _draw_curves(ax: Axes, curves: Sequence[SingularCurve], color: str, dash: Any) -> None:
-    for curve in curves:
-        if curve.kind == "curve":
-            ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
-
-
-def _draw_border(ax: Axes, around: AcceptableAttitudes, color: str, dash: Any, label: str) -> None:
-    corners = np.zeros((0, 2)) if around.polygon.is_empty else np.asarray(around.polygon.exterior.coords)
-    ax.plot(*corners.T, color=color, linestyle=dash, linewidth=2.0, gid="acceptable", label=label, zorder=3)
-
-
 def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = None, axes: Any = None) -> Any:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
     Parameters
     ----------
     timed
-        A gait with a clock, or a table with `t`.
+        A timed gait, or a table; rows without `t` get the smooth law and a period of a second.
     gait
         The closed polyline of a table; by default :func:`gaitgraph.io.reading.gait_of` finds it.
     axes
@@ -186,10 +178,22 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     -------
     array of five axes
     """
-    time, alpha, gait = _in_time(timed, gait)
-    axes = _five_axes() if axes is None else np.ravel(np.asarray(axes, dtype=object))
+    if not isinstance(timed, (TimedGait, Table)):
+        raise InputError(f"timed must be a TimedGait or a Table, got {shown(timed)}")
+    gait = gait or (timed.gait if isinstance(timed, TimedGait) else gait_of(timed))
+    if isinstance(timed, Table) and "t" in timed and "alpha3" in timed:
+        time, alpha = np.asarray(timed["t"], dtype=float), timed.alpha
+    else:
+        clock = timed if isinstance(timed, TimedGait) else gait.parametrize()
+        time, alpha = clock.t, clock.alpha
+    if axes is None:
+        require_matplotlib()
+        from matplotlib import pyplot
+
+        axes = axes_of_a_gait(pyplot.figure(figsize=(170 / 25.4, 118 / 25.4), layout="constrained"))
+    axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != 5:
-        raise InputError(f"axes: {len(axes)} of them; allowed are five")
+        raise InputError(f"axes must be five, got {len(axes)}")
     for ax in axes:
         axes_or_new(ax)
     draw_angles(axes[0], time, alpha)
@@ -205,40 +209,10 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     return axes
 
 
-def _in_time(timed: TimedGait | Table, gait: Gait | None) -> tuple[FloatArray, FloatArray, Gait]:
-    """Return times [s], tilt angles and the polyline of a gait with a clock or of a table."""
-    if isinstance(timed, TimedGait):
-        return timed.t, timed.alpha, gait or timed.gait
-    if not isinstance(timed, Table):
-        raise InputError(f"timed: {shown(timed)}; allowed is a TimedGait, or a Table with t")
-    gait = gait or gait_of(timed)
-    if "t" in timed and "alpha3" in timed:
-        return np.asarray(timed["t"], dtype=float), timed.alpha, gait
-    clock = gait.parametrize()
-    return clock.t, clock.alpha, gait
-
-
-def _five_axes() -> Any:
-    require_matplotlib()
-    from matplotlib import pyplot
-
-    figure = pyplot.figure(figsize=(170 / 25.4, 118 / 25.4), layout="constrained")
-    return axes_of_a_gait(figure)
-
-
 def axes_of_a_gait(figure: Any) -> Any:
     """Return the five axes that :func:`gait_in_four_dimensions` draws on, new ones of a figure."""
     named = figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]])
     return np.array([named[name] for name in ("time", "12", "13", "24", "34")], dtype=object)
-
-
-# Of the angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
-ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": "#e69f00", "linewidth": 3.2},
-    {"color": "#56b4e9", "linewidth": 3.2},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
-)
 
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
@@ -255,9 +229,7 @@ def _draw_planes(ax: Axes, angles: tuple[int, int], coefficients: Coefficients) 
     """Draw the + and the − plane of α3 over α1, or of α4 over α2, as thin lines."""
     axis = np.linspace(-HALF_PI, HALF_PI, FINE)
     for color in COLORS:
-        pair = sheet_angles(color, axis, axis, coefficients)
-        height = pair[0 if angles == (1, 3) else 1].copy()
+        height = sheet_angles(color, axis, axis, coefficients)[0 if angles == (1, 3) else 1].copy()
         height[np.concatenate([[False], np.abs(np.diff(height)) > HALF_PI])] = np.nan  # it wraps there
-        ax.plot(
-            axis, height, color=COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle="-" if color == "red" else "--"
-        )
+        dash = "-" if color == "red" else "--"
+        ax.plot(axis, height, color=COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)

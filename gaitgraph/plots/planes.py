@@ -65,7 +65,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
         Plane axes, which lose their frame; by default those of a new figure.
     """
     if of not in ("angle", "pair"):
-        raise InputError(f"of: {shown(of)}; allowed are 'angle' and 'pair'")
+        raise InputError(f"of must be 'angle' or 'pair', got {shown(of)}")
     ax = axes_or_new(ax, size=(85, 75))
     # A type of one angle is judged beside a ? of the other, which forbids nothing.
     names = {label: label for label in PLANE_TYPES} if of == "pair" else {t: f"({t},?)" for t in "+?-"}
@@ -116,7 +116,7 @@ def type_map(
     divisions
         Pieces n into which [−π/2, π/2] is cut.
     labels
-        Write the types with a ? in; otherwise they are painted as their sheet, smaller marks all, for small axes.
+        Write the types with a ? in; otherwise they are marked as their sheet, all marks smaller, for small axes.
     ax
         Plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node is one
         scatter; a written type has the node's (i, j) as its ``gid``.
@@ -125,7 +125,7 @@ def type_map(
     coefficients = coefficients or coefficients_of()
     found = interior_roots(coefficients, divisions=divisions)
     ax = axes_or_new(ax, size=(170, 176))
-    painted: dict[tuple[str, str], list[FloatArray]] = {}
+    marked: dict[tuple[str, str], list[FloatArray]] = {}
     starts = np.flatnonzero(found.number == 0).tolist()
     for start, stop in zip(starts, [*starts[1:], len(found.R)], strict=True):
         rows = [k for k in range(start, stop) if found.sign[k] in (wanted, 0)]
@@ -134,10 +134,10 @@ def type_map(
             _write_types(ax, place, rows, found)
         else:
             red, blue = (_state(found, rows, sheet, wanted) for sheet in (1, -1))
-            painted.setdefault((red, blue), []).append(place)
+            marked.setdefault((red, blue), []).append(place)
     size = 42.0 if labels else 5.0
-    for state in sorted(painted, reverse=True):
-        _paint_nodes(ax, np.array(painted[state]), state, size, "R > 0" if wanted > 0 else "R < 0")
+    for state in sorted(marked, reverse=True):
+        _mark_nodes(ax, np.array(marked[state]), state, size, "R > 0" if wanted > 0 else "R < 0")
     plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
     if labels:
         legend_above(ax, columns=3)
@@ -163,12 +163,10 @@ def _write_types(ax: Axes, place: FloatArray, rows: Sequence[int], found: Interi
         )  # fmt: skip
 
 
-def _paint_nodes(ax: Axes, places: FloatArray, state: tuple[str, str], size: float, sign: str) -> None:
+def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, str], size: float, sign: str) -> None:
     """Scatter the nodes of one kind, given by what there is on the red and on the blue sheet."""
-    told = {"yes": sign, "singular": "R = 0"}
-    types = [
-        (kind, told[is_there]) for kind, is_there in zip(("(+,+)", "(−,−)"), state, strict=True) if is_there != "no"
-    ]
+    words = {"yes": sign, "singular": "R = 0"}
+    types = [(kind, words[one]) for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one != "no"]
     label = ", ".join(f"{kind}: ${compared}$" for kind, compared in types) or f"no root with ${sign}$"
     if len(types) == 2 and types[0][1] == types[1][1]:
         label = f"(+,+) and (−,−): ${types[0][1]}$"
@@ -212,7 +210,7 @@ def gait_loop(
         Plane axes, such as those of :func:`type_map`; by default those of a new figure.
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
-        raise InputError(f"angles: {shown(angles)}; allowed are two different ones of 1 to 4")
+        raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
     fresh = ax is None
     ax = axes_or_new(ax)
     columns = [angles[0] - 1, angles[1] - 1]

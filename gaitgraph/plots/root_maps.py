@@ -32,12 +32,9 @@ from gaitgraph.surface.sheets import COLORS, Sign
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 FloatArray = npt.NDArray[np.float64]
 Which = Literal["first", "other", "both"]
-_SYMBOL = {"alpha3": r"\alpha_3", "alpha4": r"\alpha_4"}
 _SHEET = {"red": 1, "blue": -1}
-_PLANE_NAME = {"red": "+ plane", "blue": "− plane"}
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 
 
@@ -74,7 +71,7 @@ class InteriorRoots:
     def chosen(self, which: Which) -> npt.NDArray[np.bool_]:
         """Return which rows are a node's first root, a further one, or either, shape (m,)."""
         if which not in ("first", "other", "both"):
-            raise InputError(f"which: {shown(which)}; allowed are 'first', 'other' and 'both'")
+            raise InputError(f"which must be 'first', 'other' or 'both', got {shown(which)}")
         chosen: npt.NDArray[np.bool_] = self.number == 0 if which == "first" else self.number > 0
         return np.ones_like(chosen) if which == "both" else chosen
 
@@ -108,13 +105,12 @@ def interior_roots(coefficients: Coefficients | None = None, *, divisions: int =
     sign = np.where(np.abs(value) > noise_of(coefficients), np.sign(value), 0.0)
     if coefficients.kind == "exact":
         sign = np.where(sheet < 0, 0.0, sign)  # R = 0 there: floating-point noise is not a sign
-    types = found.types[i, j, k][order].tolist()
     return InteriorRoots(
         node=np.column_stack([i, j])[order] + 1,
         number=number,
         alpha=alpha[order],
         sheet=sheet[order],
-        types=tuple(text_from_types(*pair) for pair in types),
+        types=tuple(text_from_types(*pair) for pair in found.types[i, j, k][order].tolist()),
         R=value[order],
         sign=sign[order].astype(np.int8),
     )
@@ -123,23 +119,21 @@ def interior_roots(coefficients: Coefficients | None = None, *, divisions: int =
 def checked_sign(sign: Any) -> int:
     """Return +1 for "positive" and −1 for "negative", or raise InputError."""
     if sign not in ("positive", "negative"):
-        raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
     return 1 if sign == "positive" else -1
 
 
 def root_counts(
     coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS, ax: Axes | None = None
 ) -> Axes:
-    """Draw how many roots (α3, α4) each grid node has, border and corners included (Figure 2).
+    """Draw how many roots each node of the grid has (Figure 2): two inside, three on a side, five in a corner.
 
     Parameters
     ----------
-    coefficients
-        Those of formula (1); by default the paper's published ones.
-    divisions
-        Pieces n into which [−π/2, π/2] is cut.
+    coefficients, divisions
+        As for :func:`interior_roots`.
     ax
-        Plane axes; by default those of a new figure. Each number of roots is one scatter on it.
+        Plane axes; by default those of a new figure. Each count is one scatter.
     """
     coefficients = coefficients or coefficients_of()
     axis = grid_axis(checked_divisions(divisions))
@@ -161,7 +155,7 @@ def root_counts(
     return ax
 
 
-def _points_in_space(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
+def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
     """Scatter points of shape (m, 3), without fading those farther away: red and blue stay what they are."""
     if not len(points):
         return
@@ -190,24 +184,21 @@ def root_angle(
         "alpha3" or "alpha4".
     which
         "first" is each node's root with the smaller α3 (then α4), "other" any further one.
-    coefficients
-        Those of formula (1); by default the paper's published ones.
-    divisions
-        Pieces n into which [−π/2, π/2] is cut.
+    coefficients, divisions
+        As for :func:`interior_roots`.
     ax
         Three-dimensional axes; by default those of a new figure.
     """
-    if angle not in _SYMBOL:
-        raise InputError(f"angle: {shown(angle)}; allowed are 'alpha3' and 'alpha4'")
+    if angle not in ("alpha3", "alpha4"):
+        raise InputError(f"angle must be 'alpha3' or 'alpha4', got {shown(angle)}")
     found = interior_roots(coefficients, divisions=divisions)
     chosen = found.chosen(which)
     ax = axes_or_new(ax, size=(85, 74), in_space=True)
-    for color in COLORS:
+    for color, label in (("red", "+ plane"), ("blue", "− plane")):
         points = found.alpha[chosen & (found.sheet == _SHEET[color])]
-        heights = points[:, [0, 1, 2 if angle == "alpha3" else 3]]
-        _points_in_space(ax, heights, COLOR_OF[color], MARKER_OF[color], _PLANE_NAME[color])
+        _scatter(ax, points[:, [0, 1, int(angle[-1]) - 1]], COLOR_OF[color], MARKER_OF[color], label)
     space_axes(ax)
-    angle_axis(ax.zaxis, _SYMBOL[angle])
+    angle_axis(ax.zaxis, rf"\alpha_{angle[-1]}")
     legend_above(ax, columns=2, over=-16.0)
     return ax
 
@@ -222,8 +213,7 @@ def signed_roots(
 ) -> Any:
     """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
 
-    As in the paper, and here alone, red squares are α3 and blue discs α4. Roots that have no sign of R are grey and
-    hollow.
+    As in the paper, and here alone, red squares are α3, blue discs α4. Roots without a sign of R are grey and hollow.
 
     Parameters
     ----------
@@ -236,17 +226,16 @@ def signed_roots(
     found = interior_roots(coefficients, divisions=divisions)
     chosen, none = found.chosen(which), found.sign == 0
     ax = axes_or_new(ax, size=(85, 74), in_space=True)
-    columns = {2: (RED, "s"), 3: (BLUE, "o")}
-    if (chosen & none).any():
-        grey = found.alpha[chosen & none]
-        for column, (_, marker) in columns.items():
-            _points_in_space(ax, grey[:, [0, 1, column]], GREY, marker, SINGULAR if column == 2 else "_")
-    for column, (color, marker) in columns.items():
+    looks = {2: (RED, "s"), 3: (BLUE, "o")}
+    grey = found.alpha[chosen & none]
+    for column, (_, marker) in looks.items():
+        _scatter(ax, grey[:, [0, 1, column]], GREY, marker, SINGULAR if column == 2 else "_")
+    for column, (color, marker) in looks.items():
         points = found.alpha[chosen & (found.sign == wanted)][:, [0, 1, column]]
-        _points_in_space(ax, points, color, marker, rf"$\alpha_{column + 1}$, $R {'>' if wanted > 0 else '<'} 0$")
+        _scatter(ax, points, color, marker, rf"$\alpha_{column + 1}$, $R {'>' if wanted > 0 else '<'} 0$")
     space_axes(ax)
     angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    legend_above(ax, columns=3 if not (chosen & none).any() else 2, over=-16.0)
+    legend_above(ax, columns=2 if len(grey) else 3, over=-16.0)
     return ax
 
 
@@ -260,7 +249,7 @@ def level_determinants(
 ) -> Any:
     """Draw the value of R of the roots with one sign of it over the interior nodes (Figures 10 and 12).
 
-    Red squares are on the red sheet, blue discs on the blue one; roots that have no sign of R are grey and hollow.
+    Red squares are on the red sheet, blue discs on the blue one; roots without a sign of R are grey and hollow.
 
     Parameters
     ----------
@@ -271,18 +260,19 @@ def level_determinants(
     """
     wanted = checked_sign(sign)
     found = interior_roots(coefficients, divisions=divisions)
-    chosen, none = found.chosen(which), found.sign == 0
+    chosen = found.chosen(which)
     ax = axes_or_new(ax, size=(85, 74), in_space=True)
-    places = np.column_stack([found.alpha[:, :2], found.R])
-    if (chosen & none).any():
-        _points_in_space(ax, places[chosen & none], GREY, MARKER_OF["blue"], SINGULAR)
-    below = places[chosen & (found.sign == wanted)]
+    points = np.column_stack([found.alpha[:, :2], found.R])
+    _scatter(ax, points[chosen & (found.sign == 0)], GREY, MARKER_OF["blue"], SINGULAR)
+    signed = chosen & (found.sign == wanted)
     # Stems, one line with gaps, show which node a value belongs to.
-    stems = np.stack([below * [1.0, 1.0, 0.0], below, np.full(below.shape, np.nan)], axis=1).reshape(-1, 3)
+    tops = points[signed]
+    stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
     for color in COLORS:
-        points = places[chosen & (found.sign == wanted) & (found.sheet == _SHEET[color])]
-        _points_in_space(ax, points, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
+        _scatter(
+            ax, points[signed & (found.sheet == _SHEET[color])], COLOR_OF[color], MARKER_OF[color], f"{color} sheet"
+        )
     space_axes(ax)
     ax.set_zlabel("$R$ (dimensionless)")
     legend_above(ax, columns=2, over=-16.0)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
-"""Of rotors 1 to 4; told apart by colour-blind eyes, and of neither sheet."""
+"""Of rotors 1 to 4; distinct to colour-blind eyes, and of neither sheet."""
 
 DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
 """Where the viewer is: azimuth from forward, positive to the left, and elevation [rad]; behind, right, above."""
