@@ -37,7 +37,7 @@ PAGES = {
         "pace": "LimitedGait, red: T = 0.74",
         "write": "tilt acceleration",
     },
-    "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": 'aria-label="valid yes · flyable yes'},
+    "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": "valid yes · flyable yes"},
 }
 PRINTS = {
     "reproduce_the_paper": {"vertices": "Gait 2: blue, off by 5e-04", "biased": "biased by 0.8          74.46°"},
@@ -89,7 +89,7 @@ def test_notebooks_run_and_show_what_they_promise(path: Path, kernel: Any) -> No
         assert text in found[cell][0], cell
     for cell, text in PAGES[path.stem].items():
         assert text in found[cell][1], cell
-        assert '<svg xmlns="http://www.w3.org/2000/svg" role="img"' in found[cell][1], cell
+        assert "<table>" in found[cell][1] or "<pre>" in found[cell][1], cell
     assert {cell for cell, (_, page) in found.items() if page} == set(PAGES[path.stem])
 
 

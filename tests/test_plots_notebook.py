@@ -1,0 +1,295 @@
+"""What a notebook shows of an object: HTML that is safe, small and true; its text and its repr."""
+
+from __future__ import annotations
+
+import base64
+import math
+import sys
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from PIL import Image
+
+import gaitgraph as gg
+from gaitgraph.plots import notebook
+from gaitgraph.plots.axes import RED as RED_LINE
+from gaitgraph.vehicle import preset_names, vehicle_named
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+NASTY = "<script>alert(\"x\")</script><img src=x onerror='y'> & co"
+SQUARE = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
+RED, BLUE = gg.lift(SQUARE, "red"), gg.lift(SQUARE, "blue")
+HOSTILE = gg.Vehicle(name=NASTY, drag_ratio=0.1, first_arm_angle=math.pi / 4, max_thrust=4.0)
+ROUND = np.linspace(0, 2 * np.pi, 3000, endpoint=False)
+LONG = gg.lift(np.column_stack([-0.8 + 0.3 * np.cos(ROUND), 0.8 + 0.3 * np.sin(ROUND)]), "red")
+CORNERS = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
+BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
+
+MADE: dict[str, Callable[[], Any]] = {
+    "red gait": lambda: RED,
+    "biased gait": lambda: RED.biased(0.8),
+    "mixed gait": lambda: gg.lift([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], ["red", "blue", "red"]),
+    "point": lambda: gg.lift([(0.4, -0.4)], "red"),
+    "gait out of the square": lambda: gg.Gait(alpha=np.array([[2.0, -0.3, 0.1, 9.0], [0.3, -3.0, 0.1, 9.0]])),
+    "long gait": lambda: LONG,
+    "gait of a hostile name": lambda: gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red", vehicle=HOSTILE),
+    "timed gait": lambda: RED.parametrize(2.0),
+    "timed at full speed": lambda: BLUE.parametrize(law="equal-time"),
+    "timed with limits": lambda: gg.lift(
+        SQUARE, "red", vehicle=gg.PAPER.replace(max_tilt_rate=5.0, max_tilt_acceleration=50.0)
+    ).parametrize(),
+    "report": lambda: gg.validate(RED),
+    "report of blue": lambda: gg.validate(BLUE),
+    "report with notes": lambda: replace(gg.validate(RED), reachable_from_hover=None, notes=("a <note>",)),
+    "plan": lambda: gg.plan_loop(SQUARE),
+    "no plan": lambda: gg.plan_loop([(0.5, 0.5)], color="red", sign="negative"),
+    "no plan on blue": lambda: gg.plan_loop([(0.5, 0.5)], color="blue", coefficients="exact"),
+    "plan with polygons": lambda: gg.plan_loop(CORNERS, keep_out=[BAR]),
+    "vehicle": lambda: gg.PAPER,
+    "hostile vehicle": lambda: HOSTILE,
+    "region": gg.admissible_region,
+    "empty region": lambda: gg.admissible_region(floor=1.5),
+}
+
+
+@cache
+def made(name: str) -> Any:
+    return MADE[name]()
+
+
+class Page(HTMLParser):
+    """The elements and texts of a page; raises if they do not nest."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.texts: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+        if tag != "img":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+    def of(self, tag: str) -> list[dict[str, str]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.texts)
+
+
+def page_of(one: Any) -> Page:
+    return Page(one._repr_html_())
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_pages_are_small_and_stand_anywhere_and_twice(name: str) -> None:
+    text = made(name)._repr_html_()
+    page = Page(text)
+    assert text == made(name)._repr_html_()
+    assert len(text.encode()) < 60_000
+    assert {tag for tag, _ in page.elements} <= {"div", "strong", "table", "tr", "th", "td", "pre", "img"}
+    for _, attributes in page.elements:
+        assert not {"id", "class", "href"} & set(attributes)
+        assert not any(attribute.startswith("on") for attribute in attributes)
+    pictures = page.of("img")
+    assert len(pictures) == (0 if "report" in name else 1)
+    for picture in pictures:
+        assert picture["alt"]
+        content = base64.b64decode(picture["src"].removeprefix("data:image/png;base64,"))
+        with Image.open(BytesIO(content)) as image:
+            assert image.width == pytest.approx(2 * int(picture["width"]), abs=2)
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_texts_fit_a_screen_and_reprs_a_line(name: str) -> None:
+    lines = str(made(name)).splitlines()
+    assert 1 < len(lines) < 40
+    assert all(len(line) <= 240 for line in lines)
+    text = repr(made(name))
+    assert "\n" not in text
+    assert "array" not in text
+    assert len(text) < (400 if isinstance(made(name), gg.Vehicle) else 200)
+    assert type(made(name)).__name__ in text
+
+
+def test_without_matplotlib_there_is_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    for name in ("red gait", "timed gait", "plan", "region", "vehicle"):
+        page = page_of(made(name))
+        assert page.of("img") == []
+        assert page.of("strong")
+        assert page.of("table") or page.of("pre")
+
+
+@pytest.mark.parametrize("name", ["hostile vehicle", "gait of a hostile name"])
+def test_a_name_is_text_whatever_it_holds(name: str) -> None:
+    assert NASTY in page_of(made(name)).text
+    assert "<script" not in made(name)._repr_html_()
+
+
+def drawn(monkeypatch: pytest.MonkeyPatch, one: Any) -> Any:
+    """Return the axes of the picture in an object's page."""
+    kept: list[Any] = []
+    monkeypatch.setattr(notebook, "_picture", lambda draw, _: kept.append(draw) or "")
+    one._repr_html_()
+    ax = Figure().add_subplot()
+    kept[0](ax)
+    return ax
+
+
+def test_a_gait_shows_its_loop_its_region_and_its_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    for published in GAITS:
+        gait = gg.lift(published.angles, published.color)
+        page = page_of(gait)
+        assert f"flyable {'yes' if published.flyable else 'no'} · reachable from hover" in page.text
+        for text in (f"{gait.length:.4f} rad around", *gait.types, "published coefficients"):
+            assert text in page.text
+    ax = drawn(monkeypatch, RED)
+    np.testing.assert_allclose(np.asarray(ax.lines[0].get_xydata())[:4], RED.alpha[:, :2])
+    assert to_hex(ax.lines[0].get_color()) == RED_LINE
+    region = gg.admissible_region(sign="negative", accuracy=1e-3)
+    assert len(ax.patches) == len(region.components)
+    shaded = [np.asarray(patch.get_path().vertices) for patch in ax.patches]
+    assert shaded[0][:, 0].min() == pytest.approx(region.components[0].bounds[0], abs=2e-3)
+    assert "shaded: where a red gait with R < 0 is flyable" in page_of(RED).text
+    assert "valid yes" not in page_of(RED.biased(0.8)).text
+
+
+def test_a_gait_that_is_not_judged_says_why() -> None:
+    hostile = page_of(made("gait of a hostile name")).text
+    assert "not judged: " in hostile
+    assert "states no mass" in hostile
+    assert "shaded: where a red gait with R > 0 is valid" in hostile
+    assert "check() does" in page_of(LONG).text
+    assert "… and 2994 more" in page_of(LONG).text
+    assert "its loop in the plane of α1 and α2" in page_of(RED.biased(0.8)).text
+
+
+def test_a_timed_gait_shows_its_angles_and_peaks(monkeypatch: pytest.MonkeyPatch) -> None:
+    timed = made("timed gait")
+    for k, line in enumerate(drawn(monkeypatch, timed).lines):
+        np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
+    for peak in timed.peak_rates():
+        assert f"{peak:.4g}" in str(timed)
+        assert f"{peak:.4g}" in page_of(timed).text
+    assert "the vehicle's limits are 5 rad/s, 50 rad/s²" in str(made("timed with limits"))
+    assert "the vehicle states no limits" in page_of(timed).text
+    assert "infinite" in str(made("timed at full speed"))
+
+
+def test_a_report_shows_every_check_with_its_mark() -> None:
+    report = made("report of blue")
+    page = page_of(report)
+    for check in report.checks:
+        at = page.texts.index(check.message)
+        assert page.texts[at - 2 : at] == [check.mark, check.name.replace("_", " ")]
+    assert page.texts[0] == "valid yes · flyable no · reachable from hover no"
+    assert "warning: a <note>" in page_of(made("report with notes")).text
+    assert "not ok: R sign, least singular value, hover thrust" in repr(report)
+    assert "not ok: none" in repr(made("report"))
+
+
+def test_a_plan_shows_its_waypoints_and_its_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, page = made("plan"), page_of(made("plan"))
+    assert str(plan).splitlines()[0] in page.texts
+    assert "alternative: blue, R < 0, 3.1400 rad, valid, not flyable" in page.text
+    assert "rings: waypoints" in page.text
+    rings = drawn(monkeypatch, plan).lines[-1]
+    np.testing.assert_allclose(rings.get_xydata(), SQUARE)
+    refused = page_of(made("no plan"))
+    assert "No gait." in refused.texts
+    assert "waypoint 1 (0.5000, 0.5000) has R = 2.352" in refused.text
+    assert "where a red gait with R < 0 is flyable" in refused.text
+    assert "where a blue gait is valid" in page_of(made("no plan on blue")).text
+    assert "with the given polygons" in page_of(made("plan with polygons")).text
+    assert "infeasible" in repr(made("no plan"))
+
+
+def test_a_region_and_a_vehicle_show_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    region = page_of(made("region"))
+    assert f"{made('region').components[0].area:.3g} rad²" in region.texts
+    assert "hover thrusts > 0" in region.text
+    assert "empty" in page_of(made("empty region")).text
+    assert page_of(made("empty region")).of("td") == []
+    gaps = np.linspace(0.2, 1.1, 8)
+    parts = gg.planning.request_of([(-0.4, 0.4)], keep_in=[[(-x, 0.1), (-x - 0.05, 0.1), (-x, 1.0)] for x in gaps])
+    many = gg.admissible_region(zones=parts.zones)
+    assert "… and 2 more" in str(many)
+    assert "… and 2 more" in page_of(many).text
+    assert "8.048e-06 N s²/rad²" in page_of(gg.PAPER).texts
+    assert "1.3090 rad" in str(gg.PAPER.replace(max_tilt="75deg"))
+    numbers = [text.get_text() for text in drawn(monkeypatch, gg.PAPER).texts]
+    assert [text for text in numbers if text] == ["1", "2", "3", "4"]
+
+
+VEHICLES = st.builds(
+    gg.Vehicle,
+    name=st.text(st.characters(categories=["L", "P", "Zs"]), min_size=1).filter(str.isprintable),
+    drag_to_thrust=st.floats(1e-3, 1.0),
+    arm_length=st.floats(0.01, 10.0),
+    mass=st.none() | st.floats(0.1, 100.0),
+    first_arm_angle=st.floats(-3.0, 3.0),
+    first_rotor_spin=st.sampled_from(["clockwise", "counterclockwise"]),
+    inertia=st.none() | st.tuples(*[st.floats(1e-4, 1.0)] * 3),
+    max_tilt=st.none() | st.floats(0.1, 1.5),
+)
+
+
+@settings(max_examples=40)
+@given(VEHICLES)
+def test_the_repr_of_a_vehicle_makes_it_again(vehicle: gg.Vehicle) -> None:
+    assert eval(repr(vehicle), {"Vehicle": gg.Vehicle}) == vehicle
+
+
+def test_the_repr_of_a_vehicle_states_nothing_that_follows() -> None:
+    for name in preset_names():
+        assert eval(repr(vehicle_named(name)), {"Vehicle": gg.Vehicle}) == vehicle_named(name)
+    assert "drag_ratio" not in repr(gg.PAPER)
+    assert "None" not in repr(gg.PAPER)
+    # One that contradicts what it follows from, though by less than is allowed, is stated.
+    stated = gg.Vehicle(drag_to_thrust=0.02, arm_length=0.25, drag_ratio=0.08 * (1 + 1e-7))
+    assert eval(repr(stated), {"Vehicle": gg.Vehicle}) == stated
+
+
+def test_reprs_of_answers_are_one_line() -> None:
+    answers = {
+        "<LeastPeriod: period 0.7095 s": gg.least_period(RED, gg.Limits(rate=10, acceleration=100)),
+        "<Rounding: 4 corners": gg.timing.rounded(RED, "2deg"),
+        "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
+        "<Transition: infeasible>": gg.transition("hover", RED),
+        "<Transition: 2 corners": gg.transition("hover", gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red")),
+        "<Retargeted: retargeted, 4 rows": gg.retarget(BLUE),
+        "<Retargeted: infeasible>": gg.retarget(BLUE, floor=1.5),
+        "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
+        "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
+        "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),
+        "<Loop: red, R < 0, 4 corners": made("plan").loop,
+    }
+    for start, answer in answers.items():
+        text = repr(answer)
+        assert text.startswith(start)
+        assert text.endswith(">")
+        assert "\n" not in text
+        assert len(text) < 200
