@@ -71,7 +71,6 @@ def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(suffix: str, planned:
     assert_same(found, expected)
     assert found.about == expected.about
     assert found.about["request"]["waypoints"]
-    assert gg.validate(path).as_mapping() == gg.validate(tmp_path / f"gait{suffix}").as_mapping()
     request, sampling = read_request(path, {})
     again = gg.plan_loop(request.waypoints, period=request.period).timed(**sampling)
     assert_same(table_of(again), expected)

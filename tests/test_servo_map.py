@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -207,6 +206,7 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
     assert clipped_rows(table, clipping) == beyond
     # In radians the same limits hold.
     assert np.abs(mapped_table(table, clipping.in_radians()).alpha).max() == pytest.approx(500 / 600)
+    assert clipping.in_radians().joints[0].limits == pytest.approx((-500 / 600, 500 / 600))
     in_degrees = servo_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})
     with pytest.raises(gg.InputError, match="joint 'alpha1' must be between -70 and 60 ° .*, got 67.5 °"):
         mapped_columns(table, in_degrees)
@@ -383,15 +383,3 @@ def test_a_column_with_a_name_of_the_formats_own_is_refused(
         else:
             write_tables(table, [path], servos=stated)
             assert (read_table(path).alpha == table.alpha).all()
-
-
-def test_writing_tables_heeds_the_formats_of_robots(table: Table, tmp_path: Path) -> None:
-    """Where a format names joints on its own, angles are those of the joints, in their order [rad]."""
-    one = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 400, "sign": -1})
-    applied = mapped_table(table, one.in_radians())
-    assert np.allclose(applied.alpha, -table.alpha[:, [3, 1, 0, 2]])
-    assert np.allclose(applied["alpha1_rate"], -table["alpha4_rate"])
-    assert applied.about["servos"]["joint"][0]["name"] == "tilt1"
-    assert replace(one, clip=True).in_radians().joints[0].limits == pytest.approx((-1.25, 1.25))
-    write_tables(applied, [tmp_path / "a.json"])
-    assert np.allclose(read_table(tmp_path / "a.json").alpha, table.alpha)
