@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from scipy.optimize import least_squares, root
+from scipy.optimize import root
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait
@@ -23,7 +23,6 @@ from gaitgraph.invertibility.matrices import (
     rotor_directions,
     zero_moment_direction,
 )
-from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.reading import read_table
 from gaitgraph.surface.sheets import (
     FAMILIES,
@@ -136,19 +135,6 @@ def test_a_solver_finds_no_solution_outside_the_four_families(vehicle: gg.Vehicl
     assert set(families) == {"red", "blue", "fiber1", "fiber2", "copy1", "copy2"}
 
 
-def test_with_all_four_angles_unknown_the_families_are_the_same() -> None:
-    families: Counter[str] = Counter()
-    for start in np.random.default_rng(12).uniform(-math.pi, math.pi, (20, 4)):
-        answer = least_squares(
-            horizontal_part, start, args=(gg.PAPER,), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60
-        )
-        if np.abs(answer.fun).max() < 1e-14:
-            # Where families cross, a residual of 1e-14 is met as far from both as its root.
-            families[family_of_solution(answer.x, gg.PAPER, 1e-6)] += 1
-    assert sum(families.values()) > 8
-    assert len(families) > 3
-
-
 @every_vehicle
 def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(vehicle: gg.Vehicle) -> None:
     exact, kappa = coefficients_of(vehicle, "exact"), vehicle.signed_drag_ratio
@@ -187,21 +173,6 @@ def test_within_the_range_fibres_join_no_two_components_of_red(vehicle: gg.Vehic
             R = level_determinant(on_fiber(fiber, free[within], exact), exact)
             assert (np.sign(R) == math.prod(label)).all()
         assert len(set(labels)) == len(labels) == len(ends) - 1
-
-
-@pytest.mark.parametrize("name", ["paper", "mirrored", "half"])
-def test_beyond_the_range_a_fibre_joins_two_components(name: str) -> None:
-    """Rotor 4 is turned over on the first fibre: the path ends on red again, shifted by π, with the sign of R kept."""
-    vehicle = VEHICLES[name]
-    exact = coefficients_of(vehicle, "exact")
-    side = 1.0 if exact.delta > 0 else -1.0
-    start = on_fiber("fiber1", (0.5 * side, 0.5 * side), exact)
-    end = on_fiber("fiber1", (-1.2 * side, (math.pi - 1.2) * side), exact)
-    assert least_level_determinant(start[None], end[None], exact, sign=1.0).worst()[0] > 0
-    assert abs(end[3]) > HALF_PI
-    assert family_distances(end, exact)[0] < 1e-12
-    labels = [red_label(point[0], point[1], vehicle).tolist() for point in (start, end)]
-    assert labels == [[1, 1, 1], [1, 1, -1]]
 
 
 # --- families of points ----------------------------------------------------------------------------------------------
