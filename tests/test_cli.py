@@ -190,11 +190,11 @@ WRONG = [
     ("plan --waypoint 0,0 --divisions many", "--divisions"),
     ("plan --waypoint 0,0 --method exacto", "method: 'exacto'"),
     ("plan --waypoint 0,0 --objective x", "objective: 'x'"),
-    ("plan --waypoint 0,0 --law x", "law: 'x'"),
-    ("plan --waypoint 0,0 --period 0", "period: 0.0"),
-    ("plan --waypoint 0,0 --period nan", "period: nan"),
-    ("plan --waypoint 0,0 --samples 0", "samples: 0"),
-    ("plan --waypoint 0,0 --rate -3", "rate: -3.0"),
+    ("plan --waypoint 0,0 --law x", "got 'x'"),
+    ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
+    ("plan --waypoint 0,0 --period nan", "period must be between 1e-6 and 1e9 s, got nan"),
+    ("plan --waypoint 0,0 --samples 0", "samples must be a whole number from 1 to 10000000, got 0"),
+    ("plan --waypoint 0,0 --rate -3", "rate must be a positive finite number (Hz), got -3.0"),
     ("plan --waypoint 0,0 --rate 3 --samples 2", "samples, rate"),
     ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
     ("plan --waypoint 0,0 --vehicle=", "vehicle: ''"),
@@ -427,8 +427,8 @@ class TestValidate:
     def test_wrong_options_end_in_one_line(self, run: Any) -> None:
         name = written("gait.csv", G3)
         for options, message in (
-            (["--tolerance", "-1"], "tolerance: -1.0; allowed is a finite number ≥ 0"),
-            (["--floor", "nan"], "floor: nan; allowed"),
+            (["--tolerance", "-1"], "tolerance must be a finite number ≥ 0, got -1.0"),
+            (["--floor", "nan"], "floor must be a finite number ≥ 0, got nan"),
             (["--angle-rounding", "much"], "--angle-rounding: 'much' is no angle"),
             (["--crossing-tolerance", "-0.1"], "--crossing-tolerance: '-0.1'; allowed is an angle ≥ 0"),
             (["--require", "pretty"], "'pretty' is not one of 'valid', 'flyable'"),
@@ -621,7 +621,7 @@ class TestTransition:
         for arguments, message in (
             (["hover", "none.csv"], "No such file"),
             (["hover", "hovr"], "did you mean 'hover'?"),
-            (["hover", "hover", "--law", "fast"], "law: 'fast'; allowed"),
+            (["hover", "hover", "--law", "fast"], "law must be smooth, constant-speed or equal-time, got 'fast'"),
             (["hover", "hover", "--duration", "-1"], "duration: -1.0; allowed"),
             (["hover"], "Missing argument 'TO'"),
         ):

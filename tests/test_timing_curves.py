@@ -181,14 +181,14 @@ def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], wid
 @pytest.mark.parametrize(
     ("breaks", "pieces", "message"),
     [
-        ([0.0, 1.0], np.ones((2, 1, 2)), "the position jumps"),
+        ([0.0, 1.0], np.ones((2, 1, 2)), "pieces must be .* the position jumps"),
         ([0.0, 1.0, 2.0], [[[1.0, 0], [-1.0, 0]], [[0, 0], [1.0, 0]]], "the first derivative jumps by 2 at the seam"),
-        ([0.0], np.zeros((1, 0, 2)), "breaks"),
-        ([0.0, 1.0, 1.0], np.zeros((1, 2, 2)), "breaks"),
-        ([0.5, 1.0], np.zeros((1, 1, 2)), "breaks"),
-        ([0.0, 1.0], np.zeros((1, 2, 2)), "pieces: an array of shape"),
-        ([0.0, 1.0], [[[np.nan, 0.0]]], "pieces: np.float64.nan"),
-        ([0.0, 1.0], "x", "pieces: 'x'"),
+        ([0.0], np.zeros((1, 0, 2)), "breaks must be"),
+        ([0.0, 1.0, 1.0], np.zeros((1, 2, 2)), "breaks must be"),
+        ([0.5, 1.0], np.zeros((1, 1, 2)), "breaks must be"),
+        ([0.0, 1.0], np.zeros((1, 2, 2)), "pieces must have the shape"),
+        ([0.0, 1.0], [[[np.nan, 0.0]]], "pieces must be finite, got np.float64.nan"),
+        ([0.0, 1.0], "x", "pieces must be an array of numbers, got 'x'"),
     ],
 )
 def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:  # type: ignore[no-untyped-def]
@@ -199,13 +199,13 @@ def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: curve_through(RING[:2]), "points: an array of shape"),
-        (lambda: curve_through([RING[0], RING[0], RING[1]]), "point 1 is repeated"),
-        (lambda: curve_through(RING, "green"), "color: 'green'"),
-        (lambda: curve_through(RING).at(0.0, -1), "derivative: -1"),
-        (lambda: curve_through(RING).polyline(0.0), "tolerance: 0.0"),
-        (lambda: curve_through(RING).polyline(1e-18), "takes"),
-        (lambda: curve_through(RING).check(floor=-1.0), "floor: -1.0"),
+        (lambda: curve_through(RING[:2]), "points must have the shape"),
+        (lambda: curve_through([RING[0], RING[0], RING[1]]), "but point 1 is repeated"),
+        (lambda: curve_through(RING, "green"), "color must be .* got 'green'"),
+        (lambda: curve_through(RING).at(0.0, -1), "derivative must be .* got -1"),
+        (lambda: curve_through(RING).polyline(0.0), "tolerance must be .* got 0.0"),
+        (lambda: curve_through(RING).polyline(1e-18), "tolerance must be so large"),
+        (lambda: curve_through(RING).check(floor=-1.0), "floor must be .* got -1.0"),
     ],
 )
 def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]

@@ -854,20 +854,20 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         (G4, "hover", {"coefficients": "exact"}, "vehicle, coefficients: allowed are none beside a gait"),
         ("hover", "hover", {"coefficients": "rounded"}, "coefficients: 'rounded'; allowed are"),
         ("hover", "hover", {"vehicle": gg.Vehicle(drag_ratio=0.1), "coefficients": "published"}, "coefficients: "),
-        ("hover", G4, {"law": "fast"}, "law: 'fast'; allowed are smooth, constant-speed, equal-time"),
-        ("hover", G4, {"samples": 0}, "samples: 0; allowed is a whole number"),
-        ("hover", G4, {"samples": 2.5}, "samples: 2.5; allowed is a whole number"),
-        ("hover", G4, {"samples": True}, "samples: True; allowed is a whole number"),
-        ("hover", G4, {"rate": 0}, "rate: 0; allowed is a positive finite number"),
-        ("hover", G4, {"rate": math.nan}, "rate: nan; allowed is a positive finite number"),
-        ("hover", G4, {"rate": 10, "samples": 10}, "samples, rate: 10 and 10; allowed is one of the two"),
+        ("hover", G4, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
+        ("hover", G4, {"samples": 0}, "samples must be a whole number .* got 0"),
+        ("hover", G4, {"samples": 2.5}, "samples must be a whole number .* got 2.5"),
+        ("hover", G4, {"samples": True}, "samples must be a whole number .* got True"),
+        ("hover", G4, {"rate": 0}, "rate must be a positive finite number .* got 0"),
+        ("hover", G4, {"rate": math.nan}, "rate must be a positive finite number .* got nan"),
+        ("hover", G4, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
         ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 256"),
         ("hover", G4, {"divisions": 16.0}, "divisions: 16.0; allowed is a whole number"),
-        ("hover", G4, {"floor": -0.1}, "floor: -0.1; allowed is a finite number"),
-        ("hover", G4, {"floor": math.nan}, "floor: nan; allowed is a finite number"),
-        ("hover", G4, {"floor": "low"}, "floor: 'low'; allowed is a finite number"),
-        ("hover", G3, {"law": "fast"}, "law: 'fast'; allowed are"),
-        ("hover", G3, {"floor": -0.1}, "floor: -0.1; allowed is"),
+        ("hover", G4, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+        ("hover", G4, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
+        ("hover", G4, {"floor": "low"}, "floor must be a finite number ≥ 0, got 'low'"),
+        ("hover", G3, {"law": "fast"}, "law must be .* got 'fast'"),
+        ("hover", G3, {"floor": -0.1}, "floor must be .* got -0.1"),
     ],
 )
 def test_bad_input_is_named_in_one_line(start: Any, end: Any, options: dict[str, Any], told: str) -> None:
@@ -906,7 +906,7 @@ def test_a_vehicle_that_hardly_moves_brings_no_complaint_about_a_period() -> Non
     try:
         gg.transition("hover", entry_of(max_tilt_rate=1e-12))
     except gg.InputError as error:
-        assert not str(error).startswith("period: ")
+        assert not str(error).startswith("period ")
 
 
 @pytest.mark.parametrize("options", [{"rate": -1}, {"samples": 5, "rate": 5}, {"divisions": -3}, {"divisions": "x"}])

@@ -473,9 +473,9 @@ def test_reports_of_tables_serialise() -> None:
 @pytest.mark.parametrize(
     ("limits", "message"),
     [
-        ({"tolerance": -1}, "tolerance: -1; allowed is a finite number ≥ 0"),
-        ({"floor": math.nan}, "floor: nan; allowed"),
-        ({"crossing_tolerance": -0.1}, "crossing_tolerance: -0.1; allowed"),
+        ({"tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
+        ({"floor": math.nan}, "floor must be .* got nan"),
+        ({"crossing_tolerance": -0.1}, "crossing_tolerance must be .* got -0.1"),
         ({"coefficients": "rough"}, "coefficients: 'rough'; allowed"),
     ],
 )
@@ -486,10 +486,10 @@ def test_limits_are_checked(limits: dict[str, Any], message: str) -> None:
 
 def test_what_is_no_gait_is_refused() -> None:
     with pytest.raises(
-        gg.InputError, match="gait: 3; allowed is a gait, a timed gait, a table, a frame or a file's path"
+        gg.InputError, match="gait must be a gait, a timed gait, a table, a frame or a file's path, got 3"
     ):
         validate(3)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="vehicle: .* allowed is none beside a gait"):
+    with pytest.raises(gg.InputError, match="vehicle must be None beside a gait"):
         validate(lift(G3.angles, "red"), vehicle=gg.PAPER)
 
 

@@ -133,12 +133,12 @@ class Curve:
     ) -> None:
         s, polynomials = _array("breaks", breaks), _array("pieces", pieces)
         if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all():
-            raise InputError(f"breaks: {shown(breaks)}; allowed are at least two increasing numbers from 0 on")
+            raise InputError(f"breaks must be at least two increasing numbers from 0 on, got {shown(breaks)}")
         k = s.size - 1
         if polynomials.ndim != 3 or polynomials.shape[1:] != (k, 2) or not len(polynomials):
-            raise InputError(f"pieces: an array of shape {polynomials.shape}; allowed is (degree + 1, {k}, 2)")
+            raise InputError(f"pieces must have the shape (degree + 1, {k}, 2), got {polynomials.shape}")
         if color not in ("red", "blue"):
-            raise InputError(f"color: {shown(color)}; allowed are 'red' and 'blue'")
+            raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
         for order, name in enumerate(("position", "first derivative", "second derivative")):
             derivative, width = derivative_of(polynomials, order), np.diff(s)
             start, end = derivative[-1], values_of(derivative, width)
@@ -149,8 +149,8 @@ class Curve:
             if bad.any():
                 at = int(np.argmax(bad))
                 raise InputError(
-                    f"pieces: the {name} jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}; allowed is "
-                    "a closed curve, continuous to the second derivative"
+                    "pieces must be a closed curve, continuous to the second derivative, but the "
+                    f"{name} jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
                 )
         s.flags.writeable = polynomials.flags.writeable = False
         numbers = coefficients_of() if coefficients is None else coefficients
@@ -193,7 +193,7 @@ class Curve:
             [rad], or [rad] per unit of s to the power of the derivative's order.
         """
         if isinstance(derivative, bool) or not isinstance(derivative, (int, np.integer)) or derivative < 0:
-            raise InputError(f"derivative: {shown(derivative)}; allowed is a whole number ≥ 0")
+            raise InputError(f"derivative must be a whole number ≥ 0, got {shown(derivative)}")
         phase = np.asarray(np.mod(np.asarray(s, dtype=float), self.span))
         piece = np.clip(np.searchsorted(self.breaks, phase, side="right") - 1, 0, len(self.breaks) - 2)
         coefficients = derivative_of(self.pieces, int(derivative))
@@ -225,13 +225,13 @@ class Curve:
         The tolerance is the largest distance in the (α1, α2) plane between curve and chord at the same parameter [rad].
         """
         if not 0 < number_of(tolerance) < math.inf:
-            raise InputError(f"tolerance: {shown(tolerance)}; allowed is a positive finite number (rad)")
+            raise InputError(f"tolerance must be a positive finite number (rad), got {shown(tolerance)}")
         width = np.diff(self.breaks)
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)
         if count.sum() > _MOST_POINTS:
             raise InputError(
-                f"tolerance: {shown(tolerance)} takes {count.sum():.3g} chords; allowed are {_MOST_POINTS} at most"
+                f"tolerance must be so large that {_MOST_POINTS} chords do, got {shown(tolerance)}: {count.sum():.3g}"
             )
         number = count.astype(np.int64)
         step = np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
@@ -399,12 +399,12 @@ def curve_through(
 
     plane = _array("points", points)
     if plane.ndim != 2 or plane.shape[1] != 2 or len(plane) < 3:
-        raise InputError(f"points: an array of shape {plane.shape}; allowed is (n, 2) with n at least 3")
+        raise InputError(f"points must have the shape (n, 2) with n at least 3, got {plane.shape}")
     closed = np.vstack([plane, plane[:1]])
     size = np.linalg.norm(np.diff(closed, axis=0), axis=1)
     if not (size > 1e-12).all():
         raise InputError(
-            f"points: point {int(np.argmin(size)) + 1} is repeated by the next; allowed are distinct neighbours"
+            f"points must differ from their neighbours, but point {int(np.argmin(size)) + 1} is repeated by the next"
         )
     breaks = np.concatenate([[0.0], np.cumsum(size)])
     return Curve(
@@ -436,7 +436,7 @@ def _array(name: str, value: npt.ArrayLike) -> FloatArray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: {shown(value)}; allowed is an array of numbers") from error
+        raise InputError(f"{name} must be an array of numbers, got {shown(value)}") from error
     if not np.isfinite(array).all():
-        raise InputError(f"{name}: {array[~np.isfinite(array)][0]!r}; allowed are finite numbers")
+        raise InputError(f"{name} must be finite, got {array[~np.isfinite(array)][0]!r}")
     return array

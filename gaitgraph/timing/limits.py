@@ -56,10 +56,8 @@ class Limits:
 
     def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
         if acceleration is None and jerk is None:
-            raise InputError(
-                "limits: neither acceleration nor jerk; allowed is at least one, since with a rate limit alone no "
-                "smooth law is the fastest"
-            )
+            reason = "under a rate limit alone no smooth law is the fastest"
+            raise InputError(f"limits must have an acceleration or a jerk, got neither: {reason}")
         for kind, value in zip(RATE_UNITS, (rate, acceleration, jerk), strict=True):
             object.__setattr__(self, kind, None if value is None else _four(kind, value))
 
@@ -117,14 +115,14 @@ def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = Non
 
 def _four(kind: str, value: Any) -> FloatArray:
     """Return a limit for each joint; read-only."""
-    allowed = f"0, or 1e-9 to 1e12, or four of them, or texts such as '200deg' ({RATE_UNITS[kind]})"
+    rule = f"{kind} must be 0, or 1e-9 to 1e12 {RATE_UNITS[kind]}, or four such numbers, or texts such as '200deg'"
     parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)
     try:
         numbers = np.array([angle_from_text(part, kind) for part in parts])
     except InputError as error:
-        raise InputError(f"{kind}: {shown(value)}; allowed is {allowed}") from error
+        raise InputError(f"{rule}, got {shown(value)}") from error
     if numbers.shape != (4,) or not ((numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))).all():
-        raise InputError(f"{kind}: {shown(value)}; allowed is {allowed}")
+        raise InputError(f"{rule}, got {shown(value)}")
     numbers.flags.writeable = False
     return numbers
 

@@ -148,11 +148,10 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     """
     size = angle_from_text(tolerance, "tolerance")
     if not size >= SMALLEST:
-        raise InputError(f"tolerance: {shown(tolerance)}; allowed is an angle of at least {SMALLEST:g} rad")
+        raise InputError(f"tolerance must be an angle of at least {SMALLEST:g} rad, got {shown(tolerance)}")
     if gait.color not in ("red", "blue"):
         raise InputError(
-            f"gait: its color is {shown(gait.color)}; allowed is a gait on one sheet, red or blue; retarget moves one "
-            "there"
+            f"gait must be on one sheet, red or blue, got the color {shown(gait.color)}; retarget moves it there"
         )
     merged = _without_near_corners(gait.merged())
     plane = np.array(merged.alpha[:, :2])

@@ -34,7 +34,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoResponse:
-    """What lagging servos make of a timed gait, once they have settled.
+    """The settled motion of lagging servos under a timed gait.
 
     Parameters
     ----------
@@ -123,15 +123,15 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     Parameters
     ----------
     timed
-        What is commanded; also a :class:`gaitgraph.timing.limits.LimitedGait`.
+        What is commanded.
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 
     Raises
     ------
     InputError
-        If a lag is not positive, or so short beside the period that it takes millions of steps, or longer than a
-        million periods.
+        If a lag is not positive, so short beside the period that it takes millions of steps, or longer than a million
+        periods.
     MissingConstant
         If neither a lag is given nor does the vehicle state one.
 
@@ -148,7 +148,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     (0.0, True)
     """
     if not isinstance(timed, TimedGait):
-        raise InputError(f"timed: {shown(timed)}; allowed is a timed gait, as gait.parametrize(period) returns")
+        raise InputError(f"timed must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     if lag is None:
         (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
     tau = _lags(lag)
@@ -160,11 +160,11 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
         # Every interval may take two steps more than its share.
         least = timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
         raise InputError(
-            f"lag: {shown(lag)}; allowed is at least {1.001 * least:.4g} s for the period {timed.period:.4g} s, "
-            f"so that {_MOST_STEPS} steps do"
+            f"lag must be at least {1.001 * least:.4g} s for the period {timed.period:.4g} s, got {shown(lag)}, which "
+            f"takes more than {_MOST_STEPS} steps"
         )
     if tau.max() > _LONGEST * timed.period:
-        raise InputError(f"lag: {shown(lag)}; allowed is at most {_LONGEST * timed.period:.3g} s, a million periods")
+        raise InputError(f"lag must be at most {_LONGEST * timed.period:.3g} s, a million periods, got {shown(lag)}")
     number = count.astype(np.int64)
     h = np.repeat(np.diff(knots) / number, number)
     index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
@@ -200,5 +200,5 @@ def _lags(lag: Any) -> FloatArray:
     single = np.ndim(lag) == 0
     numbers = np.array([number_of(part) for part in ([lag] * 4 if single else lag)])
     if numbers.shape != (4,) or not ((numbers > 0) & (numbers < math.inf)).all():
-        raise InputError(f"lag: {shown(lag)}; allowed is a positive finite number of seconds, or four")
+        raise InputError(f"lag must be a positive finite number of seconds, or four, got {shown(lag)}")
     return numbers

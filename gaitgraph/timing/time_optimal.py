@@ -196,7 +196,7 @@ def least_period(
     if nodes is None:
         nodes = _NODES if limits.jerk is None else _NODES_UNDER_JERK
     elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
-        raise InputError(f"nodes: {shown(nodes)}; allowed is a whole number from 10 to 100000")
+        raise InputError(f"nodes must be a whole number from 10 to 100000, got {shown(nodes)}")
     if task.still:
         reason = "the gait is a point: it stands still at any period, and none is the least"
         return LeastPeriod(status="still", reason=reason, limits=limits, least=0.0, rounding=task.rounding)
@@ -309,11 +309,11 @@ class _Task:
 
     def __init__(self, path: object, limits: Limits | None, rounding: float | str | None = None) -> None:
         if not isinstance(path, (Gait, Curve, Rounding)):
-            raise InputError(f"path: {shown(path)}; allowed is a gait, a curve or a rounded gait")
+            raise InputError(f"path must be a gait, a curve or a rounded gait, got {shown(path)}")
         if rounding is not None and not isinstance(path, Gait):
-            raise InputError(f"rounding: {shown(rounding)}; allowed for a gait, since a curve has no corners")
+            raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
-            raise InputError(f"limits: {shown(limits)}; allowed is a Limits object, as in Limits(acceleration=60)")
+            raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
         self.rounding = path if isinstance(path, Rounding) else None
         self.curve = path if isinstance(path, Curve) else None
         if isinstance(path, Gait):

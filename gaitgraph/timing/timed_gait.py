@@ -365,23 +365,23 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
     100
     """
     if not 1e-6 <= number_of(period) <= 1e9:
-        raise InputError(f"period: {shown(period)}; allowed is a finite number of seconds from 1e-6 to 1e9")
+        raise InputError(f"period must be between 1e-6 and 1e9 s, got {shown(period)}")
     if law not in LAWS:
         hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
-        raise InputError(f"law: {shown(law)}; allowed are {', '.join(LAWS)}{hint}")
+        raise InputError(f"law must be {', '.join(LAWS[:-1])} or {LAWS[-1]}, got {shown(law)}{hint}")
     if samples is not None and rate is not None:
-        raise InputError(f"samples, rate: {shown(samples)} and {shown(rate)}; allowed is one of the two")
+        raise InputError(f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}")
     if rate is not None:
         if not 0 < number_of(rate) < math.inf:
-            raise InputError(f"rate: {shown(rate)}; allowed is a positive finite number (Hz)")
+            raise InputError(f"rate must be a positive finite number (Hz), got {shown(rate)}")
         if period * rate > MOST_SAMPLES:
             raise InputError(
-                f"rate: {shown(rate)} Hz over {shown(period)} s; allowed are {MOST_SAMPLES} samples at most"
+                f"rate must give at most {MOST_SAMPLES} samples, got {shown(rate)} Hz over {shown(period)} s"
             )
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
     count = DEFAULT_SAMPLES if samples is None else samples
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
-        raise InputError(f"samples: {shown(count)}; allowed is a whole number from 1 to {MOST_SAMPLES}")
+        raise InputError(f"samples must be a whole number from 1 to {MOST_SAMPLES}, got {shown(count)}")
     return int(count)
 
 

@@ -66,7 +66,7 @@ def checked_limits(tolerance: float, floor: float, angle_rounding: float | None)
     """Raise InputError unless the limits that a gait is judged by are finite and not negative."""
     for name, number in (("tolerance", tolerance), ("floor", floor), ("angle_rounding", angle_rounding)):
         if number is not None and not 0 <= number_of(number) < math.inf:
-            raise InputError(f"{name}: {shown(number)}; allowed is a finite number ≥ 0")
+            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
 
 
 def check_gait(

@@ -123,7 +123,7 @@ def validate(
         given = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
         for name, value in given.items():
             if value is not None:
-                raise InputError(f"{name}: {shown(value)}; allowed is none beside a gait, which has its own")
+                raise InputError(f"{name} must be None beside a gait, which has its own, got {shown(value)}")
         bare, rates = (gait, ()) if isinstance(gait, Gait) else (gait.gait, gait.rate_checks())
         report = check_gait(bare, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
@@ -133,13 +133,13 @@ def validate(
     gait = as_table(gait)
     checked_limits(tolerance, floor, angle_rounding)
     if crossing_tolerance is not None and not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance: {shown(crossing_tolerance)}; allowed is a finite number ≥ 0 (rad)")
+        raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
     if isinstance(gait, Table):
         pieces: Iterator[Table] = iter([gait])
     elif isinstance(gait, (str, Path)):
         pieces = read_pieces(gait, progress=progress)
     else:
-        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
+        raise InputError(f"gait must be a gait, a timed gait, a table, a frame or a file's path, got {shown(gait)}")
     first = next(pieces)
     try:
         vehicle, numbers, stated = setting_of(first, vehicle, coefficients)
@@ -350,8 +350,8 @@ class _RowRates:
                 self._differences(rows.joined(replace(onward, first=count, t=onward.t + later)))
         if self._off > 0.5 * self._moved > 0:
             self.notes["rates"] = (
-                "the stated rates do not fit the rows: allowed are rad/s in alpha1_rate to alpha4_rate; the larger of "
-                "both is judged"
+                "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
+                "is judged"
             )
         out = []
         for order, ((kind, unit), peak) in enumerate(zip(RATE_UNITS.items(), self.peaks, strict=True), start=1):
