@@ -270,7 +270,7 @@ def test_why_there_is_none() -> None:
         (np.zeros((MOST_ROWS + 1, 4)), {}, "gait: 200001 rows"),
         ([[0, 0, 0, 0]], {"margin": -1}, "margin: -1"),
         ([[0, 0, 0, 0]], {"sign": "both"}, "sign: 'both'"),
-        ([[0, 0, 0, 0]], {"floor": math.nan}, "floor must be .* got nan"),
+        ([[0, 0, 0, 0]], {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
         ([[0, 0, 0, 0]], {"keep_in": [[(0, 0)]]}, "keep_in polygon 1"),
         ("no.csv", {}, "gait file: cannot read 'no.csv'"),
     ],

@@ -855,26 +855,26 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         ("hover", "hover", {"coefficients": "rounded"}, "coefficients: 'rounded'; allowed are"),
         ("hover", "hover", {"vehicle": gg.Vehicle(drag_ratio=0.1), "coefficients": "published"}, "coefficients: "),
         ("hover", G4, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
-        ("hover", G4, {"samples": 0}, "samples must be a whole number .* got 0"),
-        ("hover", G4, {"samples": 2.5}, "samples must be a whole number .* got 2.5"),
-        ("hover", G4, {"samples": True}, "samples must be a whole number .* got True"),
-        ("hover", G4, {"rate": 0}, "rate must be a positive finite number .* got 0"),
-        ("hover", G4, {"rate": math.nan}, "rate must be a positive finite number .* got nan"),
+        ("hover", G4, {"samples": 0}, "samples must be a whole number from 1 to 10000000, got 0"),
+        ("hover", G4, {"samples": 2.5}, "samples must be a whole number from 1 to 10000000, got 2.5"),
+        ("hover", G4, {"samples": True}, "samples must be a whole number from 1 to 10000000, got True"),
+        ("hover", G4, {"rate": 0}, "rate must be a positive finite number (Hz), got 0"),
+        ("hover", G4, {"rate": math.nan}, "rate must be a positive finite number (Hz), got nan"),
         ("hover", G4, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
         ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 256"),
         ("hover", G4, {"divisions": 16.0}, "divisions: 16.0; allowed is a whole number"),
-        ("hover", G4, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
-        ("hover", G4, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
-        ("hover", G4, {"floor": "low"}, "floor must be a finite number ≥ 0, got 'low'"),
-        ("hover", G3, {"law": "fast"}, "law must be .* got 'fast'"),
-        ("hover", G3, {"floor": -0.1}, "floor must be .* got -0.1"),
+        ("hover", G4, {"floor": -0.1}, "floor: -0.1; allowed is a finite number ≥ 0"),
+        ("hover", G4, {"floor": math.nan}, "floor: nan; allowed is a finite number ≥ 0"),
+        ("hover", G4, {"floor": "low"}, "floor: 'low'; allowed is a finite number ≥ 0"),
+        ("hover", G3, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
+        ("hover", G3, {"floor": -0.1}, "floor: -0.1; allowed is a finite number ≥ 0"),
     ],
 )
 def test_bad_input_is_named_in_one_line(start: Any, end: Any, options: dict[str, Any], told: str) -> None:
     with pytest.raises(gg.InputError) as caught:
         gg.transition(start, end, **options)
     assert str(caught.value).startswith(told)
-    assert "allowed" in str(caught.value)
+    assert any(word in str(caught.value) for word in ("allowed", " must "))
     assert "\n" not in str(caught.value)
 
 
