@@ -107,7 +107,10 @@ class Job:
         if self.gone.is_set():
             raise Refused(503, "the client has left")
         if time.monotonic() > self._end:
-            raise Refused(503, f"it took longer than {LONGEST_WORK:g} s; use fewer waypoints, polygons or rows")
+            raise Refused(
+                503,
+                f"it took longer than {LONGEST_WORK:g} s; use fewer waypoints, polygons or rows, or the command line",
+            )
 
     def run(self, work: Callable[[Job], Answer]) -> Answer:
         """Return the answer of the work, or raise Refused if it came too late."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, needs_extra, shown
 from gaitgraph.explorer.plan_query import (
     DEFAULTS,
     LIMITS,
@@ -42,6 +43,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.io.formats import FORMATS, known_format
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.io.writing import write_tables
+from gaitgraph.plots.films import write_films
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
@@ -57,20 +59,18 @@ FloatArray = npt.NDArray[np.float64]
 
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
+_FILM = ".gif"
 _NOT_SHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of requests without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
     """Return the formats that a gait can be downloaded in, and why one is not available."""
+    missing = next((module for module in ("matplotlib", "PIL") if find_spec(module) is None), None)
+    why_no_film = None if missing is None else str(needs_extra(missing, "a film", "plot"))
+    listed = [(one.suffix, one.name, one.why_not(), one.reads and not one.folder) for one in FORMATS.values()]
     return [
-        {
-            "suffix": one.suffix,
-            "name": one.name,
-            "available": one.why_not() is None,
-            "why_not": one.why_not(),
-            "reads": one.reads and not one.folder,
-        }
-        for one in FORMATS.values()
+        {"suffix": suffix, "name": name, "available": why_not is None, "why_not": why_not, "reads": reads}
+        for suffix, name, why_not, reads in (*listed, (_FILM, "animated GIF", why_no_film, False))
     ]
 
 
@@ -222,8 +222,8 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
 
     InputError if the suffix is not known, or there is no gait.
     """
-    if not isinstance(suffix, str) or suffix not in FORMATS:
-        raise InputError(f"suffix must be one of {', '.join(FORMATS)}, got {shown(suffix)}")
+    if not isinstance(suffix, str) or suffix not in (*FORMATS, _FILM):
+        raise InputError(f"suffix must be one of {', '.join((*FORMATS, _FILM))}, got {shown(suffix)}")
     if state.empty:
         raise InputError("waypoints must be at least one, got none")
     result = planned(state, progress)
@@ -234,7 +234,10 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
-        write_tables(table, [path])
+        if suffix == _FILM:
+            write_films(lambda: [table], [path])
+        else:
+            write_tables(table, [path])
         if not path.is_dir():
             return path.name, path.read_bytes()
         stream = io.BytesIO()
