@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
     from gaitgraph.io.reading import gait_of as gait_of, read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
-    from gaitgraph.optimization.retargeting import retarget as retarget
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
+    from gaitgraph.optimization.retargeting import retarget as retarget
     from gaitgraph.planning.location import location_of as location_of
     from gaitgraph.planning.plan import Plan as Plan
     from gaitgraph.planning.planner import plan_loop as plan_loop

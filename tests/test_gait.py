@@ -152,8 +152,8 @@ def test_malformed_gaits_are_refused(arguments, message: str) -> None:  # type: 
     [
         ([], "red", r"points must have the shape \(n, 2\) with n at least 1"),
         ([(0.0, 0.0, 0.0)], "red", r"points must .* got \(1, 3\)"),
-        ([(2.0, 0.0)], "red", "alpha1: 2.0"),
-        ([(0.0, float("nan"))], "red", "alpha2: nan"),
+        ([(2.0, 0.0)], "red", "alpha1 must be .*, got 2.0"),
+        ([(0.0, float("nan"))], "red", "alpha2 must be .*, got nan"),
         ([(0.0, 0.0)], ["red", "red"], "colors must be one for all or one for each of the 1 points, got 2"),
         ([(0.0, 0.0)], "green", "got 'green'"),
         ([(0.0, 0.0)], "fiber1", "got 'fiber1': a fibre leaves"),

@@ -51,7 +51,7 @@ from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from gaitgraph.gait.rows import ClosedRows
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.validation.report import Report
 
@@ -92,13 +92,14 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
-            rows = closed_rows(table)
+            rows, times = closed_rows(table)
             if progress is not None:
                 progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    some = spread_rows(len(rows.alpha), _MOST_ROWS)
-    alpha, t = rows.alpha[some], None if rows.t is None else rows.t[some]
+    closed = np.vstack([rows.alpha, rows.alpha[:1]])
+    some = spread_rows(len(closed), _MOST_ROWS)
+    alpha, t = closed[some], None if times is None else times[some]
     hovers = report["hover_thrust"].value is not None
     checks = checks_answer(report.checks)
     worst = [
@@ -106,10 +107,6 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         for check in checks
         if check["mark"] != "ok" and check["where"] is not None
     ]
-    try:
-        corners = rounded(rows.gait().alpha[:_MOST_ROWS])
-    except GaitgraphError:  # rows of several colors, for example, are no one gait
-        corners = []
     return {
         "name": name,
         "rows": report.rows,
@@ -122,15 +119,15 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
         "path": rounded(alpha[:, :2]),
         "series": series_answer(alpha, rows.vehicle, rows.coefficients, t=t, rates=None, hovers=hovers),
         "scene": scene_answer(alpha, rows.vehicle, t=t),
-        "corners": corners,
+        "corners": rounded(rows.merged().alpha[:_MOST_ROWS]),
         "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
 
 
-def _broken_runs(rows: ClosedRows, report: Report) -> list[dict[str, Any]]:
+def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
     """Return the worst row of each run of rows that break a rule which a report names, but for a check's own place."""
-    alpha, vehicle, coefficients = rows.alpha[:-1], rows.vehicle, rows.coefficients
+    alpha, vehicle, coefficients = rows.alpha, rows.vehicle, rows.coefficients
 
     def other_sign(values: FloatArray) -> FloatArray:
         """Return how far values lie beyond zero from the largest of them."""

@@ -130,34 +130,34 @@ def timed_gait_from_file(
         raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
     named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     with naming_file(path):
-        rows = closed_rows(table, vehicle=named, coefficients=coefficients)
-        gait = rows.gait()
+        rows, times = closed_rows(table, vehicle=named, coefficients=coefficients)
+    gait = replace(rows.merged(), request=rows.request)
     law_of_file = None if about.get("made_by") == "pace" else about.get("law")
     period = about.get("period") if period is None else period
     law = law_of_file or LAWS[0] if law is None else law
-    if rows.t is None or len(table) == 1:
+    if times is None or len(table) == 1:
         if period is None and len(gait.alpha) > 1:
             raise InputError(
                 f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
             )
         return parametrize(gait, 1.0 if period is None else period, law=law)
-    times = rows.t - rows.t[0]
+    times = times - times[0]
     if "period" in stated or "law" in stated:
         return parametrize(gait, float(times[-1]) if period is None else period, law=law)
     with naming_file(path):
         for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first
             timed = parametrize(gait, float(times[-1]), law=name, samples=max(len(times) - 1, 1))
-            if np.abs(timed.at(times)[0] - rows.alpha).max() <= _SAME:
+            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
                 return timed
-        colors = gait.colors[:1] * (len(rows.alpha) - 1) if len(set(gait.colors)) == 1 else ()
+        colors = gait.colors[:1] * len(rows.alpha) if len(set(gait.colors)) == 1 else ()
         times.flags.writeable = False
         return RowTimedGait(
-            gait=replace(gait, alpha=rows.alpha[:-1], colors=colors),
+            gait=replace(gait, alpha=rows.alpha, colors=colors),
             period=float(times[-1]),
             law=ROW_BY_ROW,
             samples=len(times) - 1,
             times=times,
-            closed=len(rows.alpha) == len(table),
+            closed=len(rows.alpha) < len(table),
         )
 
 

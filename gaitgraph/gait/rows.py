@@ -6,8 +6,8 @@ is closed by a straight segment back to the first row, which takes one mean step
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -88,53 +88,13 @@ def closing_time(start: float, end: float, rows: int) -> float:
     return end + (end - start) / max(rows - 1, 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClosedRows:
-    """The rows of a table as a closed curve, and what it is for.
+def closed_rows(
+    table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+) -> tuple[Gait, FloatArray | None]:
+    """Return the closed polyline through a table's rows, each row a corner, and when it passes them.
 
-    Parameters
-    ----------
-    alpha
-        The n points of the curve and the first again, shape (n + 1, 4) [rad].
-    t
-        Their times, shape (n + 1,) [s]; None without a clock.
-    colors
-        The stated color of each of the n points; empty if none is stated.
-    vehicle, coefficients, crossing_tolerance
-        As for :class:`gaitgraph.gait.gait.Gait`.
-    request
-        The request that made the table, if it states one and no other vehicle or coefficients are given; else empty.
-    """
-
-    alpha: FloatArray
-    t: FloatArray | None
-    colors: tuple[str, ...]
-    vehicle: Vehicle
-    coefficients: Coefficients
-    crossing_tolerance: float
-    request: dict[str, Any]
-
-    def gait(self) -> Gait:
-        """Return the polyline through the rows, straight runs merged.
-
-        Rows without stated colors get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
-        """
-        colors = self.colors
-        if not colors:
-            codes = families_along(self.alpha[:-1], self.coefficients, DEFAULT_TOLERANCE)
-            colors = tuple(map(family_of, codes.tolist())) if codes.all() else ()
-        gait = Gait(
-            alpha=self.alpha[:-1],
-            colors=colors,
-            vehicle=self.vehicle,
-            coefficients=self.coefficients,
-            crossing_tolerance=self.crossing_tolerance,
-        )
-        return replace(gait.merged(), request=self.request)
-
-
-def closed_rows(table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> ClosedRows:
-    """Return a table's rows, lifted where they need it, and closed.
+    Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
+    keeps the request that made the table, if no other vehicle or coefficients are given.
 
     Parameters
     ----------
@@ -143,29 +103,41 @@ def closed_rows(table: Table, *, vehicle: Vehicle | None = None, coefficients: K
     vehicle, coefficients
         What it is for; by default what the table states, else the paper's vehicle.
 
+    Returns
+    -------
+    gait
+        With n corners; a row that repeats the first is none.
+    times
+        Shape (n + 1,), the last one when the gait is back at its first corner [s]; None without a column t.
+
     Examples
     --------
-    >>> rows = closed_rows(Table(columns={"alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}))
-    >>> rows.alpha[:, 0].tolist(), rows.gait().color
-    ([0.4, 0.9, 0.4], 'red')
+    >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
+    >>> gait, times = closed_rows(Table(columns=columns))
+    >>> gait.alpha[:, 2].tolist(), times.tolist()
+    ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
     request = table.about.get("request") if vehicle is None and coefficients is None else None
     vehicle, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
-    colors = tuple(table.columns.get("color", ()))
     if is_closed(table):
-        alpha, colors = alpha[:-1], colors[:-1]
+        alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    return ClosedRows(
-        alpha=np.vstack([alpha, alpha[:1]]),
-        t=t,
+    if "color" in table:
+        colors = tuple(table["color"][: len(alpha)])
+    else:
+        codes = families_along(alpha, numbers, DEFAULT_TOLERANCE)
+        colors = tuple(map(family_of, codes.tolist())) if codes.all() else ()
+    gait = Gait(
+        alpha=alpha,
         colors=colors,
         vehicle=vehicle,
         coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
         request=dict(request) if isinstance(request, dict) else {},
     )
+    return gait, t
 
 
 def completed_pieces(
@@ -206,27 +178,29 @@ class _Completion:
     def __init__(self, pieces: Iterable[Table], vehicle: Vehicle | None, coefficients: Kind | None) -> None:
         self.rows = 0
         self.has_colors = self.keeps_R = self.keeps_types = True
-        self.about: dict[str, Any] = {}
-        code = 0
-        for piece in pieces:
-            if not self.rows:
-                found, self.numbers, self.crossing_tolerance = setting_of(piece, vehicle, coefficients)
-                self.about = {**piece.about, "vehicle": found.as_mapping(), "coefficients": self.numbers.kind}
-                if not isinstance(self.about.get("request"), dict) or vehicle is not None or coefficients is not None:
-                    self.about.pop("request", None)  # the request was for something else
-            alpha = tilt_angles(piece, self.numbers, rows_before=self.rows)
+        rest = iter(pieces)
+        first = next(rest)
+        stated, self.numbers, self.crossing_tolerance = setting_of(first, vehicle, coefficients)
+        self.about = {**first.about, "vehicle": stated.as_mapping(), "coefficients": self.numbers.kind}
+        if not isinstance(self.about.get("request"), dict) or vehicle is not None or coefficients is not None:
+            self.about.pop("request", None)  # the request was for something else
+        for piece, alpha, codes in self._placed(chain([first], rest)):
             self.rows += len(alpha)
-            codes = self._codes(piece, alpha, code)
-            code = int(codes[-1])
             self.has_colors = self.has_colors and bool(codes.all())
             self.keeps_R = self.keeps_R and self._agrees_in_R(piece, alpha)
             self.keeps_types = self.keeps_types and _agrees_in_types(piece, codes)
 
-    def _codes(self, piece: Table, alpha: FloatArray, before: int) -> CodeArray:
-        """Return the family that each row is stated to be on, or lies on; 0 for none."""
-        if "color" in piece:
-            return family_codes(piece["color"])
-        return families_along(alpha, self.numbers, DEFAULT_TOLERANCE, before=before)
+    def _placed(self, pieces: Iterable[Table]) -> Iterator[tuple[Table, FloatArray, CodeArray]]:
+        """Yield each piece with its tilt angles and the family that each row is stated to be on, or lies on; 0 for none."""
+        rows, code = 0, 0
+        for piece in pieces:
+            alpha = tilt_angles(piece, self.numbers, rows_before=rows)
+            if "color" in piece:
+                codes = family_codes(piece["color"])
+            else:
+                codes = families_along(alpha, self.numbers, DEFAULT_TOLERANCE, before=code)
+            rows, code = rows + len(alpha), int(codes[-1])
+            yield piece, alpha, codes
 
     def _agrees_in_R(self, piece: Table, alpha: FloatArray) -> bool:
         digits = 2 * level_determinant_resolution(alpha, self.numbers)
@@ -240,11 +214,8 @@ class _Completion:
         """Yield the pieces with t from 0 and a closing row, which replaces a last row that repeats the first."""
         first: Table | None = None
         held: Table | None = None  # the last row so far, which may turn out to be the closing one
-        code, rows_before, start = 0, 0, 0.0
-        for piece in pieces:
-            alpha = tilt_angles(piece, self.numbers, rows_before=rows_before)
-            codes = self._codes(piece, alpha, code)
-            code, rows_before = int(codes[-1]), rows_before + len(alpha)
+        start = 0.0
+        for piece, alpha, codes in self._placed(pieces):
             if first is None:
                 start = float(piece["t"][0])
             whole = self._completed(piece, alpha, codes, start)

@@ -177,8 +177,12 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         numbers = np.array(values, dtype=np.float64)
     else:
         values = values.tolist() if isinstance(values, np.ndarray) else values
-        plain = set(map(type, values)) <= {float}
-        numbers = np.array(values if plain else [_number(value, angle_texts) for value in values], dtype=np.float64)
+        kinds = set(map(type, values))
+        try:
+            plain = kinds <= {float} or (kinds == {str} and not angle_texts and _is_plain("".join(values)))
+            numbers = np.array(values if plain else [_number(value, angle_texts) for value in values], dtype=np.float64)
+        except ValueError:  # one of many plain texts is no number
+            numbers = np.array([_number(value, angle_texts) for value in values])
     odd = ~np.isfinite(numbers)
     if odd.any():
         k = int(np.argmax(odd))
@@ -196,11 +200,15 @@ def _number(value: Any, angle_texts: bool) -> float:
         if isinstance(value, str):
             if angle_texts:
                 return angle_from_text(value)
-            # Python also reads 1_0, and the digits of other scripts.
-            return float(value) if value.isascii() and "_" not in value else math.nan
+            return float(value) if _is_plain(value) else math.nan
         return math.nan if isinstance(value, (bool, list, dict)) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def _is_plain(text: str) -> bool:
+    """Return whether a text may be a number: Python also reads 1_0, and the digits of other scripts."""
+    return text.isascii() and "_" not in text
 
 
 def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,7 +59,8 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
-    return closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients).gait()
+    gait, _ = closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients)
+    return replace(gait.merged(), request=gait.request)
 
 
 def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:

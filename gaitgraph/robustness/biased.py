@@ -350,12 +350,10 @@ def _closed(
     else:
         raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
     with naming_file(gait):
-        rows = closed_rows(table, vehicle=vehicle)
+        rows, times = closed_rows(table, vehicle=vehicle)
     rounding = max(table.rounding, rows.coefficients.sheet_rounding, _seen(rows.alpha, rows.coefficients))
-    sheet = np.zeros(len(rows.alpha), dtype=np.int8)
-    after_t = None if rows.t is None else float(rows.t[0])
-    stretch = Segments(alpha=rows.alpha, sheet=sheet, after=0, t=rows.t, after_t=after_t)
-    return stretch, rows.vehicle, rounding, "row"
+    segments = replace(segments_of(rows), t=times, after_t=None if times is None else float(times[0]))
+    return segments, rows.vehicle, rounding, "row"
 
 
 def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
