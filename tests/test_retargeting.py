@@ -16,7 +16,8 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.reading import read_table
 from gaitgraph.io.writing import write_tables
-from gaitgraph.optimization.retargeting import MOST_ROWS, retarget
+from gaitgraph.optimization import retargeting
+from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
@@ -24,6 +25,8 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+retarget: Any = retargeting.retarget  # its answers have a table here, which types cannot know
 
 FLYABLE = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 
@@ -38,20 +41,11 @@ def wave(seed: int, count: int = 24, size: float = 0.7) -> np.ndarray:
 
 def nearest_by_brute_force(part: Any, row: np.ndarray) -> float:
     """Return the least distance in four dimensions from a row to points of a polygon's border and inside."""
-    ring = [np.asarray(one.coords) for one in (part.exterior, *part.interiors)]
-    border = np.vstack([(a[:-1, None] + np.linspace(0, 1, 400)[:, None] * np.diff(a, axis=0)[:, None]).reshape(-1, 2)
-                        for a in ring])  # fmt: skip
-    left, bottom, right, top = part.bounds
-    x, y = np.meshgrid(np.linspace(left, right, 120), np.linspace(bottom, top, 120))
+    border = shapely.get_coordinates(shapely.segmentize(part, 0.005))
+    x, y = np.meshgrid(*(np.linspace(low, high, 250) for low, high in np.reshape(part.bounds, (2, 2)).T))
     inside = np.column_stack([x.ravel(), y.ravel()])
-    inside = inside[shapely.contains_xy(part, *inside.T)]
-    # Close by, a finer grid.
-    middle = (row[:2] + row[2:]) / 2
-    candidates = np.vstack([border, inside])
-    best = candidates[np.argmin(np.linalg.norm(candidates - middle, axis=1))]
-    near = best + np.random.default_rng(0).normal(scale=0.01, size=(4000, 2))
-    candidates = np.vstack([candidates, near[shapely.contains_xy(part, *near.T)]])
-    return float(np.linalg.norm(np.hstack([candidates, candidates]) - row, axis=1).min())
+    points = np.vstack([border, inside[shapely.contains_xy(part, *inside.T)]])
+    return float(np.linalg.norm(np.hstack([points, points]) - row, axis=1).min())
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -59,45 +53,31 @@ def test_rows_go_to_the_nearest_place(seed: int) -> None:
     rows = wave(seed)
     answer = retarget(rows)
     assert answer.status == "retargeted"
-    assert answer.after is not None
     assert answer.after.flyable
-    assert answer.table is not None
-    assert answer.moved is not None
     new = answer.table.alpha[answer.rows]
     np.testing.assert_allclose(np.linalg.norm(new - rows, axis=1), answer.moved, atol=1e-15)
+    off = ((rows[:, :2] - rows[:, 2:]) ** 2).sum(axis=1) / 2  # the projection onto the red sheet, and what is left
+    np.testing.assert_allclose(answer.moved, np.sqrt(2 * answer.plane_moved**2 + off), atol=1e-12)
     parts = admissible_region(PAPER).components
     chosen = [part for part in parts if shapely.distance(part, shapely.Point(new[0, :2])) < 1e-9]
     assert len(chosen) == 1
     for row, moved in list(zip(rows, answer.moved, strict=True))[::4]:
         brute = nearest_by_brute_force(chosen[0], row)
-        assert brute - 2e-3 <= moved <= brute + 1e-9
-    # The closest point of a region with a smooth border, or a corner: no way inside leads nearer.
+        assert brute - 1e-2 <= moved <= brute + 1e-9
     sums = []
     for part in parts:
         middle = shapely.points((rows[:, :2] + rows[:, 2:]) / 2)
-        off = ((rows[:, :2] - rows[:, 2:]) ** 2).sum(axis=1) / 2
         sums.append(float(np.sqrt(2 * shapely.distance(part, middle) ** 2 + off).sum()))
     assert answer.total == pytest.approx(min(sums))
     np.testing.assert_allclose(answer.alternatives, sorted(sums))
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_distance_splits_into_projection_and_move(seed: int) -> None:
-    rows = wave(seed)
-    answer = retarget(rows)
-    assert answer.plane_moved is not None
-    off = ((rows[:, :2] - rows[:, 2:]) ** 2).sum(axis=1) / 2
-    np.testing.assert_allclose(np.array(answer.moved), np.sqrt(2 * answer.plane_moved**2 + off), atol=1e-12)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.05])
 @pytest.mark.parametrize("seed", range(3))
 def test_retargeting_twice_changes_nothing_more(seed: int, margin: float) -> None:
     once = retarget(wave(seed), margin=margin)
-    assert once.table is not None
     again = retarget(once.table, margin=margin)
     assert again.status == "unchanged"
-    assert again.table is not None
     assert (again.table.alpha == once.table.alpha).all()
     assert again.total == 0
     assert again.unchanged == len(once.table)
@@ -118,19 +98,16 @@ def test_flyable_gaits_come_back_bit_by_bit(source: Any) -> None:
     answer = retarget(source)
     assert answer.status == "unchanged"
     assert answer.added == 0
-    assert answer.table is not None
     given = source.alpha if hasattr(source, "alpha") else source
     assert (answer.table.alpha == given).all()
     assert answer.reason is None
     assert str(answer).startswith("unchanged: ")
 
 
-def test_ways_between_rows_bend_around_what_is_forbidden() -> None:
+def test_paths_between_rows_bend_around_what_is_forbidden() -> None:
     block = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.9), (-0.7, 0.9)]
     rows = np.array([[-1.0, 0.7, -1.0, 0.7], [-0.2, 0.7, -0.2, 0.7]])
     answer = retarget(rows, keep_out=[block])
-    assert answer.table is not None
-    assert answer.rows is not None
     assert answer.unchanged == 2
     assert answer.added == 4
     line = shapely.LineString(np.vstack([answer.table.alpha[:, :2], answer.table.alpha[:1, :2]]))
@@ -142,9 +119,8 @@ def test_ways_between_rows_bend_around_what_is_forbidden() -> None:
     assert answer.total == 0
 
 
-def test_a_margin_keeps_rows_and_ways_off_the_border() -> None:
+def test_a_margin_keeps_rows_and_paths_off_the_border() -> None:
     answer = retarget(wave(1), margin=0.08)
-    assert answer.table is not None
     points = np.vstack([answer.table.alpha[:, :2], answer.table.alpha[:1, :2]])
     borders = [part.boundary for part in admissible_region(PAPER).components]
     assert shapely.distance(shapely.union_all(borders), shapely.LineString(points)) >= 0.08 - 1e-9
@@ -159,9 +135,7 @@ def test_signs_choose_the_component() -> None:
     signs = {}
     for sign in ("positive", "negative"):
         answer = retarget(rows, sign=sign)
-        assert answer.after is not None
         assert answer.after.flyable
-        assert answer.table is not None
         assert (np.sign(answer.table["R"]) == (1 if sign == "positive" else -1)).all()
         signs[sign] = answer.total
     assert retarget(rows).total == min(signs.values())
@@ -176,14 +150,10 @@ def test_times_stay_and_rates_are_judged() -> None:
     columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, rows.T, strict=True))}
     block = [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.6), (-0.4, 0.6)]
     answer = retarget(Table(columns=columns), keep_out=[block], sign="positive")
-    assert answer.table is not None
-    assert answer.rows is not None
     assert (answer.table["t"][answer.rows] == t).all()
     assert (np.diff(answer.table["t"]) > 0).all()
     slow = PAPER.replace(max_tilt_rate=0.01)
     limited = retarget(Table(columns=columns), vehicle=slow, sign="positive")
-    assert limited.table is not None
-    assert limited.after is not None
     assert not limited.after["tilt_rate"].ok
     assert "it would do" in str(limited.reason)
     assert "it would do" in str(limited)
@@ -193,20 +163,16 @@ def test_a_closing_row_stays_one() -> None:
     rows = wave(4, count=10)
     closed = np.vstack([rows, rows[:1]])
     answer, without = retarget(closed), retarget(rows)
-    assert answer.table is not None
-    assert without.table is not None
     assert (answer.table.alpha[:-1] == without.table.alpha).all()
     assert (answer.table.alpha[-1] == answer.table.alpha[0]).all()
-    assert answer.rows is not None
     assert len(answer.rows) == 11
     assert answer.added == without.added
 
 
-def test_whole_turns_are_taken_off_and_told() -> None:
+def test_whole_turns_are_taken_off_with_a_warning() -> None:
     rows = lift(FLYABLE, "red").alpha.copy()
     rows[:, 2] += 2 * math.pi
     answer = retarget(rows)
-    assert answer.table is not None
     np.testing.assert_allclose(answer.table.alpha, lift(FLYABLE, "red").alpha, atol=1e-15)
     assert answer.warnings == ("took whole turns off α3 or α4 in 3 rows",)
 
@@ -216,7 +182,6 @@ def test_half_a_turn_is_far() -> None:
     rows[:, 2] -= math.pi
     answer = retarget(rows)
     assert answer
-    assert answer.moved is not None
     assert answer.moved.min() > math.pi / math.sqrt(2) - 1e-9
 
 
@@ -224,8 +189,6 @@ def test_mirrored_spin_mirrors_the_answer() -> None:
     rows = wave(5)
     mirrored = PAPER.replace(first_rotor_spin="counterclockwise")
     here, there = retarget(rows, sign="positive"), retarget(-rows, vehicle=mirrored, sign="positive")
-    assert here.table is not None
-    assert there.table is not None
     np.testing.assert_allclose(there.table.alpha, -here.table.alpha, atol=3e-6)
     assert there.total == pytest.approx(here.total, abs=1e-4)
 
@@ -233,13 +196,10 @@ def test_mirrored_spin_mirrors_the_answer() -> None:
 def test_limits_of_the_vehicle_count() -> None:
     narrow = PAPER.replace(max_tilt=0.5)
     answer = retarget(wave(0), vehicle=narrow)
-    assert answer.after is not None
     assert answer.after.flyable
-    assert answer.table is not None
     assert np.abs(answer.table.alpha).max() <= 0.5
     weak = Vehicle(drag_ratio=0.17, mass=0.4, max_thrust=0.27 * 0.4 * 9.80665)
     answer = retarget(wave(0), vehicle=weak)
-    assert answer.after is not None
     assert answer.after.flyable
 
 
@@ -251,9 +211,9 @@ def test_why_there_is_none() -> None:
     assert str(high).startswith("no gait: ")
     assert not high.before.flyable
     assert high.as_mapping()["path"] == []
-    for get in (lambda: high.gait, lambda: high.total, lambda: high.largest):
+    for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
-            get()
+            getattr(high, name)
     everything = [(-1.6, -1.6), (1.6, -1.6), (1.6, 1.6), (-1.6, 1.6)]
     walled = retarget(wave(0), keep_out=[everything])
     assert "no tilt angles meet all of" in str(walled.reason)
@@ -307,7 +267,6 @@ def test_a_lifted_table_is_read() -> None:
     red = retarget(Table(columns={**plane, "color": ("red",) * 3}))
     assert red.status == "unchanged"
     blue = retarget(Table(columns={**plane, "color": ("blue",) * 3}))
-    assert blue.table is not None
     delta = math.atan(PAPER.drag_ratio)
     # All blue rows project on the point where both sheets meet.
     assert np.abs(blue.table.alpha[:, :2] - [delta, -delta]).max() < 0.1

@@ -281,7 +281,7 @@ def opened_dataset(folder: Path, study: Study, here: Mapping[str, str]) -> Itera
     FileProblem
         If the file system refuses.
     """
-    about = {
+    about: dict[str, Any] = {
         "format": "gaitgraph study",
         "versions": dict(here),
         "fingerprint": study.fingerprint,
@@ -289,15 +289,22 @@ def opened_dataset(folder: Path, study: Study, here: Mapping[str, str]) -> Itera
         "batch": study.batch,
         "study": study.as_mapping(),
     }
+    text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     manifest, rows = folder / MANIFEST, folder / "rows"
     try:
         if manifest.exists():
-            _check_same(manifest, about)
+            found = json.loads(text_of(manifest, "study", "a study's manifest"))
+            found = found if isinstance(found, dict) else {}
+            differing = [name for name, value in json.loads(text).items() if found.get(name) != value]
+            if differing:
+                raise OutputExists(
+                    f"output must be a new folder or one of this study, got {str(folder)!r}, whose study.json has "
+                    f"another {', '.join(differing)}"
+                )
         else:
             if folder.exists() and any(not path.match(_SCRATCH) for path in folder.iterdir()):
                 raise OutputExists(f"output must be a new folder or one of this study, got {str(folder)!r} with files")
             folder.mkdir(exist_ok=True)
-            text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             write_whole([(manifest, text.encode())], force=False)
         stream = manifest.open("r+b")
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
@@ -321,21 +328,3 @@ def opened_dataset(folder: Path, study: Study, here: Mapping[str, str]) -> Itera
         for scratch in [*folder.glob(_SCRATCH), *rows.glob(_SCRATCH)]:  # of a process that was killed while it wrote
             shutil.rmtree(scratch, ignore_errors=True)
         yield Dataset(folder=folder, study=study, versions=here)
-
-
-def _check_same(manifest: Path, about: Mapping[str, Any]) -> None:
-    """Raise OutputExists, with what differs, unless a manifest is the one that a study would have."""
-    try:
-        found = json.loads(text_of(manifest, "study", "a study's manifest"))
-        name, versions = found["study"]["name"], found["versions"]
-    except (KeyError, RecursionError, TypeError, ValueError) as error:
-        raise OutputExists(f"output must be a new folder, got {str(manifest)!r}, which is no study's") from error
-    if found == about:
-        return
-    if name != about["study"]["name"]:
-        what = f"another study, {shown(name)}"
-    elif found.get("fingerprint") != about["fingerprint"]:
-        what = "this study before it was changed"
-    else:
-        what = "an edited study.json" if versions == about["versions"] else f"this study with {shown(versions)}"
-    raise OutputExists(f"output must be a new folder or one of this study, got {str(manifest.parent)!r} of {what}")
