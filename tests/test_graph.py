@@ -127,27 +127,6 @@ def surface_arrays(*args: Any, **options: Any) -> SimpleNamespace:
     )
 
 
-@pytest.mark.parametrize("sign", ["negative", "positive"])
-def test_flags_hold_along_whole_edges(sign: Any) -> None:
-    arrays = surface_arrays(sign, 12)
-    a, b = arrays.edge.T
-    s = np.linspace(0, 1, 301)[:, None, None]
-    along = arrays.alpha[a] + s * (arrays.alpha[b] - arrays.alpha[a])
-    wanted = 1 if sign == "positive" else -1
-    R = wanted * level_determinant(along, coefficients_of())
-    keeps = R.min(axis=0) > 0
-    decided = np.abs(R.min(axis=0)) > 1e-9
-    np.testing.assert_array_equal(arrays.keeps_sign[decided], keeps[decided])
-    red = arrays.red[a] & arrays.red[b] & arrays.keeps_sign
-    least = least_singular_value(along[:, red]).min(axis=0)
-    # The sampled least is a little above the true one, the attribute within 1e-5 of it.
-    assert (arrays.least_singular_value[red] <= least + 1.1e-5).all()
-    assert (arrays.least_singular_value[red] >= least - 1e-5).all()
-    shares = gg.invertibility.hover_thrust_shares(along[:, arrays.flyable])
-    assert shares.min() > 0
-    assert least_singular_value(along[:, arrays.flyable]).min() >= 0.05
-
-
 LIMITED = {
     "paper": gg.PAPER,
     "strong drag": gg.Vehicle(drag_ratio=0.4),
@@ -259,25 +238,6 @@ def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
     assert leaks > 0
 
 
-def test_vehicle_limits_reach_the_edges() -> None:
-    free = surface_arrays("positive").flyable
-    weak = surface_arrays("positive", vehicle=gg.PAPER.replace(max_thrust=2.0))
-    assert 0 < weak.flyable.sum() < free.sum()
-    corners = weak.alpha[np.unique(weak.edge[weak.flyable])]
-    assert gg.invertibility.hover_thrust_shares(corners).max() * 0.429 * 9.8 <= 2.0
-    narrow = surface_arrays("positive", vehicle=gg.PAPER.replace(max_tilt=0.8))
-    assert np.abs(narrow.alpha[np.unique(narrow.edge[narrow.flyable])]).max() <= 0.8
-
-
-def test_waypoints_become_nodes_of_their_own() -> None:
-    graph = surface_graph(waypoints=[(0.91, -0.33), (3 * pi / 8, -pi / 8), (0.91, -0.33)])
-    own = [name for name in graph if name[0] == "w"]
-    assert len(own) == 2  # red and blue, once, and none for the point on the grid
-    assert all(graph.nodes[name]["cell"] is None for name in own)
-    assert {graph.nodes[name]["alpha1"] for name in own} == {0.91}
-    assert all(graph.degree(name) >= 4 for name in own)
-
-
 @pytest.mark.parametrize("kind", ["published", "exact"])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
@@ -339,27 +299,6 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
             vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
 
 
-def test_the_papers_vehicle_with_exact_coefficients_keeps_them() -> None:
-    exact = coefficients_of(kind="exact")
-    assert vehicle_and_coefficients(surface_graph(divisions=2, coefficients=exact)) == (gg.PAPER, exact)
-
-
-def test_the_floor_alone_takes_edges_away() -> None:
-    free = surface_arrays("negative", 8, floor=0.0)
-    counts = []
-    for floor in (0.1, 0.3, 0.6, 0.9, 1.2):
-        arrays = surface_arrays("negative", 8, floor=floor)
-        decided = np.abs(free.least_singular_value - floor) > 1e-4
-        expected = free.flyable & (free.least_singular_value >= floor)
-        np.testing.assert_array_equal(arrays.flyable[decided], expected[decided])
-        np.testing.assert_array_equal(arrays.least_singular_value, free.least_singular_value)
-        graph = surface_graph("negative", 8, floor=floor)
-        assert [data["flyable"] for *_, data in graph.edges(data=True)].count(True) == arrays.flyable.sum()
-        counts.append(int(arrays.flyable.sum()))
-    assert counts == sorted(counts, reverse=True)
-    assert counts[0] > counts[2] > counts[-1] == 0
-
-
 def test_corner_waypoints_have_every_representation() -> None:
     graph = surface_graph("negative", waypoints=[(pi / 2, -0.7)])
     red = [data["alpha3"] for name, data in graph.nodes(data=True) if name[0] == "w" and data["color"] == "red"]
@@ -387,14 +326,6 @@ def test_zones_cut_nodes_and_edges() -> None:
 def test_any_grid_and_vehicle_keeps_the_contract(divisions: int, vehicle: str) -> None:
     for sign in ("positive", "negative"):
         gg.validate_graph(surface_graph(sign, divisions, vehicle=gg.vehicle_named(vehicle)))
-
-
-def test_kappa_where_two_delta_is_a_multiple_of_the_step() -> None:
-    """δ on a grid line: red and blue coincide there, and neither leaves the contract."""
-    for kappa in (float(np.tan(pi / 16)), float(np.tan(pi / 8)), 1.0, 1e-4):
-        vehicle = gg.Vehicle(drag_ratio=kappa)
-        for sign in ("positive", "negative"):
-            gg.validate_graph(surface_graph(sign, vehicle=vehicle))
 
 
 def test_same_input_same_graph(negative: nx.Graph[Any]) -> None:

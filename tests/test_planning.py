@@ -24,7 +24,7 @@ G1, G2, G3, G4 = GAITS
 
 
 def on_grid(waypoints: Any, **request: Any) -> Plan:
-    """Plan with the paper's method; what any-angle loops do is tested in test_anyangle."""
+    """Plan with the paper's method; what any-angle loops do is tested in test_planning_any_angle."""
     return gg.plan_loop(waypoints, **(request if "graph" in request else {"method": "grid", **request}))
 
 
@@ -115,47 +115,6 @@ def test_waypoints_are_told_in_their_order_even_if_one_is_passed_early() -> None
         assert list(back.waypoints) == [waypoints[0], waypoints[2], waypoints[1]]
 
 
-def test_separated_waypoints_come_with_the_wall_between_them() -> None:
-    plan = on_grid([(-0.5, 0.5), (-1.5, 0.5)], color="red", sign="auto")
-    assert plan.status == "infeasible"
-    kinds = {(obstacle.sign, obstacle.kind) for obstacle in plan.obstacles}
-    assert kinds == {("positive", "waypoint"), ("negative", "waypoint")}
-    plan = on_grid([(1.2, -0.6), (-1.5, 0.5)], color="red", sign="negative", divisions=64)
-    (obstacle,) = plan.obstacles
-    assert obstacle.kind == "separated"
-    assert obstacle.waypoints == (1, 2)
-    assert "β1 = " in obstacle.message
-    assert len(obstacle.components) == 2
-    # The certificate is checked without the search: the labels differ, so R vanishes on any way between.
-    s = np.linspace(0, 1, 2001)[:, None]
-    line = (1 - s) * np.array([1.2, -0.6, 1.2, -0.6]) + s * np.array([-1.5, 0.5, -1.5, 0.5])
-    assert (gg.invertibility.level_determinant(line, gg.invertibility.coefficients_of(kind="exact")) > 0).any()
-
-
-@pytest.mark.no_cover
-def test_a_grid_too_coarse_says_so() -> None:
-    plan = on_grid([(-1.45, -0.3), (-1.45, 1.0)], color="red", sign="negative", divisions=4)
-    assert plan.status == "infeasible"
-    assert "more divisions may join them" in str(plan.reason)
-    assert on_grid([(-1.45, -0.3), (-1.45, 1.0)], color="red", sign="negative", divisions=128)
-
-
-def test_a_waypoint_with_the_wrong_sign_is_named_with_its_R() -> None:
-    plan = on_grid([(0.5, -0.5), (-0.5, 0.5)], color="red", sign="negative")
-    (obstacle,) = plan.obstacles
-    assert obstacle.kind == "waypoint"
-    assert obstacle.waypoints == (2,)
-    assert obstacle.R == pytest.approx(
-        float(gg.invertibility.level_determinant([-0.5, 0.5, -0.5, 0.5], gg.invertibility.coefficients_of()))
-    )
-
-
-def test_a_singular_waypoint_is_named() -> None:
-    edge = gg.invertibility.coefficients_of(kind="exact").delta - pi / 2
-    plan = on_grid([(edge, 0.3)], color="red", coefficients="exact")
-    assert "the matrix is singular there" in str(plan.reason)
-
-
 def test_points_and_out_and_back_curves_are_loops() -> None:
     point = on_grid([("0.7", "-0.9")])
     assert point.loop is not None
@@ -201,19 +160,6 @@ def test_any_order_finds_the_shorter_loop() -> None:
     assert free.loop is not None
     assert free.loop.length == pytest.approx(pi)
     assert ordered.loop.length > free.loop.length
-
-
-def test_robust_is_never_worse_in_its_worst_case_and_never_shorter() -> None:
-    points = [(0.3, -0.25), (1.3, -0.35), (1.2, -1.3)]
-    shortest = on_grid(points, color="red")
-    robust = on_grid(points, color="red", objective="robust")
-    assert shortest.loop is not None
-    assert robust.loop is not None
-    a, b = (plan.report["least_singular_value"].value for plan in (shortest, robust))
-    assert a is not None
-    assert b is not None
-    assert b >= a - 1e-3
-    assert robust.loop.length >= shortest.loop.length - 1e-9
 
 
 def test_keep_out_bends_the_loop_and_keep_in_can_forbid_it() -> None:
@@ -265,17 +211,6 @@ def test_a_users_graph_is_planned_on() -> None:
         on_grid([(0.5, -0.5)], graph=graph)
     with pytest.raises(gg.InputError, match="sign: stated beside a graph"):
         on_grid(G3.waypoints, graph=graph, sign="negative")
-
-
-def test_other_vehicles() -> None:
-    beetle = on_grid(G3.waypoints, vehicle="beetle_omni")
-    assert beetle.request.coefficients == "exact"
-    assert beetle.report.flyable
-    mirrored = gg.PAPER.replace(first_rotor_spin="counterclockwise")
-    points = [(-a, -b) for a, b in G3.angles]
-    here, there = on_grid(G3.angles, coefficients="exact"), on_grid(points, vehicle=mirrored)
-    np.testing.assert_allclose(here.gait.alpha, -there.gait.alpha)
-    assert there.report.flyable
 
 
 def test_plans_repeat_and_serialise() -> None:
@@ -421,23 +356,6 @@ def test_a_graph_without_its_metadata_is_refused() -> None:
 
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         on_grid(G3.waypoints, graph=nx.Graph())
-
-
-def test_printed_digits_beside_the_grid_get_a_hint() -> None:
-    plan = on_grid([(1.178, -1.178), (1.178, -0.393), (0.5, -0.6)], color="red")
-    hints = [warning for warning in plan.warnings if "beside the grid node" in warning]
-    assert [hint.split(" is ")[0] for hint in hints] == ["waypoint 1", "waypoint 2"]
-    assert "(3π/8, -π/8)" in hints[1]
-    assert not any("beside" in warning for warning in on_grid(G3.waypoints).warnings)
-
-
-def test_any_order_tells_the_order_it_found() -> None:
-    crossed = [G3.waypoints[k] for k in (0, 2, 1, 3)]
-    plan = on_grid(crossed, any_order=True, color="red")
-    rows = plan.gait.alpha[:, :2]
-    np.testing.assert_allclose(np.array(plan.waypoints), rows)
-    assert plan.loop is not None
-    assert sorted(plan.loop.order) == [0, 1, 2, 3]
 
 
 def test_any_order_beyond_nine_waypoints_says_that_it_is_a_heuristic() -> None:
@@ -689,41 +607,10 @@ def test_a_red_loop_of_either_sign_what_flies_first_then_the_positive_one(second
     assert [loop.report.flyable for loop in loops] == [second < 0, False]
 
 
-def test_exact_coefficients_leave_red_alone() -> None:
-    plan = on_grid(G3.waypoints, coefficients="exact", sign="negative")
-    assert plan.loop is not None
-    assert plan.loop.color == "red"
-    assert plan.alternatives == ()
-    assert [(o.color, o.kind) for o in plan.obstacles] == [("blue", "color")]
-
-
-def test_mixed_loops_are_told_for_each_sign_and_only_where_the_color_is_free() -> None:
-    points = [(-0.5, -0.2), (-1.5, -0.3)]
-    plan = on_grid(points, divisions=8)
-    assert plan.status == "infeasible"
-    assert [(loop.color, loop.sign, loop.order) for loop in plan.alternatives] == [
-        ("mixed", "positive", (0, 1)),
-        ("mixed", "negative", (0, 1)),
-    ]
-    for loop in plan.alternatives:
-        assert (set(loop.path.colors), loop.report.valid) == ({"red", "blue"}, False)
-    for color in ("red", "blue"):
-        assert on_grid(points, divisions=8, color=color).alternatives == ()
-
-
 def test_what_was_merged_is_told_in_a_refusal_too() -> None:
     plan = on_grid([(0.5, -0.5), (0.5, -0.5), (-0.5, 0.5)], color="red")
     assert plan.status == "infeasible"
     assert plan.warnings == ("merged 1 waypoint that repeated the one before",)
-
-
-def test_beside_a_graph_the_rest_of_the_request_counts() -> None:
-    graph = surface_graph("negative")
-    plan = on_grid(G3.waypoints, graph=graph, color="blue", period=2.0, reverse=True)
-    assert plan.loop is not None
-    assert (plan.request.color, plan.request.period, plan.request.reverse) == ("blue", 2.0, True)
-    assert plan.loop.color == "blue"
-    assert plan.loop.order == (0, 3, 2, 1)
 
 
 def test_a_waypoint_with_roots_of_both_signs_is_told_with_the_R_that_was_wanted() -> None:

@@ -19,7 +19,6 @@ from gaitgraph.graph.cycle_list import Cycle, NoCycle, SimpleCycle, cycles, simp
 from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
 from gaitgraph.planning.grid import grid_cycles
 from gaitgraph.planning.request import request_of
-from gaitgraph.surface.region import Zones
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -192,17 +191,6 @@ def test_against_networkx(sign: Any, divisions: int, use: Any) -> None:
     assert len(found) > 5 or use == "flyable"
 
 
-@pytest.mark.no_cover
-def test_all_of_a_small_graph() -> None:
-    graph = surface_graph("positive", 6)
-    search = cycles(graph, use="two_color")
-    found = items_of(graph, search)
-    assert found == brute_items(edges_of(graph, "two_color"))
-    assert len(found) == 16154
-    assert (search.complete, search.bound) == (True, math.inf)
-    assert next(search, None) is None
-
-
 @pytest.mark.parametrize("use", ["valid", "two_color"])
 def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     """Lengths of every kind lie close together; where a crossing line passes a node both colors are one."""
@@ -220,14 +208,6 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
 
 
 @pytest.mark.no_cover
-def test_the_order_is_total_and_nothing_comes_twice() -> None:
-    graph = surface_graph("negative")
-    found = items_of(graph, islice(cycles(graph, use="two_color"), 20_000))
-    assert all(a < b for a, b in itertools.pairwise(found))
-    assert all(path == canonical(path) for _, path in found[::37])
-
-
-@pytest.mark.no_cover
 def test_the_first_cycles_come_at_once() -> None:
     search = cycles(surface_graph("negative", 64))
     first = next(search)
@@ -238,13 +218,6 @@ def test_the_first_cycles_come_at_once() -> None:
     assert len(list(islice(few, 1000))) == 1000
     assert few.steps < 10_000
     assert few.bound <= next(few).length
-
-
-@pytest.mark.no_cover
-def test_the_same_graph_gives_the_same_cycles() -> None:
-    graph = surface_graph("negative", 12, waypoints=[(0.5, -0.6)])
-    first, second = (list(islice(cycles(one), 3000)) for one in (graph, graph.copy()))
-    assert first == second
 
 
 def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
@@ -265,23 +238,6 @@ def test_max_length_counts_what_is_as_long() -> None:
     assert next(cycles(graph, through=ring, max_length=most)).length == pytest.approx(most)
     assert next(cycles(graph, through=ring, max_length=most - 1e-6), None) is None
     assert list(cycles(graph, max_length=0)) == []
-
-
-@pytest.mark.no_cover
-def test_zones_bound_the_cycles() -> None:
-    zones = Zones(keep_out=[[(0.5, -0.7), (0.9, -0.7), (0.9, -0.3), (0.5, -0.3)]])
-    whole, fenced = surface_graph("negative", 12), surface_graph("negative", 12, zones=zones)
-    expected = {
-        cycle.nodes
-        for cycle in cycles(whole, max_length=1.6)
-        if all(fenced.has_edge(*pair) for pair in zip(cycle.nodes, (*cycle.nodes[1:], cycle.nodes[0]), strict=True))
-    }
-    found = list(cycles(fenced, max_length=1.6))
-    assert {cycle.nodes for cycle in found} == expected
-    around = simple_cycle(fenced, [[(7, 4, "red")], [(11, 4, "red")]])
-    assert isinstance(around, SimpleCycle)
-    corners = around.cycle.path.alpha[:, :2]
-    assert zones.allow_segments(corners, around.cycle.path.ends[:, :2]).all()
 
 
 # The verdict of the edges against the check of the gait
@@ -318,28 +274,6 @@ def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: 
             assert report["least_singular_value"].value == pytest.approx(cycle.least_singular_value, abs=2e-5)
     if use == "two_color":
         assert {cycle.color for cycle in found} >= {"red", "mixed"}
-
-
-def test_the_floor_is_the_graphs() -> None:
-    graph = surface_graph("negative", 12, floor=0.4)
-    found = list(islice(cycles(graph), 4000))
-    assert 0 < sum(cycle.flyable for cycle in found) < len(found)
-    for cycle in found[::100]:
-        assert cycle.report.flyable is cycle.flyable
-
-
-def test_other_vehicles() -> None:
-    graph = surface_graph("positive", 10, vehicle=gg.Vehicle(drag_ratio=1.5, max_tilt=0.9))
-    found = list(islice(cycles(graph), 2000))
-    assert {cycle.flyable for cycle in found} == {True, False}
-    assert {cycle.reachable_from_hover for cycle in found} == {True, False}
-    for cycle in found[::50]:
-        told = cycle.report
-        assert (told.valid, told.flyable, told.reachable_from_hover) == (
-            cycle.valid,
-            cycle.flyable,
-            cycle.reachable_from_hover,
-        )
 
 
 def test_a_cycle_is_plain_values_and_pickles() -> None:

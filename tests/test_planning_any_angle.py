@@ -18,7 +18,6 @@ from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
-from gaitgraph.invertibility.segment_bounds import keeps_singular_value_above
 from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
 from gaitgraph.planning.refusal import Case
@@ -62,11 +61,6 @@ def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
 def perimeter(points: Any) -> float:
     rows = [tuple(row) for row in np.asarray(points, dtype=float)[:, :2].tolist()]
     return sum(math.dist(a, b) for a, b in pairwise([*rows, rows[0]]))
-
-
-def octile(a: Point, b: Point) -> float:
-    x, y = sorted((abs(a[0] - b[0]), abs(a[1] - b[1])))
-    return y + (math.sqrt(2) - 1) * x
 
 
 def bending_corners(region: Any) -> list[Point]:
@@ -280,57 +274,6 @@ def test_along_the_grids_directions_a_finer_grid_ends_at_the_exact_loop() -> Non
     ]
     assert lengths[0] > lengths[1] > lengths[2] + 1e-3
     assert lengths[2] == pytest.approx(best.length, abs=1e-12)
-
-
-@pytest.mark.parametrize(("seed", "name", "sign"), [(20, "published", "negative"), (21, "strong", "positive")])
-def test_elsewhere_a_finer_grid_ends_at_the_shortest_octile_way(seed: int, name: str, sign: Any) -> None:
-    """A grid path costs what its 8 directions cost: at most 1/cos(π/8) of the straight line, however fine the grid."""
-    asked = some_request(seed, name, sign)
-    points = asked["waypoints"]
-    loop = planned(exact(**asked))
-    assert loop.lower_bound is not None
-    rows = [tuple(row) for row in loop.path.alpha[:, :2].tolist()]
-    ways = [region_of(request_of(**asked), "red", sign, "flyable").inner]
-    limit = shortest(visibility(ways[0], points, octile), points)
-    assert loop.length < limit <= sum(octile(a, b) for a, b in pairwise([*rows, rows[0]])) + 1e-12
-    assert limit <= loop.length / math.cos(pi / 8)
-    over = []
-    for divisions in (16, 32, 64):
-        found = gg.plan_loop(**{**asked, "method": "grid", "divisions": divisions})
-        assert found.report.flyable
-        length = planned(found).length
-        assert length >= loop.lower_bound
-        over.append(length - limit)
-        # Each waypoint and bend is passed within a cell.
-        assert -2 * asked["accuracy"] * len(rows) <= over[-1] <= 2 * len(rows) * pi / divisions
-    assert over[2] < over[0]
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("seed", range(4))
-def test_robust_is_at_least_as_robust_as_the_grid(seed: int) -> None:
-    name, sign = list(VEHICLES)[seed % 5], ("positive", "negative")[seed % 2]
-    asked = some_request(30 + seed, name, sign, waypoints=3) | {"objective": "robust", "accuracy": 1e-3}
-    best, found = exact(**asked), gg.plan_loop(**{**asked, "method": "grid", "divisions": 24})
-    assert best.report.flyable
-    plane = np.array(asked["waypoints"])
-    cap = float(least_singular_value_on_red(plane[:, 0], plane[:, 1], best.request.vehicle).min())
-    # The border of the best floor is kept to within the accuracy: a Lipschitz constant times it.
-    slack = math.sqrt(2 * (2 + best.request.vehicle.drag_ratio**2)) * 1e-3
-
-    def least(plan: Plan) -> float:
-        value = plan.report["least_singular_value"].value
-        assert value is not None
-        return value
-
-    assert found.report.flyable
-    assert cap + 1e-12 >= least(best) >= least(found) - slack
-    quick = exact(**(asked | {"objective": "shortest"}))
-    assert planned(quick).length <= planned(best).length + 1e-9
-    assert least(quick) <= least(best) + slack
-    passes_in_order(planned(best), best)
-    keeps_to_the_polygons(planned(best), best.request)
-    holds_between_samples_too(planned(best), best.request)
 
 
 def test_robust_to_a_millionth() -> None:
@@ -634,48 +577,6 @@ def test_the_papers_gaits_are_planned_by_both(gait: Any, request_: dict[str, Any
 def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[str, Any]) -> None:
     served_by_both(points, 24, request_)
     assert exact(points, accuracy=1e-5, **request_)
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    points=st.lists(st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)), min_size=1, max_size=3),
-    divisions=st.integers(3, 20),
-    name=st.sampled_from(sorted(VEHICLES)),
-)
-def test_what_the_grid_serves_is_served(points: list[Point], divisions: int, name: str) -> None:
-    """But for waypoints where four digits do not tell the sign of R."""
-    request = request_of(points, **VEHICLES[name])
-    coefficients = coefficients_of(request.vehicle, request.coefficients)
-    if coefficients.kind == "published":
-        values = [gg.invertibility.level_determinant([x, y, x, y], coefficients) for x, y in points]
-        if np.abs(values).min() < 0.01:
-            return
-    served_by_both(points, divisions, VEHICLES[name])
-
-
-@settings(deadline=None, max_examples=60)
-@given(
-    ends=st.lists(st.floats(-1.57, 1.57), min_size=4, max_size=4),
-    scale=st.floats(0, 1),
-    kappa=st.floats(0.001, 1.5),
-    mirrored=st.booleans(),
-    floor=st.floats(0, 1.2),
-)
-def test_a_least_singular_value_is_kept_along_whole_segments(
-    ends: list[float], scale: float, kappa: float, mirrored: bool, floor: float
-) -> None:
-    spin: dict[str, Any] = {"first_rotor_spin": "counterclockwise" if mirrored else "clockwise"}
-    vehicle = gg.Vehicle(drag_ratio=kappa, **spin)
-    start, far = np.array(ends[:2]), np.array(ends[2:])
-    end = start + scale**3 * (far - start)
-    line = start + np.linspace(0, 1, 501)[:, None] * (end - start)
-    least = float(least_singular_value_on_red(line[:, 0], line[:, 1], vehicle).min())
-    kept = bool(keeps_singular_value_above(np.tile(start, 2), np.tile(end, 2), floor, vehicle)[0])
-    gap = math.sqrt(2 + kappa**2) * math.sqrt(2) * math.dist(start, end) / 500
-    if kept:
-        assert least >= floor - 1e-12
-    else:
-        assert least - gap <= floor + 2e-6
 
 
 class TestLateVerdicts:

@@ -118,20 +118,6 @@ def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None
     assert ShortestPaths(shapely.Polygon()).path((0, 0), (0, 0)) is None
 
 
-def test_turning_and_scaling_the_plane_turns_and_scales_the_path() -> None:
-    rng = np.random.default_rng(7)
-    region = random_region(rng, 6)
-    a, b = [tuple(part.representative_point().coords[0]) for part in (region, shapely.box(1.2, 1.2, 1.5, 1.5) & region)]
-    found = ShortestPaths(region).path(a, b)
-    assert found is not None
-    turned = shapely.affinity.rotate(region, 33, origin=(0, 0))
-    cosine, sine = math.cos(math.radians(33)), math.sin(math.radians(33))
-    turn = np.array([[cosine, sine], [-sine, cosine]])
-    same = ShortestPaths(turned).path(np.array(a) @ turn, np.array(b) @ turn)
-    assert same is not None
-    np.testing.assert_allclose(same, found @ turn, atol=1e-12)
-
-
 def test_each_bend_touches_the_border_and_turns_around_it() -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)

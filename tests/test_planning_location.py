@@ -78,7 +78,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     ("arguments", "message"),
     [
         ([], "waypoints: none given"),
-        (["--waypoint", "1"], "waypoint 1: '1'; allowed is A1,A2"),
+        (["--waypoint", "1"], "waypoint must be A1,A2, two angles, got '1'"),
         (["--waypoint", "2,0"], "waypoint 1 alpha1: '2'; allowed is −π/2 to π/2"),
         (["--waypoint", "0,0", "--accuracy", "1e-12"], "accuracy: 1e-12; allowed is 1e-9 to 0.1"),
         (["--waypoint", "0,0", "--keep-out", "0,0 1,1 1,0 0,1"], "keep_out polygon 1 must be a simple polygon: Self-intersection"),
