@@ -51,6 +51,7 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
     lines: list[str] = []
     rows: list[tuple[str, ...]]
     if isinstance(shown, Vehicle):
+        title += f", δ = {coefficients_of(shown, 'exact').delta:.6g} rad"
         table = _table(constants_of(shown))
         picture = _picture(lambda ax: _draw_from_above(ax, shown), "its arms from above")
     elif isinstance(shown, Region):
