@@ -203,7 +203,7 @@ WRONG = [
     ("plan --waypoint 0,0 --period nan", "period must be between 1e-6 and 1e9 s, got nan"),
     ("plan --waypoint 0,0 --samples 0", "samples must be a whole number from 1 to 10000000, got 0"),
     ("plan --waypoint 0,0 --rate -3", "rate must be a positive finite number (Hz), got -3.0"),
-    ("plan --waypoint 0,0 --rate 3 --samples 2", "samples, rate"),
+    ("plan --waypoint 0,0 --rate 3 --samples 2", "samples and rate must not both be given"),
     ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
     ("plan --waypoint 0,0 --vehicle=", "vehicle: ''"),
     ("roots 0 0 --vehicle=", "vehicle: ''"),
