@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
+from typing import Literal
 
 
 @dataclass(frozen=True)
 class PublishedGait:
     number: int
-    color: str
-    sign: str
+    color: Literal["red", "blue"]
+    sign: Literal["positive", "negative"]
     waypoints: tuple[tuple[str, str], ...]
     angles: tuple[tuple[float, float], ...]
     printed: tuple[tuple[float, float], ...]

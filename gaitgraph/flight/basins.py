@@ -295,13 +295,15 @@ def basins_of(
     angles = span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
     starts = timed.period * np.arange(begins) / begins
 
-    def part_of(k: int) -> Callable[[float], None]:
-        return lambda part: None if progress is None else progress((k + part) / len(etas))
+    found = []
+    for k, (gait, eta) in enumerate(zip(gaits, etas, strict=True)):
 
-    return tuple(
-        _basin(gait, eta, settings, angles, starts, anyway, part_of(k))
-        for k, (gait, eta) in enumerate(zip(gaits, etas, strict=True))
-    )
+        def update(part: float, k: int = k) -> None:
+            if progress is not None:
+                progress((k + part) / len(etas))
+
+        found.append(_basin(gait, eta, settings, angles, starts, anyway, update))
+    return tuple(found)
 
 
 def _basin(

@@ -58,25 +58,14 @@ class Stopped(Exception):
 class Allocation:
     """The inverse of the decoupling matrix along a course of tilt angles; thrusts are along the tilted axes.
 
-    Parameters
-    ----------
-    thrusts
-        P, thrusts per torque in units of thrust times arm length, shape (n, 4, 3); zero where there is none.
-    free
-        w, the unit thrusts that make no torque, shape (n, 4); zero where the moment matrix has lost rank.
-    force
-        F·P, force per torque, shape (n, 3, 3).
-    direction
-        N = F·w, shape (n, 3). Where all thrusts can be positive it points up.
-    squared
-        |P|², shape (n,); infinite where there is none.
+    Where the moment matrix has lost rank, P and w are zero and |P|² is infinite.
     """
 
-    thrusts: FloatArray
-    free: FloatArray
-    force: FloatArray
-    direction: FloatArray
-    squared: FloatArray
+    thrusts: FloatArray  # P, thrusts per torque in units of thrust times arm length, shape (n, 4, 3)
+    free: FloatArray  # w, the unit thrusts that make no torque, shape (n, 4)
+    force: FloatArray  # F·P, force per torque, shape (n, 3, 3)
+    direction: FloatArray  # N = F·w, shape (n, 3); where all thrusts can be positive it points up
+    squared: FloatArray  # |P|², shape (n,)
 
     def rows(self) -> Iterator[list[float]]:
         """Yield F·P, N, |P|², P and w of each row as 29 plain numbers, converted some hundred rows at a time."""

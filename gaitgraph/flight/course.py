@@ -111,14 +111,8 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
 def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
     """Return why a course's gait must not be flown with given settings, "" if it may, and the warnings.
 
-    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's.
-
-    Parameters
-    ----------
-    course, settings
-        The course, and how it is flown.
-    anyway
-        Whether it is flown in any case: then each reason against it is a warning.
+    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's. With `anyway`
+    each reason against it is a warning.
     """
     timed, vehicle = course.timed, course.vehicle
     limits = {

@@ -284,24 +284,11 @@ def check_rendering(vehicle: Vehicle) -> None:
 
 
 def rendered_frames(flight: Flight, times: npt.ArrayLike, *, view: tuple[float, float]) -> npt.NDArray[np.uint8]:
-    """Return pictures of a flight that the engine renders off-screen, shape (n, 360, 480, 3).
+    """Return pictures of a flight at times [s] that the engine renders off-screen, shape (n, 360, 480, 3).
 
-    The variable ``MUJOCO_GL`` selects OpenGL as it does for the engine; otherwise EGL and OSMesa are tried on Linux.
-    The same flight gives the same pictures only on the same machine.
-
-    Parameters
-    ----------
-    flight
-        With at least one row; the camera follows the vehicle.
-    times
-        Of the pictures, shape (n,) [s].
-    view
-        Azimuth and elevation of the camera as seen from the vehicle [rad].
-
-    Raises
-    ------
-    InputError
-        If the engine cannot render here.
+    The camera follows the vehicle, at an azimuth and an elevation from it [rad]. The variable ``MUJOCO_GL`` selects
+    OpenGL as it does for the engine; otherwise EGL and OSMesa are tried on Linux. The same flight gives the same
+    pictures only on the same machine. InputError if the engine cannot render here.
     """
     rows = np.clip(np.searchsorted(flight.column("t"), np.asarray(times) + 1e-12) - 1, 0, len(flight.rows) - 1)
     return _rendered(flight.vehicle, _states(flight)[rows], view)
@@ -378,13 +365,7 @@ def check_screen() -> None:
 
 
 def show_flight(flight: Flight) -> None:
-    """Show a flight in the engine's viewer at its own pace, followed by the camera, until the window is closed.
-
-    Raises
-    ------
-    InputError
-        If the viewer cannot be opened.
-    """
+    """Show a flight in the engine's viewer at its own pace until the window is closed; InputError if none opens."""
     from mujoco import viewer
 
     engine = Engine(flight.vehicle)

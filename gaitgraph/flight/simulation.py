@@ -66,7 +66,14 @@ class Simulation:
         self.course, self.settings = course, settings
         self.engine = Engine(vehicle, step=settings.step, air=not settings.is_calm)
         seconds, every = course.seconds(settings), settings.steps_per_control
-        _check_steps(course, settings, seconds)
+        step, period = settings.step, course.moving_period
+        if seconds / step > MOST_STEPS:
+            whole = settings.duration is None and seconds == period
+            name, note = ("period", ", which is flown whole where no duration is stated") if whole else ("duration", "")
+            raise InputError(f"{name} must be at most {MOST_STEPS} steps of {step:g} s, got {seconds:g} s{note}")
+        if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
+            least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
+            raise InputError(f"period must be at least {least}, got {period:g} s; or make the step smaller")
         self.controls = max(round(seconds * settings.control_rate), 1)
         # Roll and pitch lag behind their wanted values by kd/kp, so places are followed by looking as far ahead.
         lead = min(settings.attitude_damping / settings.attitude_stiffness, _MOST_LEAD)
@@ -105,14 +112,8 @@ class Simulation:
     ) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end.
 
-        Parameters
-        ----------
-        attitude
-            Roll and pitch [rad].
-        progress
-            Called now and then with the part that is flown.
-        until_settled
-            Stop once the flight has settled, but not before so many seconds; None flies on to the end.
+        `progress` is called now and then with the part that is flown. With `until_settled` the flight ends once it has
+        settled, but not before so many seconds.
         """
         settings, engine, count = self.settings, self.engine, self.controls
         every = settings.steps_per_control
@@ -173,21 +174,6 @@ class Simulation:
             except Stopped as stop:
                 failure = stop.outcome, stop.reason
         return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
-
-
-def _check_steps(course: Course, settings: FlightSettings, seconds: float) -> None:
-    """Refuse a flight of too many steps of the engine, or a period of too few."""
-    step, period = settings.step, course.moving_period
-    if seconds / step > MOST_STEPS:
-        name, note = "duration", ""
-        if settings.duration is None and seconds == period:
-            name, note = "period", ", which is flown whole where no duration is stated"
-        raise InputError(f"{name} must be at most {MOST_STEPS} steps of {step:g} s, got {seconds:g} s{note}")
-    if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
-        raise InputError(
-            f"period must be at least {_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s), got {period:g} s;"
-            " or make the step smaller"
-        )
 
 
 def _state_of(t: float, place: list[float], speed: list[float]) -> tuple[tuple[float, ...], list[float]]:
