@@ -164,6 +164,8 @@ def test_a_gait_that_is_a_point_stands_still() -> None:
 
 def test_samples_by_count_and_by_rate() -> None:
     gait = lift(GAITS[2].angles, "red")
+    default = parametrize(gait)
+    assert (default.period, default.law, default.samples) == (1.0, "smooth", 100)
     assert gait.parametrize(1.0).samples == 100
     assert gait.parametrize(2.0, rate=50).samples == 100
     assert gait.parametrize(0.3, rate=10).samples == 3
@@ -211,6 +213,11 @@ def test_rate_limits_decide_flyable_and_name_the_period_needed() -> None:
     assert not report.flyable
     peak = 15 / 8 * (pi / 4) / 0.25
     assert report["tilt_rate"].value == pytest.approx(peak)
+    assert report["tilt_rate"].message.startswith(f"peak {peak:.3g} rad/s (α1), limit 3: this law needs a period of ")
+    assert [check.message[-2:] for check in timed.rate_checks("duration", 0.5)] == [" s", " s"]
+    assert "a duration of at least 0.982 s" in timed.rate_checks("duration", 0.5)[0].message
+    swings = lift([(0.4, -0.9), (0.5, -0.4)], "red", vehicle=slow).parametrize(5.0).check()
+    assert "(α2)" in swings["tilt_rate"].message
     assert f"{np.ceil(peak / 3.0 * 1000) / 1000:.3f} s" in report["tilt_rate"].message
     # The period that the message names is enough, and a little less is not.
     needed = max(peak / 3.0, np.sqrt(report["tilt_acceleration"].value / 40.0))  # type: ignore[operator]

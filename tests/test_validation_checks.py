@@ -22,8 +22,7 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.validation import checks
-from gaitgraph.validation.report import Check, Report
-from gaitgraph.validation.rules import limit_check
+from gaitgraph.validation.report import Check, Report, limit_check
 from gaitgraph.validation.segments import Place, segments_of
 from tests.published import GAITS, PublishedGait
 

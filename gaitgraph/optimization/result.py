@@ -15,8 +15,7 @@ from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.validation.report import Check, Report, lines_of_checks, verdict_line
-from gaitgraph.validation.rules import limit_check
+from gaitgraph.validation.report import Check, Report, limit_check, lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -17,7 +17,7 @@ from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.curve import derivative_of, lifted, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.timing.timing_laws import peaks_of
-from gaitgraph.validation.rules import RATE_UNITS
+from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:
     from gaitgraph.timing.curve import Curve

@@ -24,7 +24,7 @@ from gaitgraph.timing.rest_to_rest import rest_to_rest
 from gaitgraph.timing.rounding import Rounding, rounded
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.timing.timing_laws import peaks_of, smoothed_law, tilts_over_time
-from gaitgraph.validation.rules import RATE_UNITS
+from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -29,7 +29,7 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
 from gaitgraph.validation.checks import check_gait
-from gaitgraph.validation.rules import RATE_UNITS, limit_check
+from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

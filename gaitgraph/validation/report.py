@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.surface.loop_colorings import ColoringListing
 
-RATE_CHECKS = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
+RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+"""The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
+
+RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 """Names of the checks that need times."""
 
 _YES = {True: "yes", False: "no", None: "unknown"}
@@ -75,6 +78,20 @@ class Check:
             "where": self.where,
             "message": self.message,
         }
+
+
+def limit_check(
+    name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
+) -> Check:
+    """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
+    message, ok = f"peak {peak:.3g} {unit} (α{joint})", limit is None or peak <= limit * (1 + 1e-12)
+    if limit is None:
+        message += "; the vehicle states no limit"
+    elif math.isinf(peak):
+        message = f"{advice} (limit {limit:.3g} {unit})"
+    else:
+        message += f", limit {limit:.3g}" + ("" if ok else f": {advice}")
+    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -44,14 +44,13 @@ from gaitgraph.surface.sheets import (
     red_label,
     sheet_angles,
 )
-from gaitgraph.validation.report import Check
 from gaitgraph.validation.segments import Place, Rule, Segments, Setting, Worst
+
+if TYPE_CHECKING:
+    from gaitgraph.validation.report import Check
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
-
-RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
-"""The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
 
 _EXACT = 1e-9
 
@@ -272,8 +271,16 @@ class LevelSign(Rule):
             run.starts, run.ends, coefficients, known=known_values, at_ends=(value[:-1], value[1:])
         )
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
-            straddles = found.lower.min() <= resolution < min(found.upper.min(), worst.upper)
-            worst.update(_settled(found, run, coefficients, sign, resolution) if straddles else found, run)
+            if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
+                # Narrow the brackets that straddle the resolution until the comparison with it is settled.
+                near, floor = found.lower <= resolution, resolution * (1 + 1e-9)
+                narrow = least_level_determinant(
+                    run.starts[near], run.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+                )
+                lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
+                lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
+                found = Least(lower=lower, upper=upper, fraction=fraction)  # noqa: PLW2901
+            worst.update(found, run)
 
     def resolution(self) -> float:
         """Return how large |R| must be for its sign to mean something anywhere on the segments so far."""
@@ -312,18 +319,6 @@ class LevelSign(Rule):
         value = sign * worst.upper
         check = self.check("R_sign", "valid", ok, message, value=value, limit=resolution, place=worst.place)
         return [replace(check, decided=decided)]
-
-
-def _settled(found: Least, run: Segments, coefficients: Coefficients, sign: float, resolution: float) -> Least:
-    """Narrow the brackets of sign·R that straddle the resolution until the comparison with it is settled."""
-    near = found.lower <= resolution
-    floor = resolution * (1 + 1e-9)
-    narrow = least_level_determinant(
-        run.starts[near], run.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
-    )
-    lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
-    lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
-    return Least(lower=lower, upper=upper, fraction=fraction)
 
 
 class SingularValue(Rule):
@@ -506,17 +501,3 @@ class Reach:
         if self.confined:
             return True, f"on a fibre that meets {enters}"
         return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
-
-
-def limit_check(
-    name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
-) -> Check:
-    """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
-    message, ok = f"peak {peak:.3g} {unit} (α{joint})", limit is None or peak <= limit * (1 + 1e-12)
-    if limit is None:
-        message += "; the vehicle states no limit"
-    elif math.isinf(peak):
-        message = f"{advice} (limit {limit:.3g} {unit})"
-    else:
-        message += f", limit {limit:.3g}" + ("" if ok else f": {advice}")
-    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)

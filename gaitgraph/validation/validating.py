@@ -36,8 +36,7 @@ from gaitgraph.surface.sheets import (
     types_contradict,
 )
 from gaitgraph.validation.checks import Checker, check_gait, checked_limits
-from gaitgraph.validation.report import Check, Report
-from gaitgraph.validation.rules import RATE_UNITS, limit_check
+from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
 from gaitgraph.validation.segments import Place, Segments, Setting
 
 if TYPE_CHECKING:
