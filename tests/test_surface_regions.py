@@ -479,11 +479,18 @@ def test_components_are_sorted_and_hold_their_points() -> None:
         assert region.component_of((point.x, point.y)) == k
         assert region.joined((point.x, point.y), part.exterior.coords[0])
     assert repr(region) == "<Region: 4.748 rad² in 5 components, accuracy 1e-06 rad, 3 conditions>"
-    blue = sign_region("positive", color="blue")
-    lines = str(blue).splitlines()
-    assert len(blue.components) > 6
-    assert lines[7] == f"  … and {len(blue.components) - 6} more"
-    assert len(lines) == 9
+
+
+@pytest.mark.parametrize("count", [1, 6, 7])
+def test_a_region_in_words_lists_six_components(count: int) -> None:
+    boxes = shapely.MultiPolygon([shapely.box(k / 4, 0.0, k / 4 + 0.125, 0.5 - k / 32) for k in range(count)])
+    region = Region(inner=boxes, outer=boxes, accuracy=0.0)
+    lines = str(region).splitlines()
+    component = "component" if count == 1 else "components"
+    assert lines[0] == f"Region of the (α1, α2) plane: {boxes.area:.4g} rad² in {count} {component}, exact borders"
+    assert lines[1] == "  1  0.0625 rad²   α1 0.0000 to 0.1250, α2 0.0000 to 0.5000"
+    assert lines[7:] == (["  … and 1 more"] if count == 7 else [])
+    assert len(lines) == 1 + count
 
 
 def test_components_that_touch_are_joined() -> None:
