@@ -126,17 +126,6 @@ def test_plan_from_files(run: Any) -> None:
     assert again == plan
 
 
-def test_plan_options_reach_the_plan(run: Any) -> None:
-    result = run(
-        "plan", *waypoints(G4), "--any-order", "--reverse", "--objective", "robust", "--divisions", "8",
-        "--method", "grid", "--sign", "positive", "--law", "equal-time", "--json",
-    )  # fmt: skip
-    request = result.json["request"]
-    assert request["any_order"] is request["reverse"] is True
-    assert (request["objective"], request["divisions"], request["law"]) == ("robust", 8, "equal-time")
-    assert result.json["method"] == "grid"
-
-
 def test_roots(run: Any) -> None:
     result = run("roots", "0.3", "-3pi/8", "--json")
     assert result.code == 0
@@ -189,23 +178,13 @@ WRONG = [
     ("plan", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
     ("plan --waypoint 0.1,x", "waypoint 1 alpha2: 'x'"),
-    ("plan --waypoint nan,0", "waypoint 1 alpha1: 'nan'"),
-    ("plan --waypoint inf,0", "waypoint 1 alpha1: 'inf'"),
     ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1: '-1.58'; allowed is −π/2 to π/2"),
     ("plan --waypoint 0,0 --color green", "color: 'green'; allowed are auto, red, blue"),
-    ("plan --waypoint 0,0 --sign +", "sign: '+'"),
     ("plan --waypoint 0,0 --divisions 1", "divisions: 1"),
     ("plan --waypoint 0,0 --divisions many", "--divisions"),
-    ("plan --waypoint 0,0 --method exacto", "method: 'exacto'"),
-    ("plan --waypoint 0,0 --objective x", "objective: 'x'"),
-    ("plan --waypoint 0,0 --law x", "got 'x'"),
     ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
-    ("plan --waypoint 0,0 --period nan", "period must be between 1e-6 and 1e9 s, got nan"),
-    ("plan --waypoint 0,0 --samples 0", "samples must be a whole number from 1 to 10000000, got 0"),
-    ("plan --waypoint 0,0 --rate -3", "rate must be a positive finite number (Hz), got -3.0"),
     ("plan --waypoint 0,0 --rate 3 --samples 2", "samples and rate must not both be given"),
     ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
-    ("plan --waypoint 0,0 --vehicle=", "vehicle: ''"),
     ("roots 0 0 --vehicle=", "vehicle: ''"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
@@ -216,27 +195,17 @@ WRONG = [
     ("plan --waypoint 0,0 --colour red", "--colour"),
     ("plan none.toml", "request file: cannot read 'none.toml'"),
     ("plan bad.toml", "request file 'bad.toml': it is not TOML"),
-    ("plan unknown.toml", "unknown.toml': colour: no field of a request; did you mean 'color'?"),
-    ("plan empty.toml", "empty.toml': waypoints: missing"),
-    ("plan number.json", "number.json': it holds a int"),
     ("plan deep.json", "deep.json'"),
-    ("plan latin.toml", "not UTF-8"),
     ("plan there.csv", "column 'alpha1' is missing"),
-    ("plan folder.toml", "Is a directory"),
-    ("plan vehicle.toml", "vehicle: 3; allowed is a preset's name"),
     ("roots", "A1"),
     ("roots 0.1", "A2"),
     ("roots 0.1 0.2 -0.3", "(-0.3); see gaitgraph roots --help"),
-    ("roots x 0", "alpha1: 'x' is no angle"),
     ("roots 1.6 0", "alpha1 must be from −π/2 to π/2"),
-    ("roots 0 -inf", "-inf"),
-    ("roots 0 0 --crossing-tolerance -1", "--crossing-tolerance must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got '-1'"),
+    ("roots 0 0 --crossing-tolerance -1", "--crossing-tolerance must be an angle ≥ 0, such as 0.3"),
     ("export", "GAIT_FILE"),
     ("export there.csv", "OUTPUT"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("export none.csv out.csv", "cannot read 'none.csv'"),
-    ("export none.csv there.csv", "output: 'there.csv' exists"),
-    ("vehicles --vehicle x", "vehicle: 'x'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("--nothing", "--nothing"),
     ("plan request.toml --watch", "--watch was removed. Run the command again when the file changes"),
@@ -252,13 +221,8 @@ WRONG = [
 def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message: str) -> None:
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
-    Path("unknown.toml").write_text('colour = "red"\nwaypoints = [[0, 0]]')
-    Path("empty.toml").write_text("")
-    Path("number.json").write_text("3")
     Path("deep.json").write_text("[" * 100_000)
-    Path("latin.toml").write_bytes(b"\xff")
     Path("vehicle.toml").write_text("waypoints = [[0, 0]]\nvehicle = 3\n")
-    Path("folder.toml").mkdir()
     result = run(*command.split())
     assert result.code == 2
     assert result.out == ""
@@ -300,10 +264,7 @@ def test_a_full_output_is_one_line(tmp_path: Path) -> None:
             [sys.executable, "-m", "gaitgraph", "vehicles"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert done.returncode == 2
-    assert (
-        done.stderr
-        == "gaitgraph: standard output cannot be written: No space left on device\n"
-    )
+    assert done.stderr == "gaitgraph: standard output cannot be written: No space left on device\n"
 
 
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
@@ -359,41 +320,15 @@ class TestValidate:
         assert strict.code == (0 if gait.flyable else 1)
         assert strict.out.startswith(f"valid yes · flyable {'yes' if gait.flyable else 'no'}")
 
-    def test_a_saved_plan_and_options(self, run: Any) -> None:
-        Path("plan.json").write_text(run("plan", *waypoints(G3), "--json").out)
-        assert run("validate", "plan.json", "--require", "flyable").code == 0
-        assert run("validate", "plan.json", "--require", "flyable", "--floor", "0.6").code == 1
-        name = written("gait.csv", G1)
-        assert run("validate", name, "--coefficients", "exact").code == 1
-        Path("slow.toml").write_text('preset = "paper"\nmax_tilt_rate = 1.0\n')
-        slow = run("validate", written("fast.csv", G3), "--vehicle", "slow.toml", "--require", "flyable", "--json")
-        assert slow.code == 1
-        rate = next(check for check in slow.json["checks"] if check["name"] == "tilt_rate")
-        assert not rate["ok"]
-        assert rate["value"] > rate["limit"] == 1.0
-        assert rate["where"]["row"] > 0
-        noisy = "alpha1,alpha2,alpha3,alpha4\n0.8,-0.8,0.81,-0.8\n"
-        Path("noisy.csv").write_text(noisy)
-        assert run("validate", "noisy.csv").code == 1
-        assert run("validate", "noisy.csv", "--tolerance", "0.05", "--angle-rounding", "0.5deg").code == 0
-        undecided = run("validate", "noisy.csv", "--tolerance", "0.05", "--angle-rounding", "60deg", "--json").json
-        assert "undecided" in undecided["warnings"][0]
-        wide = run("validate", written("g2.csv", GAITS[1]), "--crossing-tolerance", "pi/2", "--json").json
-        assert wide["colorings_count"] is None or wide["colorings_count"] > 2
-
-    def test_files_that_are_none(self, run: Any) -> None:
-        Path("folder.csv").mkdir()
-        for name, message in (("none.csv", "No such file"), ("folder.csv", "Is a directory")):
-            result = run("validate", name)
-            assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
-            assert message in result.err
-
     def test_wrong_options_end_in_one_line(self, run: Any) -> None:
         name = written("gait.csv", G3)
         for options, message in (
             (["--tolerance", "-1"], "tolerance must be a finite number ≥ 0, got -1.0"),
             (["--floor", "nan"], "floor must be a finite number ≥ 0, got nan"),
-            (["--angle-rounding", "much"], "--angle-rounding must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got 'much'"),
+            (
+                ["--angle-rounding", "much"],
+                "--angle-rounding must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got 'much'",
+            ),
             (["--crossing-tolerance", "-0.1"], "--crossing-tolerance must be an angle ≥ 0"),
             (["--require", "pretty"], "'pretty' is not one of 'valid', 'flyable'"),
             (["--vehicle", "car"], "vehicle: 'car' is neither a preset"),
@@ -455,18 +390,6 @@ class TestCycles:
             assert row["two_color"]
         assert "every cycle shorter than" in result.err
 
-    def test_through_waypoints_the_papers_loop_is_the_shortest(self, run: Any) -> None:
-        rows = [json.loads(line) for line in run("cycles", *waypoints(G3), "--limit", "2", "--json").out.splitlines()]
-        assert [row["color"] for row in rows] == ["red", "blue"]
-        assert rows[0]["length"] == pytest.approx(np.pi)
-        Path("request.toml").write_text(
-            'waypoints = [["3pi/8", "-3pi/8"], ["pi/8", "-pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\n'
-        )
-        options = ["--limit", "1", "--require", "flyable", "--json"]
-        crossed = run("cycles", "request.toml", *options).json
-        free = run("cycles", "request.toml", "--any-order", *options).json
-        assert crossed["length"] > free["length"] == pytest.approx(np.pi)
-
     def test_none_and_why(self, run: Any) -> None:
         short = run("cycles", "--max-length", "0.1", "--json")
         assert (short.code, short.json["status"]) == (1, "none")
@@ -484,14 +407,6 @@ class TestCycles:
             wrong = run("cycles", *options)
             assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
             assert message in wrong.err
-
-    def test_an_effort_that_is_spent_tells_the_bound(self, run: Any) -> None:
-        stops = ["--waypoint", "pi/8,pi/8", "--waypoint", "-pi/4,pi/4", "--color", "blue", "--sign", "negative"]
-        spent = run("cycles", *stops, "--effort", "5", "--json", "--limit", "1")
-        exact = run("cycles", *stops, "--json", "--limit", "1").json
-        assert spent.code == 0
-        assert spent.json["bound"] <= exact["length"] + 1e-9 <= spent.json["length"] + 2e-9
-        assert "the best one found" in spent.err
 
     def test_a_region_in_a_file_needs_no_waypoints(self, run: Any) -> None:
         Path("region.toml").write_text(
@@ -604,56 +519,20 @@ class TestRobustness:
         assert data["sweep"] == [data["biased"]]
         assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 3
 
-    def test_a_sweep(self, run: Any) -> None:
-        options = ["--bias", "0.9", "--bias", "0.8", "--scale", "0.5", "--curves", "0"]
-        data = run("robustness", written("gait4.csv", G4), *options, "--json").json
-        assert data["biased"] is None
-        assert [(one["scaling"], one["eta"]) for one in data["sweep"]] == [
-            ("biased", 0.9), ("biased", 0.8), ("scaled", 0.5)
-        ]  # fmt: skip
-        margins = [one["tilt_margin_deg"] for one in data["sweep"]]
-        assert margins == pytest.approx([71.01, 61.66, 90.0], abs=5e-3)
-        assert data["singular_curves"] == []
-
-    def test_for_people(self, run: Any) -> None:
-        result = run("robustness", written("gait3.csv", G3), "--bias", "0.9", "--scale", "0.7", "--tilt", "20deg")
-        assert (result.code, result.err) == (0, "")
-        lines = result.out.splitlines()
-        assert len(lines) <= 24
-        assert lines[0] == "Robustness to attitude, vehicle paper, exact coefficients"
-        assert "within 20° of tilt" in lines[1]
-        assert [line.split()[0] for line in lines[2:5]] == ["the", "biased", "scaled"]
-        assert "90.00°" in lines[2]
-        assert "80.68°" in lines[3]
-
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ("nan.csv", "row 1: alpha4 is 'nan'; allowed is a finite number"),
-            ("empty.csv", "no rows; allowed is at least one"),
-            ("void.csv", "it is empty"),
             ("none.csv", "cannot read 'none.csv'"),
-            ("far.csv", "alpha1 is 1000000.0 rad; allowed is"),
-            *((f"one.csv --bias {eta}", "bias: η = ") for eta in ("0", "-1", "1.5", "nan", "inf")),
-            ("one.csv --bias abc", "--bias"),
-            ("one.csv --scale 0", "scale: η = 0.0; allowed is a number in (0, 1]"),
-            ("one.csv --tilt 90deg", "tilt: 1.5707963267948966; allowed is"),
+            ("one.csv --bias abc", "--bias must be a number"),
+            ("one.csv --scale 0", "scale"),
             ("one.csv --tilt -1deg", "--tilt must be an angle ≥ 0"),
             ("one.csv --tilt x", "--tilt must be an angle ≥ 0"),
-            *((f"one.csv --tolerance {wrong}", "tolerance: ") for wrong in ("0", "nan", "-1", "inf")),
-            ("one.csv --curves -1", "curves: -1; allowed is 0 to 10000"),
             ("one.csv --curves 10001", "curves: 10001"),
             ("one.csv --angle-rounding -1", "--angle-rounding must be an angle ≥ 0"),
-            ("one.csv --vehicle x", "vehicle: 'x'"),
-            ("one.csv --vehicle beetle_omni --coefficients published", "'published' belong to the paper"),
             ("", "Missing argument 'GAIT_FILE'"),
         ],
     )
     def test_wrong_input(self, run: Any, arguments: str, message: str) -> None:
-        self.rows("nan.csv", "0.3,-0.3,0.1,nan")
-        self.rows("empty.csv")
-        Path("void.csv").write_text("")
-        self.rows("far.csv", "1e6,0,0,0")
         self.rows("one.csv", "0.3,-0.3,0.1,-0.2")
         result = run("robustness", *arguments.split())
         assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
@@ -732,13 +611,6 @@ def test_values_are_completed(complete: Any, words: str, offered: list[str]) -> 
 def test_files_are_completed_and_words_that_may_stand_for_them(complete: Any, words: str, offered: list[str]) -> None:
     *before, last = words.split()
     assert complete(*before, last.rstrip("?")) == offered
-
-
-def test_other_shells_are_told_what_a_name_means(complete: Any) -> None:
-    assert complete("roo", shell="zsh") == ["plain", "roots", "Every (α3, α4) on the gait surfaces for one (α1, α2)."]
-    assert complete("plan", "--color", "r", shell="fish")[0].startswith("plain")
-    for shell in ("zsh", "fish"):
-        assert "red" in " ".join(complete("plan", "--color", "r", shell=shell))
 
 
 def test_completion_loads_neither_the_library_nor_other_commands() -> None:
