@@ -266,7 +266,7 @@ def test_singular_value_region_of_any_vehicle(kappa: float, share: float, accura
 
 
 def test_floors_narrower_than_the_accuracy() -> None:
-    for floor in (1e-9, 3e-7):
+    for floor in (1e-9, 3e-7, 1e-6):
         region = singular_value_region(floor)
         assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at)) - floor, rounding=1e-15)
         assert len(region.components) == 7
