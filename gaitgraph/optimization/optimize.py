@@ -222,9 +222,17 @@ class _Search:
     def answer(self, sign: Sign) -> OptimalGait:
         """Return the best gait with one sign of R, or why there is none; either way with the sign."""
         region = admissible_region(self.vehicle, use="flyable", sign=sign, floor=self.floor, zones=self.zones)
+        base = OptimalGait(
+            objective=self.objective,
+            waypoints=self.discs.centers,
+            radius=self.discs.radii,
+            period=self.period,
+            sign=sign,
+            reason=None,
+        )
         within = component_meeting(region.inner, self.discs)
         if within is None:
-            return self._infeasible(sign, why_apart(region, self.discs, self.floor, self.vehicle))
+            return replace(base, reason=why_apart(region, self.discs, self.floor, self.vehicle))
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
         bound, polygon = None, within
@@ -240,7 +248,7 @@ class _Search:
         # Discs that share a point are passed by standing still there.
         here = self._standing(shape)
         if here is not None:
-            return self._described(sign, region, here, [0.0], None, 0.0 if bound is None else bound)
+            return self._described(base, here, [0.0], None, 0.0 if bound is None else bound)
 
         # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
         # Where a level counts, it is known; the effort only chooses among loops that keep it, and one start is enough.
@@ -255,21 +263,11 @@ class _Search:
             if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
                 best = loop, history, problem
         if best is None:
-            return self._infeasible(sign, f"every path through the discs comes within {CLEARANCE:g} rad of a border")
+            return replace(base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
         loop, history, problem = best
         if bound is None:
             bound = 2 * least_loop_length(self.discs, region) ** 2 / self.period
-        return self._described(sign, region, loop, history, problem, bound)
-
-    def _infeasible(self, sign: str, reason: str) -> OptimalGait:
-        return OptimalGait(
-            objective=self.objective,
-            waypoints=self.discs.centers,
-            radius=self.discs.radii,
-            period=self.period,
-            sign=sign,
-            reason=reason,
-        )
+        return self._described(base, loop, history, problem, bound)
 
     def _standing(self, shape: Any) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
@@ -316,8 +314,7 @@ class _Search:
 
     def _described(
         self,
-        sign: str,
-        region: Region,
+        base: OptimalGait,
         loop: SmoothLoop,
         history: Iterable[float],
         problem: LeastEffort | None,
@@ -350,13 +347,9 @@ class _Search:
         gap = abs(bound - value) / size if size > 0 else 0.0
         passed, times = np.hstack([plane, plane]), loop.passes * width
         passed.flags.writeable = times.flags.writeable = False
-        return OptimalGait(
-            objective=self.objective,
-            waypoints=self.discs.centers,
-            radius=self.discs.radii,
-            period=self.period,
+        return replace(
+            base,
             reason=None if report.flyable else report.reason,
-            sign=sign,
             curve=curve,
             report=report,
             value=value,

@@ -11,11 +11,12 @@ import numpy.typing as npt
 
 from gaitgraph.errors import Infeasible
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, merged
-from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.invertibility.matrices import Coefficients, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import types_of
+from gaitgraph.timing.curve import derivative_of
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.validation.report import Check, Report, limit_check, lines_of_checks, verdict_line
+from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check, lines_of_checks, verdict_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -191,29 +192,18 @@ class OptimalGait:
         first: dict[str, Any] = {}
         for start in range(0, end - 1, rows):
             stop = end if end - (start + rows) <= 1 else start + rows
-            columns = self._columns(curve, np.arange(start, stop), count)
+            number = np.arange(start, stop)
+            t = number * (self.period / count)
+            t[number == count] = self.period
+            alpha, rates, accelerations = (curve.at(t * (curve.span / self.period), k) + 0.0 for k in range(3))
+            columns = {"t": t} | red_columns(alpha, curve.coefficients, curve.crossing_tolerance)
+            columns |= dict(zip(RATES, rates.T.copy(), strict=True))
+            columns |= dict(zip(ACCELERATIONS, accelerations.T.copy(), strict=True))
             first = first or columns
             if stop == end:  # the last row is the first again, bit by bit
                 for name in ("R", *ANGLES, *RATES, *ACCELERATIONS):
                     columns[name][-1] = first[name][0]
             yield Table(columns=columns, about=about)
-
-    def _columns(self, curve: Curve, rows: npt.NDArray[np.int64], count: int) -> dict[str, Any]:
-        """Return some rows of the table, counted from 0."""
-        t = rows * (self.period / count)
-        t[rows == count] = self.period
-        alpha, rates, accelerations = (curve.at(t * (curve.span / self.period), order) + 0.0 for order in range(3))
-        third, fourth = types_of("red", alpha[:, 0], alpha[:, 1], curve.coefficients, curve.crossing_tolerance)
-        columns: dict[str, Any] = {"t": t}
-        columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
-        columns |= {
-            "color": (curve.color,) * len(rows),
-            "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(third, fourth, strict=True)),
-            "R": np.array(level_determinant(alpha, curve.coefficients)),
-        }
-        columns |= dict(zip(RATES, rates.T.copy(), strict=True))
-        columns |= dict(zip(ACCELERATIONS, accelerations.T.copy(), strict=True))
-        return columns
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
@@ -266,32 +256,36 @@ class OptimalGait:
         return "\n".join(lines)
 
 
+def red_columns(alpha: FloatArray, coefficients: Coefficients, crossing_tolerance: float) -> dict[str, Any]:
+    """Return the columns of rows on the red sheet, shape (n, 4) [rad]: angles, color, types, R."""
+    types = types_of("red", alpha[:, 0], alpha[:, 1], coefficients, crossing_tolerance)
+    return {
+        **dict(zip(ANGLES, alpha.T.copy(), strict=True)),
+        "color": ("red",) * len(alpha),
+        "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
+        "R": np.array(level_determinant(alpha, coefficients)),
+    }
+
+
 def rate_checks(curve: Curve) -> list[Check]:
     """Return the checks of tilt rate and, where the vehicle limits them, acceleration and jerk, exact along the curve.
 
     On a cubic piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.
     """
-    vehicle, period = curve.vehicle, curve.span
-    width = np.diff(curve.breaks)[:, None]
-    third, second, first = curve.pieces[0], curve.pieces[1], curve.pieces[2]
+    period, width = curve.span, np.diff(curve.breaks)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        tip = np.clip(np.nan_to_num(-second / (3 * third), nan=0.0, posinf=0.0, neginf=0.0), 0.0, width)
-    rates = np.abs(np.stack([3 * third * at**2 + 2 * second * at + first for at in (0 * width, tip, width)])).max(
-        axis=0
-    )
-    accelerations = np.abs(np.stack([2 * second, 6 * third * width + 2 * second])).max(axis=0)
-    jerks = np.abs(6 * third)
+        tip = -curve.pieces[1] / (3 * curve.pieces[0])
+    tip = np.clip(np.nan_to_num(tip, nan=0.0, posinf=0.0, neginf=0.0), 0.0, width)
     checks = []
-    for name, unit, peaks, limit, order in (
-        ("tilt_rate", "rad/s", rates, vehicle.max_tilt_rate, 1),
-        ("tilt_acceleration", "rad/s²", accelerations, vehicle.max_tilt_acceleration, 2),
-        ("tilt_jerk", "rad/s³", jerks, vehicle.max_tilt_jerk, 3),
-    ):
+    for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
+        limit: float | None = getattr(curve.vehicle, f"max_tilt_{kind}")
         if order > 1 and limit is None:
             continue
+        derivative = derivative_of(curve.pieces, order)
+        peaks = np.max([np.abs(np.polyval(derivative, at)) for at in (0 * width, tip, width)], axis=0)
         piece, joint = divmod(int(np.argmax(peaks)), 2)
         peak = float(peaks[piece, joint])
         needed = period * (peak / limit) ** (1 / order) if limit else period
         advice = f"a period of at least {math.ceil(needed * 1000) / 1000:.3f} s would do"
-        checks.append(limit_check(name, unit, peak, joint + 1, limit, None, advice))
+        checks.append(limit_check(f"tilt_{kind}", unit, peak, joint + 1, limit, None, advice))
     return checks

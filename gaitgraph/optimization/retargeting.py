@@ -30,11 +30,10 @@ from gaitgraph.gait.table import ANGLES, Table, setting_of
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.frames import Frame, as_table
 from gaitgraph.io.reading import gait_of, read_table
+from gaitgraph.optimization.result import red_columns
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
-from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
 from gaitgraph.validation.checks import checked_limits
 from gaitgraph.validation.report import Report, verdict_line
@@ -320,13 +319,7 @@ def retarget(
     if "t" in table:
         columns["t"] = _times(table["t"], new, placed, closing)
     alpha = np.vstack([new, new[:1]]) if closing else new
-    types = types_of("red", alpha[:, 0], alpha[:, 1], numbers, crossing_tolerance)
-    columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
-    columns |= {
-        "color": ("red",) * len(alpha),
-        "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
-        "R": np.asarray(level_determinant(alpha, numbers)),
-    }
+    columns |= red_columns(alpha, numbers, crossing_tolerance)
     about = {
         "vehicle": chosen.as_mapping(),
         "coefficients": numbers.kind,

@@ -179,14 +179,15 @@ def _model_of(entry: Any, place: str, folder: Path, random: bool) -> Model:
     constants = {"file" if entry.lower().endswith(".toml") else "preset": entry} if isinstance(entry, str) else entry
     if not isinstance(constants, dict):
         raise InputError(f"{place} must be a preset, a .toml file or a table of constants, got {shown(entry)}")
-    varied: dict[str, Any] = {}
-    for name, value in constants.items():
+    constants = dict(constants)
+    varied = constants.pop("vary", {})  # as Model.as_mapping writes them
+    if not isinstance(varied, dict):
+        raise InputError(f"{place} vary must be a table of constants, got {shown(varied)}")
+    for name, value in list(constants.items()):
         # Three plain numbers are one inertia; a list of such lists varies it.
         one = name == "inertia" and isinstance(value, list) and not any(isinstance(part, list) for part in value)
-        if name not in ("name", "vary") and isinstance(value, (list, dict)) and not (one and value):
-            varied[name] = value
-    constants = {name: value for name, value in constants.items() if name not in varied}
-    varied |= constants.pop("vary", {})  # as Model.as_mapping writes them
+        if name != "name" and isinstance(value, (list, dict)) and not (one and value):
+            varied = {**varied, name: constants.pop(name)}
     first = {
         name: value.get("from") if isinstance(value, dict) else next(iter(value), None)
         for name, value in varied.items()
