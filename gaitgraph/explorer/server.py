@@ -8,7 +8,6 @@ import secrets
 import socket
 import sys
 import threading
-import time
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,22 @@ from urllib.parse import quote
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
 from gaitgraph.explorer.guards import AT_ONCE, Guard, Job, Refused, answer_in_thread, body_of
+from gaitgraph.explorer.map_query import SHADINGS, map_answer
+from gaitgraph.explorer.plan_query import (
+    DEFAULTS,
+    LIMITS,
+    RANGES,
+    checked_object,
+    diagram_answer,
+    plan_answer,
+    state_of,
+)
+from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
+from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.planning.request import CHOICES
+from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
 
 try:
     import uvicorn
@@ -61,8 +76,6 @@ def page_files() -> dict[str, tuple[Path, str]]:
 
 def application(token: str, port: int) -> Starlette:
     """Return the ASGI application whose paths begin with a token and whose page has the origin of a port."""
-    from gaitgraph.explorer.plan_query import LIMITS
-
     files, slots = page_files(), asyncio.Semaphore(AT_ONCE)
 
     async def page(request: Request) -> Response:
@@ -84,9 +97,9 @@ def application(token: str, port: int) -> Starlette:
             Route(f"/{token}/", page),
             Route(f"/{token}/page/{{name:path}}", page),
             Route(f"/{token}/api/setup", setup),
-            post("plan", _plan),
-            post("diagram", _diagram),
-            post("map", _map),
+            post("plan", lambda _, body, job: plan_answer(state_of(_content(body)), job.check)),
+            post("diagram", lambda _, body, job: diagram_answer(state_of(_content(body)), job.check)),
+            post("map", lambda _, body, job: map_answer(_content(body), job.check)),
             post("table", _table, LIMITS["table_bytes"], "application/octet-stream"),
             post("download", _download),
         ],
@@ -149,36 +162,11 @@ def _content(body: bytes) -> Any:
         raise InputError(f"request is not JSON ({str(error).splitlines()[0]}); it must be an object") from error
 
 
-def _plan(_: Request, body: bytes, job: Job) -> Any:
-    from gaitgraph.explorer.plan_query import plan_answer, state_of
-
-    start = time.perf_counter()
-    answer = plan_answer(state_of(_content(body)), job.check)
-    return {**answer, "server_ms": round(1e3 * (time.perf_counter() - start), 3)}
-
-
-def _diagram(_: Request, body: bytes, job: Job) -> Any:
-    from gaitgraph.explorer.plan_query import diagram_answer, state_of
-
-    return diagram_answer(state_of(_content(body)), job.check)
-
-
-def _map(_: Request, body: bytes, job: Job) -> Any:
-    from gaitgraph.explorer.map_query import map_answer
-
-    return map_answer(_content(body), job.check)
-
-
 def _table(request: Request, body: bytes, job: Job) -> Any:
-    from gaitgraph.explorer.table_query import table_answer
-
     return table_answer(request.query_params.get("name", ""), body, job.check)
 
 
 def _download(_: Request, body: bytes, job: Job) -> Any:
-    from gaitgraph.explorer.plan_query import checked_object, state_of
-    from gaitgraph.explorer.table_query import file_answer
-
     query = checked_object(_content(body), ("state", "suffix"))
     name, content = file_answer(state_of(query.get("state", {})), query.get("suffix", ".csv"), job.check)
     headers = {"content-disposition": f"attachment; filename={quote(name)}"}
@@ -188,15 +176,6 @@ def _download(_: Request, body: bytes, job: Job) -> Any:
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
-    from gaitgraph.explorer.map_query import SHADINGS
-    from gaitgraph.explorer.plan_query import DEFAULTS, LIMITS, RANGES
-    from gaitgraph.explorer.table_query import formats_answer
-    from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
-    from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.planning.request import CHOICES
-    from gaitgraph.timing.timed_gait import LAWS
-    from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
-
     gaits = {number: paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}
     return {
         "version": __version__,
@@ -271,10 +250,7 @@ class Server:
 
 
 def _warm_up() -> None:
-    """Load the modules and prepare the regions of the paper's vehicle, so that the first click need not wait."""
-    from gaitgraph.explorer.map_query import map_answer
-    from gaitgraph.explorer.plan_query import diagram_answer, plan_answer, state_of
-
+    """Plan once and prepare the regions of the paper's vehicle, so that the first click need not wait."""
     setup_answer()
     for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned, the second has a nearest point
         state = state_of({"waypoints": waypoints})
