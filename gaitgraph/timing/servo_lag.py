@@ -19,8 +19,6 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
 from gaitgraph.timing.timed_gait import TimedGait
 
-__all__ = ["ServoResponse", "servo_response"]
-
 FloatArray = npt.NDArray[np.float64]
 
 # Intervals are at most this share of the quickest servo's time constant.
@@ -151,7 +149,10 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
         raise InputError(f"timed must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     if lag is None:
         (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
-    tau = _lags(lag)
+    single = np.ndim(lag) == 0
+    tau = np.array([number_of(part) for part in ([lag] * 4 if single else lag)])  # type: ignore[union-attr]
+    if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
+        raise InputError(f"lag must be a positive finite number of seconds, or four, got {shown(lag)}")
     knots = timed.corner_times
     knots = knots[np.append(np.diff(knots) > 0, True)]
     # An even number of steps between knots, for Simpson's rule.
@@ -169,8 +170,13 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     h = np.repeat(np.diff(knots) / number, number)
     index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
     t = np.repeat(knots[:-1], number) + index * h
-    blocks = [slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)]
-    gained = np.concatenate([_gained(timed, t[block, None], h[block, None], tau) for block in blocks])
+    # What the error gains on each interval, by Gauss's rule.
+    gained = np.empty((len(h), 4))
+    for block in (slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)):
+        start, width = t[block, None], h[block, None]
+        at = start + width * (_NODES + 1) / 2
+        kernel = np.exp(-(start + width - at)[..., None] / tau)
+        gained[block] = (width / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1])
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
     for k in range(len(h)):
@@ -184,21 +190,6 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     # Laws that turn corners at full speed have no acceleration between their knots.
     bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
     # No servo errs by more than its lag times the largest rate, however short the segment that bends the most.
-    room = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
-    slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, room)
+    most = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
+    slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, most)
     return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)
-
-
-def _gained(timed: TimedGait, t: FloatArray, h: FloatArray, tau: FloatArray) -> FloatArray:
-    """Return what the error gains on intervals that begin at t and last h, both of shape (n, 1); shape (n, 4)."""
-    at = t + h * (_NODES + 1) / 2
-    kernel = np.exp(-(t + h - at)[..., None] / tau)
-    return np.asarray((h / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1]))
-
-
-def _lags(lag: Any) -> FloatArray:
-    single = np.ndim(lag) == 0
-    numbers = np.array([number_of(part) for part in ([lag] * 4 if single else lag)])
-    if numbers.shape != (4,) or not ((numbers > 0) & (numbers < math.inf)).all():
-        raise InputError(f"lag must be a positive finite number of seconds, or four, got {shown(lag)}")
-    return numbers
