@@ -10,10 +10,10 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     Content = bytes | Callable[[Path], None]
 
@@ -50,6 +50,27 @@ def text_of(path: Path, what: str, allowed: str) -> str:
     return decoded(b"".join(blocks), path, what, allowed)
 
 
+def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:
+    """Yield a file piece by piece, each with the fraction of the file that is read by then; errors as `text_of` has."""
+    try:
+        with path.open("rb") as stream:
+            size, done = os.fstat(stream.fileno()).st_size, 0
+            while block := stream.read(_BLOCK):
+                done += len(block)
+                yield block, min(done / size, 1.0) if size else 0.0
+    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
+
+
+def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:
+    """Return the text of UTF-8 bytes, or raise InputError naming the file that they are of."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}, in UTF-8") from error
+
+
 def table_from_toml(text: str) -> dict[str, Any]:
     """Return what a TOML text holds, or raise InputError in one line.
 
@@ -66,67 +87,6 @@ def table_from_toml(text: str) -> dict[str, Any]:
         raise InputError("it is nested too deeply; allowed is a table of fields") from error
     except ValueError as error:
         raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
-
-
-def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:
-    """Return the text of UTF-8 bytes, or raise InputError naming the file that they are of."""
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}, in UTF-8") from error
-
-
-def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:
-    """Yield a file piece by piece, each with the fraction of the file that is read by then.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    """
-    try:
-        with path.open("rb") as stream:
-            size, done = os.fstat(stream.fileno()).st_size, 0
-            while block := stream.read(_BLOCK):
-                done += len(block)
-                yield block, min(done / size, 1.0) if size else 0.0
-    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
-        reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
-
-
-def check_new_files(paths: Sequence[str | Path], *, force: bool) -> None:
-    """Raise before any work is done if one of these files cannot be written.
-
-    Raises
-    ------
-    InputError
-        If a file is named twice.
-    OutputExists
-        If something has the name, and is no file or `force` is not set.
-    FileProblem
-        If the folder does not exist, or the file system refuses the name.
-    """
-    seen: set[Path] = set()
-    for path in map(Path, paths):
-        try:
-            target, folder = target_of(path), path.parent
-            if target in seen:
-                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
-            seen.add(target)
-            if target.exists() and not target.is_file():
-                what = "a folder" if target.is_dir() else "no regular file"
-                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a file")
-            if os.path.lexists(path) and not force:
-                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-            if not folder.is_dir():
-                what = "is no folder" if folder.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
-        except GaitgraphError:
-            raise
-        except (OSError, ValueError) as error:  # a name that the file system refuses
-            reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output: cannot write {str(path)!r}: {reason}") from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
@@ -149,7 +109,6 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
     scratches: list[Path] = []
     path = Path()
     try:
-        wholes = []
         for path, content in contents:
             target = target_of(path)
             scratches.append(Path(tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=target.parent)))
@@ -158,13 +117,14 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
                 whole.write_bytes(content)
             else:
                 content(whole)
-            _settle(whole, target)
-            wholes.append(whole)
-        for (path, _), whole in zip(contents, wholes, strict=True):
-            if force:
-                _replace(whole, target_of(path))
-            else:
-                _place_new(whole, path)
+            # Bring all bytes to the disk, with the permissions of what they replace.
+            for file in sorted(whole.iterdir()) if whole.is_dir() else [whole]:
+                with file.open("rb") as stream:
+                    os.fsync(stream.fileno())
+                file.chmod(_mode(target) if file == whole else _mode(target / file.name))
+        for (path, _), scratch in zip(contents, scratches, strict=True):
+            place = _replace if force else _place_new
+            place(scratch / target_of(path).name, target_of(path) if force else path)
     except FileExistsError as error:
         raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
     except OSError as error:
@@ -176,27 +136,49 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
             shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _settle(whole: Path, target: Path) -> None:
-    """Bring a new file, or a folder of files, to the disk, with the permissions of what it replaces."""
-    files = sorted(whole.iterdir()) if whole.is_dir() else [whole]
-    for file in files:
-        with file.open("rb") as stream:
-            os.fsync(stream.fileno())
-        file.chmod(_mode(target) if file == whole else _mode(target / file.name))
+def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()) -> None:
+    """Raise before any work is done if one of these files cannot be written.
 
+    Parameters
+    ----------
+    paths
+        The files.
+    force
+        Whether files that exist are replaced.
+    folders
+        Which of the paths are to be folders.
 
-def _replace(whole: Path, target: Path) -> None:
-    """Give a finished file or folder its name, over what has it."""
-    if not whole.is_dir() or not target.exists():
-        whole.replace(target)
-        return
-    aside = whole.parent / ".old"  # a folder takes the place of another only while that one is away
-    target.rename(aside)
-    try:
-        whole.rename(target)
-    except OSError:
-        aside.rename(target)
-        raise
+    Raises
+    ------
+    InputError
+        If a file is named twice.
+    OutputExists
+        If something has the name, and is no file or `force` is not set.
+    FileProblem
+        If the folder does not exist, or the file system refuses the name.
+    """
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        try:
+            target, folder = target_of(path), path.parent
+            if target in seen:
+                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+            seen.add(target)
+            if path in folders and target.exists() and not target.is_dir():
+                raise OutputExists(f"output: {str(path)!r} is no folder; allowed is a new folder")
+            if path not in folders and target.exists() and not target.is_file():
+                what = "a folder" if target.is_dir() else "no regular file"
+                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a file")
+            if os.path.lexists(path) and not force:
+                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+            if not folder.is_dir():
+                what = "is no folder" if folder.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+        except GaitgraphError:
+            raise
+        except (OSError, ValueError) as error:  # a name that the file system refuses
+            reason = getattr(error, "strerror", None) or error
+            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
 
 
 def target_of(path: Path) -> Path:
@@ -213,17 +195,31 @@ def _mode(path: Path) -> int:
     return 0o666 & ~umask
 
 
-def _place_new(scratch: Path, path: Path) -> None:
-    """Give the finished file or folder its name unless something has that name by now."""
-    if scratch.is_dir():
+def _replace(whole: Path, target: Path) -> None:
+    """Give a finished file or folder its name, over what has it."""
+    if not whole.is_dir() or not target.exists():
+        whole.replace(target)
+        return
+    aside = whole.parent / ".old"  # a folder takes the place of another only while that one is away
+    target.rename(aside)
+    try:
+        whole.rename(target)
+    except OSError:
+        aside.rename(target)
+        raise
+
+
+def _place_new(whole: Path, path: Path) -> None:
+    """Give a finished file or folder its name unless something has that name by now."""
+    if whole.is_dir():
         path.mkdir()  # nobody else takes the name from here on
-        scratch.rename(path)
+        whole.rename(path)
         return
     try:
-        os.link(scratch, path)
+        os.link(whole, path)
     except FileExistsError:
         raise
     except OSError:  # a file system without hard links
         if path.exists():
             raise FileExistsError(str(path)) from None
-        scratch.replace(path)
+        whole.replace(path)

@@ -330,7 +330,7 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         with pytest.raises(gg.InputError, match=message) as caught:
             gg.validate(wrong)
         assert "\n" not in str(caught.value)
-    with pytest.raises(gg.InputError, match="allowed is a gait, a timed gait, a table, a frame or a file's path"):
+    with pytest.raises(gg.InputError, match="gait must be a gait, a timed gait, a table, a frame or a file's path, got 5"):
         gg.validate(5)  # type: ignore[arg-type]
     with pytest.raises(
         gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"

@@ -371,8 +371,8 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
         ("vehicle", {"mass": -1}, "mass: -1"),
         ("coefficients", "x", "coefficients: 'x'"),
         ("crossing_tolerance", "x", "crossing_tolerance must be a number ≥ 0 .rad., got 'x'"),
-        ("period", "x", "period: 'x'"),
-        ("law", 3, "law: 3"),
+        ("period", "x", "period must be .*, got 'x'"),
+        ("law", 3, "law.*3"),
     ):
         path.write_text(json.dumps({**content, "about": {**content["about"], key: value}}))
         with pytest.raises(gg.InputError, match=message):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
-from gaitgraph.files import target_of, write_whole
+from gaitgraph.errors import OutputExists
+from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.io.formats import known_format
 from gaitgraph.io.servo_tables import mapped_table
 
@@ -96,39 +95,14 @@ def _for_servos(pieces: Iterable[Table], servos: ServoMap, form: Format) -> Iter
 
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    seen: set[Path] = set()
+    folders = set()
     for path in map(Path, paths):
         form = known_format(path, "output")
         form.writer()  # MissingExtra, if that is so
-        try:
-            target, folder = target_of(path), path.parent
-            if target in seen:
-                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
-            seen.add(target)
-            if os.path.lexists(path) or target.exists():
-                _check_taken(path, target, form, force)
-            if not folder.is_dir():
-                what = "is no folder" if folder.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
-        except GaitgraphError:
-            raise
-        except (OSError, ValueError) as error:  # the file system refuses the name
-            reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
-
-
-def _check_taken(path: Path, target: Path, form: Format, force: bool) -> None:
-    """Raise unless what has an output's name may be replaced: a file, or a folder with a bag in it."""
-    if form.folder and target.is_dir():
-        for one in sorted(target.iterdir()):
-            if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
-                raise OutputExists(
-                    f"output: {str(path)!r} is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
-                )
-    elif path.is_dir():
-        raise OutputExists(f"output: {str(path)!r} is a folder; allowed is a file")
-    elif target.exists() and (form.folder or not target.is_file()):
-        what, allowed = ("no folder", "new folder") if form.folder else ("no regular file", "file")
-        raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a {allowed}")
-    if not force:
-        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
+        if form.folder:
+            folders.add(path)
+            for one in sorted(path.iterdir()) if path.is_dir() else ():
+                if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
+                    problem = f"is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
+                    raise OutputExists(f"output: {str(path)!r} {problem}")
+    check_new_files(paths, force=force, folders=folders)

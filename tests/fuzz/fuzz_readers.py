@@ -42,7 +42,7 @@ def serialised(content: Any) -> None:
 
 
 def judged(path: Path) -> None:
-    """Read, judge, paint, export, and read back."""
+    """Read, judge, list the colorings, export, and read back."""
     report = validate(path)
     serialised(report.as_mapping())
     str(report)
