@@ -144,21 +144,18 @@ def fly_command(
         except Infeasible as error:
             flight = refused(repeated(_standing(asked.get("vehicle", PAPER))), f"there is no gait to fly: {error}")
         else:
-            flown: Any = timed if bias is None else biased_timed_gait(timed, bias)
+            flown = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-            course = (
-                from_hover(flown, anyway=anyway, **({} if periods is None else {"periods": periods})) if hovers else ""
-            )
+            course: Any = flown
+            if hovers:
+                course = from_hover(flown, anyway=anyway, **({} if periods is None else {"periods": periods}))
             progress("flying")
-            if isinstance(course, str) and course:
+            if isinstance(course, str):  # why there is none
                 flight = refused(repeated(flown), f"refused before take-off: {course}")
             else:
-                if not isinstance(course, str):
-                    flown = course
-                    settings = (
-                        settings if settings.duration is not None else replace(settings, duration=course.duration)
-                    )
-                flight = fly(flown, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
+                if hovers and settings.duration is None:
+                    settings = replace(settings, duration=course.duration)
+                flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
         warnings = flight_options.flight_warnings(flight.course.timed, flight.warnings, bias)
         written: Sequence[str] = outputs if len(flight.rows) else ()
         if not len(flight.rows):
