@@ -178,17 +178,6 @@ def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
     assert told[1][1].startswith("tilt margin 90.0°, biased ")
 
 
-def test_figure_19_is_made_of_zeros_of_formula_1() -> None:
-    left, middle, right, last = drawn("19").axes
-    assert [patch.get_gid() for patch in left.patches] == ["singular"]
-    assert [len(lines_of(ax, "singular")) for ax in (left, middle, right, last)] == [48, 48, 96, 96]
-    exact = gg.invertibility.coefficients_of(kind="exact")
-    printed = printed_gait(2, exact)
-    alpha = printed.parametrize(law="constant-speed").at(np.arange(48) / 48)[0]
-    for row, line in zip(alpha, lines_of(right, "singular")[:48], strict=True):
-        assert np.abs(gg.invertibility.determinant(row, exact, *np.asarray(line.get_xydata()).T)).max() < 1e-12
-
-
 def test_figures_20_and_21_agree_with_the_paper() -> None:
     for name, margin in (("20", "74.5"), ("21", "61.7")):
         assert verdicts(draw(name)) == [
@@ -328,17 +317,6 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert row["caption"].startswith(row["title"])
 
 
-@pytest.mark.slow
-def test_command_draws_a_gait_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    GAIT4.parametrize(2.0).write("gait4.csv")
-    code, _, err = run(capsys, "--only", "gait", "--gait", "gait4.csv", "--format", "svg", "--out", "a")
-    assert (code, err) == (0, "")
-    write_figures("b", only=["gait"], gait=gg.read_table("gait4.csv"), formats=["svg"])
-    write_figures("c", only=["gait"], formats=["svg"])
-    first, second, third = (Path(name, "figure_gait.svg").read_bytes() for name in "abc")
-    assert first == second != third
-
-
 @pytest.mark.parametrize(
     ("args", "told"),
     [
@@ -347,12 +325,6 @@ def test_command_draws_a_gait_file(folder: Path, capsys: pytest.CaptureFixture[s
         (("--only", "2", "--out", "file.csv"), "out must be a folder that can be written, got 'file.csv': File exists"),
         (("--only", "gait", "--gait", "none.csv"), "gait file: cannot read 'none.csv'"),
         (("--only", "gait", "--gait", "file.csv"), "file.csv"),
-        (("--only", "1", "--vehicle", "beetle"), "vehicle: 'beetle' is neither a preset"),
-        (
-            ("--only", "1", "--vehicle", "beetle_omni", "--coefficients", "published"),
-            "coefficients: 'published' belong",
-        ),
-        (("--only", "1", "--coefficients", "rounded"), "'rounded' is not one of"),
     ],
 )
 def test_command_refuses_in_one_line(

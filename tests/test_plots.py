@@ -96,11 +96,6 @@ def test_root_counts_hold_650_roots(ax: Axes) -> None:
     np.testing.assert_allclose(np.abs(corners), HALF_PI)
 
 
-def test_root_counts_of_a_finer_grid(ax: Axes) -> None:
-    plots.root_counts(divisions=32, ax=ax)
-    assert legend_of(ax) == ["2 roots, 961 nodes", "3 roots, 124 nodes", "5 roots, 4 nodes"]
-
-
 def test_interior_roots_are_those_of_each_node() -> None:
     found = plots.interior_roots()
     assert len(found.R) == 450
@@ -143,15 +138,6 @@ def test_both_roots_lie_on_two_planes(space: Any, angle: Any) -> None:
     assert [one.get_facecolor()[0].tolist() for one in scatters(space)] == [
         list(mpl.colors.to_rgba(color)) for color in (RED, BLUE)
     ]
-
-
-def test_one_root_and_the_other_make_both(space: Any) -> None:
-    for which in ("first", "other"):
-        plots.root_angle("alpha3", which=which, ax=space)
-    parts = [points_of(one) for one in scatters(space)]
-    assert sum(map(len, parts)) == 450
-    assert len(np.unique(np.round(np.concatenate(parts), 9), axis=0)) == 450
-    assert sum(map(len, parts[:2])) == 225
 
 
 @pytest.mark.parametrize(("sign", "total"), [("positive", 156), ("negative", 294)])
@@ -268,14 +254,6 @@ def test_type_map_with_exact_coefficients_paints_no_blue(ax: Axes) -> None:
     assert sum(map(len, marks.values())) + len(written) == 225
     assert set().union(*map(faces, scatters(ax))) == {RED, "#ffffff"}
     assert {to_hex(str(text.get_color())) for text in ax.texts} == {RED, GREY}
-
-
-def test_type_map_without_labels(ax: Axes) -> None:
-    plots.type_map("positive", labels=False, ax=ax)
-    marks, written = marks_and_texts(ax)
-    assert not written
-    assert sum(map(len, marks.values())) == 225
-    assert len(set().union(*(nodes for kind, nodes in marks.items() if kind.startswith("yes")))) == 128
 
 
 # Gaits

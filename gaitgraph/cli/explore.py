@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import webbrowser
-from contextlib import suppress
-
 import click
 
 from gaitgraph.cli import options
@@ -30,6 +26,10 @@ def explore_command(port: int, no_browser: bool = False, as_json: bool = False) 
     The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs
     starlette and uvicorn: pip install 'gaitgraph[explore]'.
     """
+    import threading
+    import webbrowser
+    from contextlib import suppress
+
     from gaitgraph.explorer.server import Server
 
     server = Server(port)
