@@ -50,7 +50,7 @@ BROKEN = """alpha1,alpha2,alpha3,alpha4
 0.393,-1.178,0.393,-1.178
 """
 
-# Every text that is seen, with the contrast [1, 21] of its color to what is behind it.
+# Every visible text, with the contrast [1, 21] of its color to what is behind it.
 CONTRASTS = """
 const light = (rgb) => rgb.map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
   .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
@@ -235,7 +235,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert "tilt margin90.0°" in page.text("diagram-root")
     assert page.count("#vehicle-root .disc") == 4
     assert page.count(".uplot canvas") == 2
-    # The browser is told that its reader wants less motion: the vehicle is moved by steps.
+    # The browser prefers reduced motion: the vehicle is moved by steps.
     disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
     before = page.js(disc)
     assert page.text("play") == "Step"
@@ -245,7 +245,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert page.js(disc) != before
 
 
-def test_gait_1_says_why_not(page: Page) -> None:
+def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
     page.open()
     page.choose("load", "0")
     page.until(lambda: page.headline() == "△Valid, not flyable")
@@ -311,14 +311,14 @@ def test_the_address_holds_everything(page: Page) -> None:
     assert (page.state, page.text("report")) == (state, before)
 
 
-def test_a_broken_address_is_told_and_the_rest_of_it_kept(page: Page) -> None:
+def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> None:
     page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&objective=thrust")
-    said = page.text("notice")
-    assert "color=green: allowed are auto, red, blue" in said
-    assert "“3pi/8,9” is no pair of angles within ±pi/2" in said
-    assert "eta=0: allowed is a number above 0, up to 1" in said
-    assert "samples=1e9: allowed is a whole number from 1 to 10000" in said
-    assert "objective=thrust: allowed are shortest, robust" in said
+    notice = page.text("notice")
+    assert "color=green: allowed are auto, red, blue" in notice
+    assert "“3pi/8,9” is no pair of angles within ±pi/2" in notice
+    assert "eta=0: allowed is a number above 0, up to 1" in notice
+    assert "samples=1e9: allowed is a whole number from 1 to 10000" in notice
+    assert "objective=thrust: allowed are shortest, robust" in notice
     assert page.id("period").get_property("value") == "2"
     assert page.headline() == "No waypoints yet"
     problems, kept = page.js(

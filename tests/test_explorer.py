@@ -59,7 +59,7 @@ class Answer:
 async def answer_to(
     app: Any, method: str, path: str, headers: Pairs, messages: list[dict[str, Any]] | None = None
 ) -> Answer:
-    """Ask the application itself: the path as it stands, any headers, and a body that comes in any pieces."""
+    """Send a request to the application itself: the path as it stands, any headers, a body in any pieces."""
     sent: list[Any] = []
     waiting = list(messages or [])
 
@@ -96,7 +96,7 @@ async def answer_to(
 
 
 class Client:
-    """Asks the server as the page does, or as nobody should."""
+    """Sends requests as the page does, or as nobody should."""
 
     def __init__(self) -> None:
         self.app = application(TOKEN, PORT)
@@ -121,7 +121,7 @@ class Client:
         return answer.json()
 
     def refused(self, name: str, content: Any) -> str:
-        return told(self.post(name, content), 400)
+        return message_of(self.post(name, content), 400)
 
     def table(self, name: str, content: bytes) -> Answer:
         return self.raw(f"table?name={quote(name)}", content, BYTES)
@@ -131,11 +131,11 @@ class Client:
 
 
 @pytest.fixture(scope="module")
-def ask() -> Client:
+def client() -> Client:
     return Client()
 
 
-def told(answer: Answer, status: int) -> str:
+def message_of(answer: Answer, status: int) -> str:
     """Return the one line of a refusal."""
     assert answer.status == status, (answer.status, answer.content[:300])
     content = answer.json()
@@ -155,9 +155,9 @@ def of_gait(number: int) -> dict[str, Any]:
 
 class TestPlan:
     @pytest.mark.parametrize("number", [1, 2, 3, 4])
-    def test_the_paper_gaits_are_what_plan_loop_says(self, ask: Client, number: int) -> None:
+    def test_the_paper_gaits_are_what_plan_loop_returns(self, client: Client, number: int) -> None:
         state, gait = of_gait(number), GAITS[number - 1]
-        answer, plan = ask("plan", state), gg.plan_loop(gait.angles, color=gait.color, sign=gait.sign)
+        answer, plan = client("plan", state), gg.plan_loop(gait.angles, color=gait.color, sign=gait.sign)
         assert plan.loop is not None
         assert answer["status"] == "planned"
         assert (answer["flyable"], answer["reachable_from_hover"]) == (gait.flyable, gait.reachable)
@@ -176,8 +176,8 @@ class TestPlan:
         worst = next(check for check in answer["checks"] if check["name"] == "least_singular_value")
         assert [worst["where"][f"alpha{k}"] for k in (1, 2, 3, 4)] == plan.report["least_singular_value"].where["alpha"]  # type: ignore[index]
 
-    def test_the_series_is_the_table_and_the_scene_its_vehicle(self, ask: Client) -> None:
-        answer = ask("plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"})
+    def test_the_series_is_the_table_and_the_scene_its_vehicle(self, client: Client) -> None:
+        answer = client("plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"})
         timed = gg.plan_loop(GAIT3.angles, period=2.0, law="equal-time").timed(samples=40)
         series = answer["series"]
         assert np.allclose(series["t"], timed.t)
@@ -194,8 +194,8 @@ class TestPlan:
         assert answer["scene"]["t"] == series["t"]
         assert answer["scene"]["rotors"] == view["rotors"]
 
-    def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, ask: Client) -> None:
-        series = ask("plan", of_gait(1))["series"]
+    def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, client: Client) -> None:
+        series = client("plan", of_gait(1))["series"]
         assert {value for rotor in series["hover_thrusts"] for value in rotor} == {None}
         alpha = gg.plan_loop(GAITS[0].angles, color="blue", sign=GAITS[0].sign).timed(samples=100).alpha
         least = gg.invertibility.least_singular_value(alpha)
@@ -208,9 +208,9 @@ class TestPlan:
             atol=1e-10,
         )
 
-    def test_an_empty_and_an_infeasible_state_have_every_name(self, ask: Client) -> None:
-        planned, empty = ask("plan", of_gait(3)), ask("plan", {})
-        none = ask("plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})
+    def test_an_empty_and_an_infeasible_state_have_every_name(self, client: Client) -> None:
+        planned, empty = client("plan", of_gait(3)), client("plan", {})
+        none = client("plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})
         assert set(empty) == set(none) == set(planned)
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no closed loop" in none["reason"]
@@ -219,8 +219,8 @@ class TestPlan:
 
 
 class TestDiagram:
-    def test_it_is_the_robustness_of_the_plan(self, ask: Client) -> None:
-        answer = ask("diagram", of_gait(3) | {"eta": 0.9})
+    def test_it_is_the_robustness_of_the_plan(self, client: Client) -> None:
+        answer = client("diagram", of_gait(3) | {"eta": 0.9})
         found = gg.robustness_of(gg.plan_loop(GAIT3.angles).gait, bias=0.9, tolerance=1e-4, curves=2)
         assert answer["eta"] == 0.9
         assert answer["own"]["curves"] == []
@@ -234,8 +234,8 @@ class TestDiagram:
 
 
 class TestMap:
-    def test_the_shading_is_R_with_rows_of_constant_alpha2(self, ask: Client) -> None:
-        answer = ask("map", {"shading": "R"})
+    def test_the_shading_is_R_with_rows_of_constant_alpha2(self, client: Client) -> None:
+        answer = client("map", {"shading": "R"})
         n = answer["n"]
         axis = np.linspace(-math.pi / 2, math.pi / 2, n)
         values = np.array(answer["values"]).reshape(n, n)
@@ -246,10 +246,10 @@ class TestMap:
         assert answer["range"] == pytest.approx([values.min(), values.max()], rel=1e-4)
         assert answer["note"] is None
 
-    def test_regions_are_those_of_the_package(self, ask: Client) -> None:
+    def test_regions_are_those_of_the_package(self, client: Client) -> None:
         import shapely
 
-        answer = ask("map", {"vehicle": "beetle_omni"})
+        answer = client("map", {"vehicle": "beetle_omni"})
         assert answer["values"] is answer["range"] is None
         regions = {region["name"]: region for region in answer["regions"]}
         assert set(regions) == {"R>0", "R<0", "hover", "flyable"}
@@ -257,8 +257,8 @@ class TestMap:
         drawn = shapely.union_all([shapely.Polygon(ring) for ring in regions["flyable"]["polygons"]])
         assert drawn.area == pytest.approx(flyable.area, rel=5e-3)
 
-    def test_types_are_those_of_the_graph(self, ask: Client) -> None:
-        answer = ask("map", {"sheet": "blue"})
+    def test_types_are_those_of_the_graph(self, client: Client) -> None:
+        answer = client("map", {"sheet": "blue"})
         assert "rounding" in answer["note"]
         codes = np.array(answer["types"]["codes"], dtype=object).reshape(17, 17)
         graph = gg.surface_graph("negative")
@@ -281,8 +281,8 @@ class TestMap:
             ([], "request"),
         ],
     )
-    def test_wrong_questions(self, ask: Client, content: Any, named: str) -> None:
-        assert named in ask.refused("map", content)
+    def test_wrong_questions(self, client: Client, content: Any, named: str) -> None:
+        assert named in client.refused("map", content)
 
 
 class TestTables:
@@ -292,8 +292,8 @@ class TestTables:
         plan.timed(samples=40).write(path)
         return path.read_bytes()
 
-    def test_a_good_table(self, ask: Client, tmp_path: Path) -> None:
-        answer = ask.table("gait3.csv", self.gait3(tmp_path)).json()
+    def test_a_good_table(self, client: Client, tmp_path: Path) -> None:
+        answer = client.table("gait3.csv", self.gait3(tmp_path)).json()
         assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == ("gait3.csv", 41, True, True)
         assert answer["broken"] == []
         assert len(answer["path"]) == len(answer["series"]["t"]) == 41
@@ -302,7 +302,7 @@ class TestTables:
         assert answer["scene"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
 
-    def test_each_run_of_broken_rows_is_marked_once(self, ask: Client) -> None:
+    def test_each_run_of_broken_rows_is_marked_once(self, client: Client) -> None:
         t = np.arange(600) * 2 * math.pi / 600
         alpha = np.column_stack([0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)])
         alpha = np.hstack([alpha, alpha])
@@ -311,7 +311,7 @@ class TestTables:
         alpha[300, 3] += 0.2
         alpha[400:402, 2] -= 0.1
         rows = [",".join(f"{x:.6f}" for x in row) for row in alpha]
-        answer = ask.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()
+        answer = client.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()
         runs = [one for one in answer["broken"] if one["message"].startswith("on surface broken")]
         assert [one["message"].partition(": ")[2] for one in runs] == [
             "rows 101 to 130, the worst row 118",
@@ -322,32 +322,32 @@ class TestTables:
         assert first["row"] in (300, 301)  # the third run has the check's own mark
         alpha[::5, 2] += 0.3
         rows = [",".join(f"{x:.6f}" for x in row) for row in alpha]
-        many = ask.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()["broken"]
+        many = client.table("x.csv", "\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]).encode()).json()["broken"]
         assert 50 <= len(many) <= 60
 
-    def test_rows_are_bounded(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_rows_are_bounded(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(LIMITS, "rows", 10)
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
-        assert "at most 10 rows" in told(ask.table("x.csv", rows), 400)
-        assert ask.table("x.csv", rows[:-18]).json()["rows"] == 10
+        assert "at most 10 rows" in message_of(client.table("x.csv", rows), 400)
+        assert client.table("x.csv", rows[:-18]).json()["rows"] == 10
 
-    def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, ask: Client) -> None:
+    def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, client: Client) -> None:
         state = of_gait(4) | {
             "drag_ratio": 0.25,
             "samples": 60,
             "law": "equal-time",
             "keep_out": [[[1, 1], [1.2, 1], [1, 1.2]]],
         }
-        found = ask.table("x.json", ask.file(state, ".json").content).json()["request"]
+        found = client.table("x.json", client.file(state, ".json").content).json()["request"]
         assert {**DEFAULTS, **found} == {**DEFAULTS, **state, "coefficients": "exact"}
-        answer, again = ask("plan", state), ask("plan", found)
+        answer, again = client("plan", state), client("plan", found)
         assert again["corners"] == answer["corners"]
 
-    def test_a_request_that_the_page_cannot_show_is_left_out(self, ask: Client) -> None:
+    def test_a_request_that_the_page_cannot_show_is_left_out(self, client: Client) -> None:
         def found(**request: Any) -> Any:
             request = {"waypoints": [[1.0, -1.0]]} | request
             table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": {"request": request}}
-            return ask.table("x.json", json.dumps(table).encode()).json()["request"]
+            return client.table("x.json", json.dumps(table).encode()).json()["request"]
 
         assert found(sheets="planes", law="equal-time") == {
             "waypoints": [[1.0, -1.0]],
@@ -364,19 +364,19 @@ class TestTables:
         assert found(method="grid", divisions=256) is None
         assert found(color="green") is None
 
-    def test_no_file_is_read_by_the_name_in_a_table(self, ask: Client, tmp_path: Path) -> None:
+    def test_no_file_is_read_by_the_name_in_a_table(self, client: Client, tmp_path: Path) -> None:
         secret = tmp_path / "secret.toml"
         secret.write_text("drag_ratio = 0.123\n")
         for about in ({"vehicle": str(secret)}, {"request": {"waypoints": [[1.0, -1.0]], "vehicle": str(secret)}}):
             table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": about}
-            answer = ask.table("x.json", json.dumps(table).encode())
+            answer = client.table("x.json", json.dumps(table).encode())
             if "vehicle" in about:
-                assert "vehicle must be one of paper" in told(answer, 400)
+                assert "vehicle must be one of paper" in message_of(answer, 400)
             else:
                 assert answer.json()["request"] is None
 
     @pytest.mark.parametrize(
-        ("name", "content", "says"),
+        ("name", "content", "part"),
         [
             ("gait.txt", b"alpha1\n", "suffix"),
             ("gait", b"alpha1\n", "suffix"),
@@ -390,17 +390,17 @@ class TestTables:
             ("x.mat", b"MATLAB 5.0", "x.mat"),
         ],
     )
-    def test_what_is_no_table(self, ask: Client, name: str, content: bytes, says: str) -> None:
-        assert says in told(ask.table(name, content), 400)
+    def test_other_files_are_refused(self, client: Client, name: str, content: bytes, part: str) -> None:
+        assert part in message_of(client.table(name, content), 400)
 
 
 class TestDownload:
     @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".db3", ".gif"])
-    def test_formats_come_as_files_and_folders_as_zips(self, ask: Client, suffix: str) -> None:
+    def test_formats_come_as_files_and_folders_as_zips(self, client: Client, suffix: str) -> None:
         (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
         if not listed["available"]:
             pytest.skip(listed["why_not"])
-        answer = ask.file(of_gait(3) | {"samples": 8}, suffix)
+        answer = client.file(of_gait(3) | {"samples": 8}, suffix)
         assert answer.status == 200, answer.content[:300]
         name = answer.headers["content-disposition"].partition("filename=")[2]
         assert name.endswith(f"gait{suffix}.zip" if suffix == ".db3" else f"gait{suffix}")
@@ -410,16 +410,16 @@ class TestDownload:
                 assert sum(one.endswith(suffix) for one in archive.namelist()) == 1
 
 
-def test_setup_tells_what_the_page_offers(ask: Client) -> None:
-    setup = ask.get("api/setup").json()
+def test_setup_lists_what_the_page_offers(client: Client) -> None:
+    setup = client.get("api/setup").json()
     assert setup["version"] == gg.__version__
     assert setup["defaults"] == DEFAULTS
     assert setup["limits"]["waypoints"] == 64
     assert [preset["name"] for preset in setup["presets"]] == gg.vehicle.preset_names()
-    for published, told_gait in zip(GAITS, setup["paper_gaits"], strict=True):
-        assert told_gait["color"] == published.color
-        assert told_gait["sign"] == published.sign
-        assert np.allclose(told_gait["waypoints"], published.angles)
+    for published, listed_gait in zip(GAITS, setup["paper_gaits"], strict=True):
+        assert listed_gait["color"] == published.color
+        assert listed_gait["sign"] == published.sign
+        assert np.allclose(listed_gait["waypoints"], published.angles)
     assert setup["objectives_of"] == {"grid": ["shortest", "robust"], "exact": ["shortest", "robust"]}
     assert setup["ranges"]["samples"]["allowed"] == "a whole number from 1 to 10000"
     for name, one in setup["ranges"].items():
@@ -431,8 +431,8 @@ def test_setup_tells_what_the_page_offers(ask: Client) -> None:
 
 
 class TestPages:
-    def test_the_page_and_its_files(self, ask: Client) -> None:
-        page = ask.get("")
+    def test_the_page_and_its_files(self, client: Client) -> None:
+        page = client.get("")
         assert page.status == 200
         assert page.headers["content-type"].startswith("text/html")
         for name, value in HEADERS.items():
@@ -441,7 +441,7 @@ class TestPages:
         named = re.findall(r'(?:src|href)="(page/[^"]+)"', page.content.decode())
         assert named
         for name in named:
-            answer = ask.get(name)
+            answer = client.get(name)
             assert answer.status == 200, name
             assert answer.headers["x-content-type-options"] == "nosniff"
 
@@ -462,10 +462,10 @@ class TestGuards:
             ({"content-type": ""}, 415),
         ],
     )
-    def test_a_request_from_elsewhere_is_refused(self, ask: Client, headers: dict[str, str], status: int) -> None:
+    def test_a_request_from_elsewhere_is_refused(self, client: Client, headers: dict[str, str], status: int) -> None:
         stated = {"content-type": JSON} | headers
         messages = [{"type": "http.request", "body": b"{}", "more_body": False}]
-        answer = asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", stated.items(), messages))
+        answer = asyncio.run(answer_to(client.app, "POST", f"/{TOKEN}/api/plan", stated.items(), messages))
         assert answer.status == status
         assert "access-control-allow-origin" not in answer.headers
         assert answer.headers["content-security-policy"]
@@ -478,30 +478,30 @@ class TestGuards:
             f"/{TOKEN}/api/nothing", f"/{TOKEN}/api/plan/",
         ],
     )  # fmt: skip
-    def test_there_is_nothing_else(self, ask: Client, path: str) -> None:
-        answer = ask.send("GET", path)
-        assert told(answer, 404)
+    def test_there_is_nothing_else(self, client: Client, path: str) -> None:
+        answer = client.send("GET", path)
+        assert message_of(answer, 404)
         assert answer.headers["content-security-policy"].startswith("default-src 'none'")
 
-    def test_a_body_that_does_not_end_is_given_up(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_body_that_does_not_end_is_given_up(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(guards, "LONGEST_BODY", 0.02)
         messages = [{"type": "http.request", "body": b"{", "more_body": True}]
-        request = answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages)
+        request = answer_to(client.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages)
         answer = asyncio.run(asyncio.wait_for(request, 30))
-        assert "0.02 s" in told(answer, 408)
+        assert "0.02 s" in message_of(answer, 408)
         assert answer.headers["connection"] == "close"
 
-    def test_bodies_are_counted_while_they_are_read(self, ask: Client) -> None:
+    def test_bodies_are_counted_while_they_are_read(self, client: Client) -> None:
         piece = b" " * (64 << 10)
         messages: list[dict[str, Any]] = [{"type": "http.request", "body": piece, "more_body": True}] * 100
         path, headers = f"/{TOKEN}/api/plan", [("content-type", JSON)]
-        answer = asyncio.run(answer_to(ask.app, "POST", path, headers, messages))
-        assert str(LIMITS["request_bytes"]) in told(answer, 413)
+        answer = asyncio.run(answer_to(client.app, "POST", path, headers, messages))
+        assert str(LIMITS["request_bytes"]) in message_of(answer, 413)
 
 
 class TestBadQuestions:
     @pytest.mark.parametrize(
-        ("body", "says"),
+        ("body", "part"),
         [
             (b"{", "not JSON"),
             (b"\xff", "not JSON"),
@@ -512,8 +512,8 @@ class TestBadQuestions:
             (b'{"period": ' + b"9" * 5000 + b"}", "not JSON"),
         ],
     )
-    def test_malformed(self, ask: Client, body: bytes, says: str) -> None:
-        assert says in told(ask.raw("plan", body), 400)
+    def test_malformed(self, client: Client, body: bytes, part: str) -> None:
+        assert part in message_of(client.raw("plan", body), 400)
 
     @pytest.mark.parametrize(
         ("field", "value"),
@@ -540,13 +540,13 @@ class TestBadQuestions:
             ("nothing", 0),
         ],
     )
-    def test_a_wrong_field_is_named(self, ask: Client, field: str, value: Any) -> None:
-        message = ask.refused("plan", {field: value})
+    def test_a_wrong_field_is_named(self, client: Client, field: str, value: Any) -> None:
+        message = client.refused("plan", {field: value})
         assert field.removesuffix("s") in message
 
 
 class TestJobs:
-    def test_two_at_once(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_two_at_once(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         lock, running, most = threading.Lock(), [0], [0]
 
         def slow(request: Any, progress: Any) -> Any:
@@ -571,17 +571,17 @@ class TestJobs:
         asyncio.run(all_of_them())
         assert most == [2]
 
-    def test_work_is_stopped_when_it_takes_too_long(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_work_is_stopped_when_it_takes_too_long(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         def endless(request: Any, progress: Any) -> Any:
             while True:
                 progress("still at it")
 
         monkeypatch.setattr(plan_query, "plan", endless)
         monkeypatch.setattr(guards, "LONGEST_WORK", 0.05)
-        answer = ask.post("plan", {"waypoints": [[0.31, -0.41]]})
-        assert "longer than 0.05 s" in told(answer, 503)
+        answer = client.post("plan", {"waypoints": [[0.31, -0.41]]})
+        assert "longer than 0.05 s" in message_of(answer, 503)
 
-    def test_all_work_asks_whether_to_go_on(self) -> None:
+    def test_all_work_can_be_stopped(self) -> None:
         class Enough(Exception):
             pass
 
@@ -604,7 +604,7 @@ class TestJobs:
             with pytest.raises(Enough):
                 work()
 
-    def test_work_is_stopped_when_the_client_is_gone(self, ask: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_work_is_stopped_when_the_client_is_gone(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         stopped: list[str] = []
 
         def endless(request: Any, progress: Any) -> Any:
@@ -619,21 +619,21 @@ class TestJobs:
         monkeypatch.setattr(plan_query, "plan", endless)
         body = b'{"waypoints": [[0.32, -0.42]]}'
         messages: list[dict[str, Any]] = [{"type": "http.request", "body": body}, {"type": "http.disconnect"}]
-        asyncio.run(answer_to(ask.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
+        asyncio.run(answer_to(client.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
         assert stopped == ["the client has left"]
 
-    def test_an_error_that_nobody_thought_of_is_one_line_and_the_server_lives_on(
-        self, ask: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    def test_an_unexpected_error_is_one_line_and_the_server_lives_on(
+        self, client: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     ) -> None:
         def broken(request: Any, progress: Any) -> Any:
             raise ZeroDivisionError("a\nb")
 
         with monkeypatch.context() as patch:
             patch.setattr(plan_query, "plan", broken)
-            message = told(ask.post("plan", {"waypoints": [[0.33, -0.43]]}), 500)
+            message = message_of(client.post("plan", {"waypoints": [[0.33, -0.43]]}), 500)
         assert "ZeroDivisionError: a b" in message
         assert capsys.readouterr().err == "gaitgraph: plan: ZeroDivisionError: a b\n"
-        assert ask("plan", {"waypoints": [[0.33, -0.43]]})["status"] == "planned"
+        assert client("plan", {"waypoints": [[0.33, -0.43]]})["status"] == "planned"
 
 
 class TestCommand:
@@ -650,8 +650,8 @@ class TestCommand:
                 with urlopen(address) as page:
                     assert b"<html" in page.read()
                 body = json.dumps(of_gait(3)).encode()
-                asked = Request(f"{address}api/plan", body, {"Content-Type": "application/json"})
-                with urlopen(asked) as answer:
+                request = Request(f"{address}api/plan", body, {"Content-Type": "application/json"})
+                with urlopen(request) as answer:
                     assert json.load(answer)["flyable"] is True
                 process.send_signal(signal.SIGINT)
                 out, err = process.communicate(timeout=60)

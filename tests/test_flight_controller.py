@@ -41,7 +41,7 @@ VEHICLES = {
 
 
 def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
-    """Return the same angles and clock for another vehicle."""
+    """Return the same angles and times for another vehicle."""
     return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
 
 

@@ -206,7 +206,7 @@ class TestMechanics:
         engine = Engine(PAPER)
         engine.place([0.3, -0.2, 0.1, 0.4], roll=0.5, pitch=0.3)
         step(engine, 1000)
-        # The engine takes the new speed for the way of a step: half a step's way more.
+        # The engine moves each step with its new speed: half a step more.
         assert engine.data.qpos[2] == pytest.approx(-PAPER.gravity / 2 * (1 + 1e-3), rel=1e-9)
         np.testing.assert_allclose(engine.data.qpos[:2], 0.0, atol=1e-12)
         np.testing.assert_allclose(engine.data.qpos[3:7], quaternion_of(0.5, 0.3, 0.0), atol=1e-12)
@@ -295,7 +295,7 @@ class TestModels:
             Engine(vehicle)
 
     @pytest.mark.parametrize(
-        ("changes", "said"),
+        ("changes", "message"),
         [
             ({"inertia": (1.0, 1.0, 3.0)}, "must be three positive moments .* is not that of a rigid body"),
             ({"arm_inertia": 1e-3}, "without 0.004 of each for four arms is not that of a rigid body"),
@@ -303,8 +303,8 @@ class TestModels:
             ({"mass": 1e-18}, "the physics engine does not take the constants of .*; mass, inertia"),
         ],
     )
-    def test_bad_constants_are_refused_in_one_line(self, changes: dict[str, Any], said: str) -> None:
-        with pytest.raises(InputError, match=said) as caught:
+    def test_bad_constants_are_refused_in_one_line(self, changes: dict[str, Any], message: str) -> None:
+        with pytest.raises(InputError, match=message) as caught:
             Engine(PAPER.replace(**changes))
         assert "\n" not in str(caught.value)
 
