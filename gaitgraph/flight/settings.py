@@ -182,7 +182,7 @@ class FlightSettings:
         """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
-            stiffness, damping = getattr(self, f"{loop}_stiffness"), getattr(self, f"{loop}_damping")
+            stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
             # the poles are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a
             # margin. Both c = 1/2 (thrusts held exactly) and c = 1 must be stable, and so every c between is:
@@ -203,12 +203,13 @@ class FlightSettings:
                 )
         if self.reference == "attitude":
             return
-        kp, kd = self.attitude_stiffness, self.attitude_damping
-        gains = np.array([kp * self.position_stiffness, kp * self.position_damping, kp, kd])
+        kp, kd = float(self.attitude_stiffness), float(self.attitude_damping)
+        kp_x, kd_x = float(self.position_stiffness), float(self.position_damping)
+        gains = np.array([kp * kp_x, kp * kd_x, kp, kd])
         if not np.all(np.roots([1.0, *gains[::-1]]).real < 0):
             raise InputError(
-                f"position_damping must make x and y slower than roll and pitch: {self.position_damping!r} with "
-                f"position_stiffness {self.position_stiffness!r} is unstable around attitude gains of {kp!r} and {kd!r}"
+                f"position_damping must make x and y slower than roll and pitch: {kd_x!r} with position_stiffness "
+                f"{kp_x!r} is unstable around attitude gains of {kp!r} and {kd!r}"
             )
         # From attitude to place it is four integrators in a row, whose input is held between two control steps. Poles
         # δ of differences over the interval are stable where |1 + h·δ| < 1.
@@ -219,8 +220,8 @@ class FlightSettings:
         poles = np.linalg.eigvals(differences)
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
-                f"control_rate must be higher for position_stiffness {self.position_stiffness!r} and position_damping "
-                f"{self.position_damping!r}, or these smaller: the loop is unstable at {self.control_rate:g} Hz"
+                f"control_rate must be higher for position_stiffness {kp_x!r} and position_damping {kd_x!r}, or these "
+                f"smaller: the loop is unstable at {self.control_rate:g} Hz"
             )
 
 
