@@ -379,7 +379,9 @@ def _flight_drawing(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Fi
     cursor = _draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
     path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
-    words = figure.text(16 / _SIZE[0], 1 - 38 / _SIZE[1], "", fontsize=8, color=LINE_GREY, va="top", linespacing=1.5)
+    ground: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+    look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5, "bbox": ground}
+    words = figure.text(16 / _SIZE[0], 1 - 38 / _SIZE[1], "", **look)
     drawn: list[Any] = []
 
     def draw(k: int) -> None:
@@ -395,8 +397,8 @@ def _flight_drawing(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Fi
         steps = np.unique(np.linspace(0, row, min(row + 1, _CURVE_POINTS)).astype(int))
         drawn.extend(picture.plot(*seen(place[steps]).T, color=LINE_GREY, linewidth=1.1, zorder=0.7))
         if tracks:
-            look: dict[str, Any] = {"markersize": 6.0, "markerfacecolor": "white", "markeredgecolor": LINE_GREY}
-            drawn.extend(picture.plot(*seen(wanted[row]), "o", zorder=0.8, **look))
+            ring: dict[str, Any] = {"markersize": 6.0, "markerfacecolor": "white", "markeredgecolor": LINE_GREY}
+            drawn.extend(picture.plot(*seen(wanted[row]), "o", zorder=0.8, **ring))
         drawn.extend(draw_vehicle(picture, flight_view(flight, row)))
         shares = flight.thrusts[row] / quarter
         x, y, z = np.round(here, 2) + 0.0
