@@ -415,8 +415,8 @@ def _flight_drawing(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Fi
             lines = wrap(verdict, 52)
             box = {"facecolor": _PALE, "edgecolor": "none", "pad": 4.0}
             text = "\n".join([*lines[:2][:-1], lines[:2][-1] + (" …" if len(lines) > 2 else "")])
-            look = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom", "bbox": box}
-            drawn.append(figure.text(16 / _SIZE[0], 118 / _SIZE[1], text, **look))
+            bold: dict[str, Any] = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom", "bbox": box}
+            drawn.append(figure.text(16 / _SIZE[0], 118 / _SIZE[1], text, **bold))
 
     return figure, draw
 
