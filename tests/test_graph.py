@@ -358,21 +358,21 @@ def breakages() -> list[tuple[str, Any]]:
         return lambda graph: graph.graph.__setitem__(key, value)
 
     return [
-        ("contract is 'x'", meta("contract", "x")),
-        ("divisions: 1.5", meta("divisions", 1.5)),
-        ("sign is 'up'", meta("sign", "up")),
+        ("contract must be .* got 'x'", meta("contract", "x")),
+        ("divisions must be .* got 1.5", meta("divisions", 1.5)),
+        ("sign must be .* got 'up'", meta("sign", "up")),
         ("step is 1.0", meta("step", 1.0)),
         ("no constant of a vehicle", meta("vehicle", {"x": 1})),
-        ("floor is 'x'", meta("floor", "x")),
+        ("floor must be a number, got 'x'", meta("floor", "x")),
         ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
         ("'R' is missing", lambda graph: graph.nodes[first].pop("R")),
-        ("color is 'green'", node("color", "green")),
+        ("color must be .* got 'green'", node("color", "green")),
         ("disagrees with cell", node("cell", (1, 1))),
         ("disagrees with cell", lambda graph: nx.relabel_nodes(graph, {first: (14, 99, "red")}, copy=False)),
         ("its id is neither", lambda graph: nx.relabel_nodes(graph, {first: "x"}, copy=False)),
         ("not its grid node", node("alpha1", 0.3)),
-        ("tilt angles are", node("alpha3", 2.0)),
-        ("tilt angles are", node("alpha3", "1")),
+        ("tilt angles must be", node("alpha3", 2.0)),
+        ("tilt angles must be", node("alpha3", "1")),
         ("it is no root", node("alpha3", 0.3)),
         ("R is 'x'", node("R", "x")),
         ("types are '\\(\\+,\\?\\)'", node("types", "(+,?)")),
@@ -386,7 +386,7 @@ def breakages() -> list[tuple[str, Any]]:
         ("not neighbours", lambda graph: graph.add_edge(first, (9, 2, "red"), **graph.edges[first, second])),
         ("not neighbours", lambda graph: graph.add_edge(first, first, **graph.edges[first, second])),
         ("Figure 15 forbids", lambda graph: graph.add_edge(first, (14, 3, "blue"), **graph.edges[first, second])),
-        ("cell is \\(1, 1\\)", lambda graph: _foreign(graph, first)),
+        ("cell must be None off the grid, got \\(1, 1\\)", lambda graph: _foreign(graph, first)),
     ]
 
 
@@ -417,7 +417,7 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 
 @pytest.mark.parametrize("divisions", [0, 1, -3, 1.5, "16", True, 100000])
 def test_divisions_are_checked(divisions: Any) -> None:
-    with pytest.raises(gg.InputError, match="divisions: .* allowed is a whole number from 2 to 256"):
+    with pytest.raises(gg.InputError, match="divisions must be a whole number from 2 to 256, got "):
         surface_graph("negative", divisions)
 
 
@@ -428,7 +428,7 @@ def test_whole_numbers_of_divisions_up_to_256_are_taken() -> None:
 
 
 def test_signs_are_checked() -> None:
-    with pytest.raises(gg.InputError, match="sign: 'up'"):
+    with pytest.raises(gg.InputError, match="sign must be 'positive' or 'negative', got 'up'"):
         surface_graph("up")  # type: ignore[arg-type]
 
 

@@ -434,25 +434,25 @@ NODE = (14, 2, "red")
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"max_length": "1"}, "max_length: '1'; allowed is a finite number"),
-        ({"max_length": -1}, "max_length: -1"),
-        ({"max_length": math.nan}, "max_length: nan"),
-        ({"max_length": math.inf}, "max_length: inf"),
-        ({"max_length": True}, "max_length: True"),
-        ({"use": "fly"}, "use: 'fly'; allowed are flyable, valid, two_color"),
-        ({"use": ["valid"]}, "use: "),
-        ({"through": NODE}, "through: stop 1 is 14; allowed is a list of one or more nodes"),
-        ({"through": 5}, "through: 5; allowed is a list of stops"),
-        ({"through": [NODE]}, "through: stop 1 has 14; allowed are nodes of the graph"),
-        ({"through": [[NODE], []]}, "through: stop 2 is "),
-        ({"through": [[NODE, [1]]]}, "through: stop 1 has "),
-        ({"through": [[NODE]] * 10, "any_order": True}, "any_order: 10 stops; allowed are 9 at most"),
-        ({"any_order": 1}, "any_order: 1; allowed are True and False"),
-        ({"effort": 0}, "effort: 0; allowed is a whole number ≥ 1"),
-        ({"effort": 1.5}, "effort: 1.5"),
-        ({"effort": True}, "effort: True"),
-        ({"progress": 3}, "progress: 3"),
-        ({"graph": 3}, "graph: 3; allowed is a networkx.Graph"),
+        ({"max_length": "1"}, "max_length must be a finite number .* got '1'"),
+        ({"max_length": -1}, "max_length must be .* got -1"),
+        ({"max_length": math.nan}, "max_length must be .* got nan"),
+        ({"max_length": math.inf}, "max_length must be .* got inf"),
+        ({"max_length": True}, "max_length must be .* got True"),
+        ({"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
+        ({"use": ["valid"]}, "use must be "),
+        ({"through": NODE}, "through: stop 1 must be a list of one or more nodes, got 14"),
+        ({"through": 5}, "through must be a list of stops, .* got 5"),
+        ({"through": [NODE]}, "through: stop 1 must have nodes of the graph, got 14"),
+        ({"through": [[NODE], []]}, "through: stop 2 must be "),
+        ({"through": [[NODE, [1]]]}, "through: stop 1 must have "),
+        ({"through": [[NODE]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
+        ({"any_order": 1}, "any_order must be True or False, got 1"),
+        ({"effort": 0}, "effort must be a whole number ≥ 1 or None, got 0"),
+        ({"effort": 1.5}, "effort must be .* got 1.5"),
+        ({"effort": True}, "effort must be .* got True"),
+        ({"progress": 3}, "progress must be .* got 3"),
+        ({"graph": 3}, "graph must be a networkx.Graph .* got 3"),
     ],
 )
 def test_wrong_arguments_are_refused_at_once(arguments: dict[str, Any], message: str) -> None:
@@ -463,11 +463,11 @@ def test_wrong_arguments_are_refused_at_once(arguments: dict[str, Any], message:
 
 def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", 8)
-    with pytest.raises(gg.InputError, match="stops: none given"):
+    with pytest.raises(gg.InputError, match="stops must be one or more, got none"):
         simple_cycle(graph, [])
-    with pytest.raises(gg.InputError, match="stops: stop 1 has 'x'"):
+    with pytest.raises(gg.InputError, match="stops: stop 1 must have nodes of the graph, got 'x'"):
         simple_cycle(graph, [["x"]])
-    with pytest.raises(gg.InputError, match="effort: -1"):
+    with pytest.raises(gg.InputError, match="effort must be .* got -1"):
         simple_cycle(graph, [[(6, 2, "red")]], effort=-1)
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         cycles(nx.Graph())

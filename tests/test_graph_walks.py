@@ -208,7 +208,7 @@ def test_stops_that_repeat_have_an_order_too() -> None:
 
 
 def test_a_use_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(gg.InputError, match="use: 'fly'; allowed are flyable, valid, two_color"):
+    with pytest.raises(gg.InputError, match="use must be one of flyable, valid, two_color, got 'fly'"):
         closed_walk(surface_graph(), [[(14, 2, "red")]], use="fly")  # type: ignore[arg-type]
 
 

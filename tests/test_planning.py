@@ -209,7 +209,7 @@ def test_a_users_graph_is_planned_on() -> None:
     assert detour.loop.length > pi + 0.1
     with pytest.raises(gg.InputError, match="is no node of the graph"):
         on_grid([(0.5, -0.5)], graph=graph)
-    with pytest.raises(gg.InputError, match="sign: stated beside a graph"):
+    with pytest.raises(gg.InputError, match="sign must not be stated beside a graph"):
         on_grid(G3.waypoints, graph=graph, sign="negative")
 
 
@@ -234,42 +234,43 @@ def test_progress_is_told() -> None:
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        ({"waypoints": []}, "waypoints: none given"),
-        ({"waypoints": "0,0"}, "waypoints: '0,0'"),
-        ({"waypoints": 3}, "waypoints: 3"),
-        ({"waypoints": [{"alpha1": 0.3, "alpha2": 0.4}]}, "waypoint 1: "),
+        ({"waypoints": []}, "waypoints must be .*; none given"),
+        ({"waypoints": "0,0"}, "waypoints must be .* got '0,0'"),
+        ({"waypoints": 3}, "waypoints must be .* got 3"),
+        ({"waypoints": [{"alpha1": 0.3, "alpha2": 0.4}]}, "waypoint 1 must be .alpha1, alpha2., got "),
         ({"keep_out": 5}, "keep_out must be a list of polygons, .* got 5"),
         ({"keep_in": True}, "keep_in must be a list of polygons, .* got True"),
         ({"keep_out": {}}, "keep_out must be a list of polygons, .* got {}"),
         ({"keep_in": ""}, "keep_in must be a list of polygons, .* got ''"),
-        ({"vehicle": None}, "vehicle: None"),
-        ({"vehicle": 5}, "vehicle: 5"),
+        ({"vehicle": None}, "vehicle must be .* got None"),
+        ({"vehicle": 5}, "vehicle must be .* got 5"),
         ({"vehicle": ""}, "vehicle: ''"),
         ({"vehicle": {"name": "\ud800", "drag_ratio": 0.1}}, "vehicle name: "),
         ({"period": 10**400}, "period must be .* got 1000"),
         ({"period": 1e-160}, "period must be .* got 1e-160"),
-        ({"floor": 10**400}, "floor: 1000"),
-        ({"color": np.array(["red"])}, "color: array"),
-        ({"waypoints": [1, 2]}, "waypoint 1: 1"),
-        ({"waypoints": [(0, 0, 0)]}, "waypoint 1: "),
+        ({"floor": 10**400}, "floor must be .* got 1000"),
+        ({"color": np.array(["red"])}, "color must be .* got array"),
+        ({"waypoints": [1, 2]}, "waypoint 1 must be .* got 1"),
+        ({"waypoints": [(0, 0, 0)]}, "waypoint 1 must be .alpha1, alpha2., got "),
         ({"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1: 'x'"),
         ({"waypoints": [(0, math.nan)]}, "waypoint 1 alpha2: nan"),
-        ({"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1: '100deg'; allowed is −π/2 to π/2"),
-        ({"waypoints": [(0, 0)] * 1001}, "waypoints: 1001 given"),
-        ({"color": "rad"}, "color: 'rad'; .* did you mean 'red'"),
-        ({"sign": 1}, "sign: 1"),
-        ({"objective": "fast"}, "objective: 'fast'"),
-        ({"method": "exacto"}, "method: 'exacto'"),
+        ({"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be in .−π/2, π/2. .* got '100deg'"),
+        ({"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
+        ({"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
+        ({"sign": 1}, "sign must be .* got 1"),
+        ({"objective": "thrust"}, "objective must be .* got 'thrust'; .* gaitgraph optimize --objective hover_reserve"),
+        ({"objective": "fast"}, "objective must be one of shortest, robust, got 'fast'"),
+        ({"method": "exacto"}, "method must be .* got 'exacto'"),
         ({"law": "x"}, "law must be .* got 'x'"),
-        ({"divisions": 1}, "divisions: 1"),
+        ({"divisions": 1}, "divisions must be .* got 1"),
         ({"period": -1}, "period must be .* got -1"),
-        ({"floor": math.nan}, "floor: nan; allowed is a finite number ≥ 0"),
-        ({"reverse": 1}, "reverse: 1"),
+        ({"floor": math.nan}, "floor must be a finite number ≥ 0 .* got nan"),
+        ({"reverse": 1}, "reverse must be true or false, got 1"),
         ({"vehicle": "papr"}, "vehicle: 'papr'.* did you mean 'paper'"),
         ({"coefficients": "x"}, "coefficients: 'x'"),
         ({"vehicle": "beetle_omni", "coefficients": "published"}, "'published' belong to the paper's vehicle"),
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
-        ({"any_order": 1}, "any_order: 1"),
+        ({"any_order": 1}, "any_order must be true or false, got 1"),
     ],
 )
 def test_wrong_requests_are_refused(request_: dict[str, Any], message: str) -> None:
@@ -543,7 +544,7 @@ def test_what_a_graph_fixes_is_not_asked_for_beside_it(name: str) -> None:
     graph = surface_graph("negative", 4)
     with pytest.raises(gg.InputError) as caught:
         on_grid(G3.waypoints, graph=graph, **{name: 0.1 if name == "floor" else "x"})
-    message = f"{name}: stated beside a graph; allowed is no {name} then, since the graph fixes it"
+    message = f"{name} must not be stated beside a graph, which fixes it"
     assert str(caught.value) == message
 
 

@@ -79,9 +79,12 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     [
         ([], "waypoints: none given"),
         (["--waypoint", "1"], "waypoint must be A1,A2, two angles, got '1'"),
-        (["--waypoint", "2,0"], "waypoint 1 alpha1: '2'; allowed is −π/2 to π/2"),
-        (["--waypoint", "0,0", "--accuracy", "1e-12"], "accuracy: 1e-12; allowed is 1e-9 to 0.1"),
-        (["--waypoint", "0,0", "--keep-out", "0,0 1,1 1,0 0,1"], "keep_out polygon 1 must be a simple polygon: Self-intersection"),
+        (["--waypoint", "2,0"], "waypoint 1 alpha1 must be in [−π/2, π/2]"),
+        (["--waypoint", "0,0", "--accuracy", "1e-12"], "accuracy must be between 1e-9 and 0.1 rad, got 1e-12"),
+        (
+            ["--waypoint", "0,0", "--keep-out", "0,0 1,1 1,0 0,1"],
+            "keep_out polygon 1 must be a simple polygon: Self-intersection",
+        ),
         (["--waypoint", "0,0", "--use", "any"], "'any' is not one of 'flyable', 'valid'"),
     ],
 )
@@ -94,7 +97,7 @@ def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -
 
 
 def test_an_unknown_use_is_refused() -> None:
-    with pytest.raises(gg.InputError, match="use: 'any'; allowed are 'flyable' and 'valid'"):
+    with pytest.raises(gg.InputError, match="use must be 'flyable' or 'valid', got 'any'"):
         location_of(request_of([(0, 0)]), use="any")  # type: ignore[arg-type]
 
 

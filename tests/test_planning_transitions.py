@@ -717,13 +717,13 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
 @pytest.mark.parametrize(
     ("start", "end", "options", "told"),
     [
-        (None, G4, {}, "start: None; allowed is a gait or 'hover'"),
-        ("Hover", G4, {}, "start: 'Hover'; allowed is a gait or 'hover'"),
-        (G4, "ground", {}, "end: 'ground'; allowed is a gait or 'hover'"),
-        (G4, [[0.1, 0.2, 0.1, 0.2]], {}, "end: [[0.1, 0.2, 0.1, 0.2]]; allowed is a gait or 'hover'"),
-        (G4, G4.parametrize(), {}, "end: <TimedGait: "),
-        ("hover", G4, {"vehicle": gg.PAPER}, "vehicle, coefficients: allowed are none beside a gait"),
-        (G4, "hover", {"coefficients": "exact"}, "vehicle, coefficients: allowed are none beside a gait"),
+        (None, G4, {}, "start must be a gait or 'hover', got None"),
+        ("Hover", G4, {}, "start must be a gait or 'hover', got 'Hover'"),
+        (G4, "ground", {}, "end must be a gait or 'hover', got 'ground'"),
+        (G4, [[0.1, 0.2, 0.1, 0.2]], {}, "end must be a gait or 'hover', got [[0.1, 0.2, 0.1, 0.2]]"),
+        (G4, G4.parametrize(), {}, "end must be a gait or 'hover', got <TimedGait: "),
+        ("hover", G4, {"vehicle": gg.PAPER}, "vehicle and coefficients must not be stated beside a gait"),
+        (G4, "hover", {"coefficients": "exact"}, "vehicle and coefficients must not be stated beside a gait"),
         ("hover", "hover", {"coefficients": "rounded"}, "coefficients: 'rounded'; allowed are"),
         ("hover", "hover", {"vehicle": gg.Vehicle(drag_ratio=0.1), "coefficients": "published"}, "coefficients: "),
         ("hover", G4, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
@@ -733,21 +733,20 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         ("hover", G4, {"rate": 0}, "rate must be a positive finite number (Hz), got 0"),
         ("hover", G4, {"rate": math.nan}, "rate must be a positive finite number (Hz), got nan"),
         ("hover", G4, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
-        ("hover", G4, {"samples": 5_000_001}, "samples: 5000001; allowed are 5000000 samples at most"),
-        ("hover", G4, {"divisions": 1}, "divisions: 1; allowed is a whole number from 2 to 256"),
-        ("hover", G4, {"divisions": 16.0}, "divisions: 16.0; allowed is a whole number"),
-        ("hover", G4, {"floor": -0.1}, "floor: -0.1; allowed is a finite number ≥ 0"),
-        ("hover", G4, {"floor": math.nan}, "floor: nan; allowed is a finite number ≥ 0"),
-        ("hover", G4, {"floor": "low"}, "floor: 'low'; allowed is a finite number ≥ 0"),
+        ("hover", G4, {"samples": 5_000_001}, "samples must give at most 5000000 samples, got 5000001"),
+        ("hover", G4, {"divisions": 1}, "divisions must be a whole number from 2 to 256, got 1"),
+        ("hover", G4, {"divisions": 16.0}, "divisions must be a whole number from 2 to 256, got 16.0"),
+        ("hover", G4, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+        ("hover", G4, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
+        ("hover", G4, {"floor": "low"}, "floor must be a finite number ≥ 0, got 'low'"),
         ("hover", G3, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
-        ("hover", G3, {"floor": -0.1}, "floor: -0.1; allowed is a finite number ≥ 0"),
+        ("hover", G3, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
     ],
 )
 def test_bad_input_is_named_in_one_line(start: Any, end: Any, options: dict[str, Any], told: str) -> None:
     with pytest.raises(gg.InputError) as caught:
         gg.transition(start, end, **options)
     assert str(caught.value).startswith(told)
-    assert any(word in str(caught.value) for word in ("allowed", " must "))
     assert "\n" not in str(caught.value)
 
 
@@ -756,7 +755,7 @@ def test_durations_that_are_none(duration: Any) -> None:
     for end in (G4, G3):
         with pytest.raises(gg.InputError) as caught:
             gg.transition("hover", end, duration=duration)
-        assert str(caught.value).startswith(f"duration: {duration!r}; allowed is a finite number of seconds")
+        assert str(caught.value).startswith("duration must be between 1e-6 and 5e+08 s, got ")
 
 
 def test_the_shortest_and_the_longest_duration() -> None:
@@ -787,8 +786,9 @@ def test_gaits_for_different_vehicles_are_wrong_input(other: gg.Gait) -> None:
         with pytest.raises(gg.InputError) as caught:
             gg.transition(start, end)
         message = str(caught.value)
-        assert message.startswith(f"end: a gait for {end.vehicle.name!r} ({end.coefficients.kind} coefficients)")
-        assert f"allowed is one for {start.vehicle.name!r} ({start.coefficients.kind})" in message
+        expected = f"{start.vehicle.name!r} ({start.coefficients.kind} coefficients)"
+        assert message.startswith(f"end must be a gait for {expected}, as the start is, ")
+        assert f"got one for {end.vehicle.name!r} ({end.coefficients.kind})" in message
         assert "\n" not in message
 
 

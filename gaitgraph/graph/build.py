@@ -79,7 +79,7 @@ def checked_divisions(divisions: object) -> int:
     whole = isinstance(divisions, (int, np.integer)) and not isinstance(divisions, bool)
     if not whole or not 2 <= divisions <= MOST_DIVISIONS:  # type: ignore[operator]
         hint = "; the method exact plans without a grid" if whole and divisions > MOST_DIVISIONS else ""  # type: ignore[operator]
-        raise InputError(f"divisions: {shown(divisions)}; allowed is a whole number from 2 to {MOST_DIVISIONS}{hint}")
+        raise InputError(f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, got {shown(divisions)}{hint}")
     return int(divisions)  # type: ignore[call-overload, no-any-return]
 
 
@@ -134,7 +134,7 @@ def surface_graph(
     """
     divisions = checked_divisions(divisions)
     if sign not in ("positive", "negative"):
-        raise InputError(f"sign: {shown(sign)}; allowed are 'positive' and 'negative'")
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
     coefficients = coefficients or coefficients_of(vehicle)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, crossing_tolerance = grid_axis(divisions), math.pi / (2 * divisions)

@@ -46,25 +46,25 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     gaitgraph.errors.ContractError: node (6, 2, 'red'): R is 1.0, computed is -6.7323
     """
     if type(graph) is not nx.Graph:
-        raise ContractError(f"graph: {type(graph).__name__}; allowed is networkx.Graph")
+        raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
     for key in _METADATA:
         if key not in graph.graph:
             raise ContractError(f"graph metadata: {key!r} is missing")
     meta = graph.graph
     if meta["contract"] != CONTRACT:
-        raise ContractError(f"graph metadata: contract is {meta['contract']!r}; allowed is {CONTRACT!r}")
+        raise ContractError(f"graph metadata: contract must be {CONTRACT!r}, got {meta['contract']!r}")
     try:
         divisions = checked_divisions(meta["divisions"])
         vehicle, coefficients = vehicle_and_coefficients(graph)
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata: {error}") from error
     if meta["sign"] not in ("positive", "negative"):
-        raise ContractError(f"graph metadata: sign is {meta['sign']!r}; allowed are 'positive' and 'negative'")
+        raise ContractError(f"graph metadata: sign must be 'positive' or 'negative', got {meta['sign']!r}")
     for key, expected in (("step", math.pi / divisions), ("crossing_tolerance", math.pi / (2 * divisions))):
         if not _close(meta[key], expected):
             raise ContractError(f"graph metadata: {key} is {meta[key]!r}, computed is {expected!r}")
     if math.isnan(number_of(meta["floor"])):
-        raise ContractError(f"graph metadata: floor is {shown(meta['floor'])}; allowed is a number")
+        raise ContractError(f"graph metadata: floor must be a number, got {shown(meta['floor'])}")
     for name, data in graph.nodes(data=True):
         problem = _problem_of_node(name, data, meta, coefficients)
         if problem is not None:
@@ -84,12 +84,12 @@ def _problem_of_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coef
         if key not in data:
             return f"attribute {key!r} is missing"
     if data["color"] not in COLORS:
-        return f"color is {data['color']!r}; allowed are 'red' and 'blue'"
+        return f"color must be 'red' or 'blue', got {data['color']!r}"
     if not isinstance(name, tuple) or len(name) != 3:
         return "its id is neither (i, j, color) nor ('w', k, m)"
     alpha = [data[f"alpha{k}"] for k in range(1, 5)]
     if not all(isinstance(angle, float) and abs(angle) <= math.pi / 2 for angle in alpha):
-        return f"tilt angles are {alpha!r}; allowed are floats in [−π/2, π/2]"
+        return f"tilt angles must be floats in [−π/2, π/2], got {alpha!r}"
     if name[0] != "w":
         axis = grid_axis(meta["divisions"]).tolist()
         inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in name[:2])
@@ -98,7 +98,7 @@ def _problem_of_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coef
         if not (_close(alpha[0], axis[name[0]]) and _close(alpha[1], axis[name[1]])):
             return f"(alpha1, alpha2) is {tuple(alpha[:2])!r}, not its grid node"
     elif data["cell"] is not None:
-        return f"cell is {data['cell']!r}; allowed is None off the grid"
+        return f"cell must be None off the grid, got {data['cell']!r}"
     scale = abs(coefficients.single) + 4
     for label, function in (("Rφ", roll_sensitivity), ("Rθ", pitch_sensitivity)):
         if abs(float(function(alpha, coefficients))) > 1e-9 * scale:

@@ -116,7 +116,7 @@ class _Numbered:
 
     def __init__(self, graph: nx.Graph[Any], use: Use) -> None:
         if not isinstance(graph, nx.Graph):
-            raise InputError(f"graph: {shown(graph)}; allowed is a networkx.Graph of gaitgraph.surface_graph")
+            raise InputError(f"graph must be a networkx.Graph of gaitgraph.surface_graph, got {shown(graph)}")
         allowed = allowed_edges(use)
         vehicle_and_coefficients(graph)  # says what is missing
         for key in ("sign", "crossing_tolerance", "floor"):
@@ -142,19 +142,19 @@ class _Numbered:
     def stops(self, value: object, name: str, any_order: object) -> list[list[int]]:
         """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
         if not isinstance(any_order, bool):
-            raise InputError(f"any_order: {shown(any_order)}; allowed are True and False")
+            raise InputError(f"any_order must be True or False, got {shown(any_order)}")
         if not isinstance(value, (list, tuple)):
-            raise InputError(f"{name}: {shown(value)}; allowed is a list of stops, each a list of nodes")
+            raise InputError(f"{name} must be a list of stops, each a list of nodes, got {shown(value)}")
         out = []
         for number, stop in enumerate(value, start=1):
             if not isinstance(stop, (list, tuple, set, frozenset)) or not stop:
-                raise InputError(f"{name}: stop {number} is {shown(stop)}; allowed is a list of one or more nodes")
+                raise InputError(f"{name}: stop {number} must be a list of one or more nodes, got {shown(stop)}")
             for node in stop:
                 if not isinstance(node, Hashable) or node not in self.index:
-                    raise InputError(f"{name}: stop {number} has {shown(node)}; allowed are nodes of the graph")
+                    raise InputError(f"{name}: stop {number} must have nodes of the graph, got {shown(node)}")
             out.append(sorted({self.index[node] for node in stop}))
         if any_order and len(out) > MOST_ANY_ORDER:
-            raise InputError(f"any_order: {len(out)} stops; allowed are {MOST_ANY_ORDER} at most")
+            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(out)}")
         return out
 
     def blocks(self) -> list[set[int]]:
@@ -325,10 +325,10 @@ def cycles(
     most = None
     if max_length is not None:
         if not 0 <= number_of(max_length) < math.inf:
-            raise InputError(f"max_length: {shown(max_length)}; allowed is a finite number ≥ 0 (rad), or None")
+            raise InputError(f"max_length must be a finite number ≥ 0 (rad) or None, got {shown(max_length)}")
         most = quanta_of(float(max_length)) + _ROUNDING
     if progress is not None and not callable(progress):
-        raise InputError(f"progress: {shown(progress)}; allowed is a function of one text, or None")
+        raise InputError(f"progress must be a function of one text or None, got {shown(progress)}")
     steps = _checked_effort(effort)
     numbered = _Numbered(graph, use)
     stops = numbered.stops(through, "through", any_order)
@@ -342,7 +342,7 @@ def _checked_effort(effort: object) -> int | None:
         return None
     whole = isinstance(effort, (int, np.integer)) and not isinstance(effort, bool)
     if not whole or not effort >= 1:  # type: ignore[operator]
-        raise InputError(f"effort: {shown(effort)}; allowed is a whole number ≥ 1, or None")
+        raise InputError(f"effort must be a whole number ≥ 1 or None, got {shown(effort)}")
     return int(effort)  # type: ignore[call-overload, no-any-return]
 
 
@@ -445,7 +445,7 @@ def simple_cycle(
     numbered = _Numbered(graph, use)
     numbers = numbered.stops(stops, "stops", any_order)
     if not numbers:
-        raise InputError("stops: none given; allowed is one or more")
+        raise InputError("stops must be one or more, got none")
     rows = numbered.rows_past(numbers)
     if not any(rows):
         return NoCycle(reason=_why_apart(numbered.blocks(), numbers), proven=True, bound=math.inf)

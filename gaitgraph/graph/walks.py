@@ -43,7 +43,7 @@ def allowed_edges(use: object) -> Allowed:
     False
     """
     if not isinstance(use, str) or use not in _ALLOWED:
-        raise InputError(f"use: {shown(use)}; allowed are {', '.join(_ALLOWED)}")
+        raise InputError(f"use must be one of {', '.join(_ALLOWED)}, got {shown(use)}")
     return _ALLOWED[use]
 
 

@@ -142,7 +142,7 @@ def location_of(request: PlanRequest, *, use: Literal["flyable", "valid"] = "fly
     [0.1671, 0.5]
     """
     if use not in ("flyable", "valid"):
-        raise InputError(f"use: {shown(use)}; allowed are 'flyable' and 'valid'")
+        raise InputError(f"use must be 'flyable' or 'valid', got {shown(use)}")
     color: Color = "blue" if request.color == "blue" else "red"
     signs: tuple[Sign, ...] = ("positive", "negative")
     regions = []

@@ -98,7 +98,7 @@ def plan_loop(
             "keep_in": len(keep_in) > 0,
         }
         for name in (name for name, is_stated in stated.items() if is_stated):
-            raise InputError(f"{name}: stated beside a graph; allowed is no {name} then, since the graph fixes it")
+            raise InputError(f"{name} must not be stated beside a graph, which fixes it")
         vehicle, numbers = vehicle_and_coefficients(graph)
         coefficients, method = numbers.kind, "grid"
         sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))

@@ -172,23 +172,23 @@ def request_of(
         if not isinstance(value, str) or value not in CHOICES[name]:
             hint = did_you_mean(value, list(CHOICES[name])) if isinstance(value, str) else ""
             if (name, value) == ("objective", "thrust"):
-                hint = "; for low thrusts use gaitgraph optimize --goal hover_reserve"
-            raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(CHOICES[name])}{hint}")
+                hint = "; for low thrusts use gaitgraph optimize --objective hover_reserve"
+            raise InputError(f"{name} must be one of {', '.join(CHOICES[name])}, got {shown(value)}{hint}")
     for name, flag in (("any_order", any_order), ("reverse", reverse)):
         if not isinstance(flag, bool):
-            raise InputError(f"{name}: {shown(flag)}; allowed are true and false")
+            raise InputError(f"{name} must be true or false, got {shown(flag)}")
     divisions = checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions)
     checked_clock(period, law)
     if not 0 <= number_of(floor) < math.inf:
-        raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0 (a singular value)")
+        raise InputError(f"floor must be a finite number ≥ 0 (a singular value), got {shown(floor)}")
     if not 1e-9 <= number_of(accuracy) <= 0.1:
-        raise InputError(f"accuracy: {shown(accuracy)}; allowed is 1e-9 to 0.1 (rad)")
+        raise InputError(f"accuracy must be between 1e-9 and 0.1 rad, got {shown(accuracy)}")
     if isinstance(vehicle, Mapping):
         vehicle = vehicle_from_mapping(dict(vehicle))
     elif isinstance(vehicle, (str, Path)):
         vehicle = vehicle_named(vehicle)
     elif not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a preset's name, a .toml file or a table of constants")
+        raise InputError(f"vehicle must be a preset's name, a .toml file or a table of constants, got {shown(vehicle)}")
 
     points = checked_waypoints(waypoints)
     # A waypoint that equals the one before it is dropped, around the seam too.
@@ -226,20 +226,20 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
     """Return waypoints as pairs of angles [rad]; InputError unless there are 1 to `most`, each in [−π/2, π/2]²."""
     allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
     if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"waypoints: {shown(value)}; allowed is {allowed}")
+        raise InputError(f"waypoints must be {allowed}, got {shown(value)}")
     if not len(value):
-        raise InputError(f"waypoints: none given; allowed is {allowed}, at least one")
+        raise InputError(f"waypoints must be {allowed}, at least one; none given")
     if len(value) > most:
-        raise InputError(f"waypoints: {len(value)} given; allowed are {most} at most")
+        raise InputError(f"waypoints must be at most {most}, got {len(value)}")
     points = []
     for number, angles in enumerate(value, start=1):
         if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
-            raise InputError(f"waypoint {number}: {shown(angles)}; allowed is [alpha1, alpha2]")
+            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}")
         first, second = (angle_from_text(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         for k, angle in enumerate((first, second)):
             if abs(angle) > HALF_PI:
                 raise InputError(
-                    f"waypoint {number} alpha{k + 1}: {shown(angles[k])}; allowed is −π/2 to π/2 (±{HALF_PI!r} rad)"
+                    f"waypoint {number} alpha{k + 1} must be in [−π/2, π/2] (±{HALF_PI!r} rad), got {shown(angles[k])}"
                 )
         points.append((first, second))
     return points
@@ -267,9 +267,9 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
             raise InputError(f"{name}: {shown(value)}; {_GONE[name]}")
         if name not in known:
             hint = did_you_mean(name, list(known))
-            raise InputError(f"{name}: no field of a request{hint or '; allowed are ' + ', '.join(REQUEST_FIELDS)}")
+            raise InputError(f"{name}: no field of a request{hint or '; fields are ' + ', '.join(REQUEST_FIELDS)}")
     if "waypoints" not in content:
-        raise InputError("waypoints: missing; allowed is a list of [alpha1, alpha2], at least one")
+        raise InputError("waypoints must be a list of [alpha1, alpha2], at least one; none given")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     return request_of(**content), sampling
 
@@ -296,7 +296,7 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
     if suffix not in (".toml", *FORMATS):
         hint = did_you_mean(suffix, [".toml", *FORMATS])
         allowed = ", ".join([".toml", *FORMATS])
-        raise InputError(f"request file: {str(path)!r}; allowed are the suffixes {allowed}{hint}")
+        raise InputError(f"request file must end in one of {allowed}, got {str(path)!r}{hint}")
     source = _text_or_provenance(path)
     try:
         content = _stated_request(source, suffix)
@@ -333,8 +333,8 @@ def _stated_request(source: str | dict[str, Any], suffix: str) -> dict[str, Any]
         maker = about.get("made_by") if isinstance(about, dict) else None
         why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
         raise InputError(
-            f"it tells no request that made it{why}, so there is nothing to plan again; allowed is a request, or a "
-            "gait file of a planned gait"
+            f"it tells no request that made it{why}, so there is nothing to plan again: give a request, or "
+            "the gait file of a planned gait"
         )
     return dict(found)
 
@@ -345,11 +345,11 @@ def _parsed(text: str, suffix: str) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except RecursionError as error:
-        raise InputError("it is nested too deeply; allowed is a table of fields") from error
+        raise InputError("it is nested too deeply for a table of fields") from error
     except ValueError as error:
         raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
     if not isinstance(content, dict):
-        raise InputError(f"it holds a {type(content).__name__}; allowed is an object of fields")
+        raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
     return content
 
 

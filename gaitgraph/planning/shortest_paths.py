@@ -91,7 +91,7 @@ class ShortestPaths:
         import shapely
 
         if shapely.get_dimensions(region) != 2 and not region.is_empty:
-            raise InputError(f"region: a {region.geom_type}; allowed are polygons")
+            raise InputError(f"region must consist of polygons, got a {region.geom_type}")
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._neighbors: list[list[int]] = []

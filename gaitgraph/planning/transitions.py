@@ -250,10 +250,10 @@ def transition(
     for name, given in (("start", start), ("end", end)):
         if isinstance(given, Gait):
             if vehicle is not None or coefficients is not None:
-                raise InputError(f"vehicle, coefficients: allowed are none beside a gait, which has its own ({name})")
+                raise InputError(f"vehicle and coefficients must not be stated beside a gait, as {name} is")
             gaits.append(given)
         elif not isinstance(given, str) or given != HOVER:
-            raise InputError(f"{name}: {shown(given)}; allowed is a gait or 'hover'")
+            raise InputError(f"{name} must be a gait or 'hover', got {shown(given)}")
     if gaits:
         hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
     else:
@@ -262,17 +262,16 @@ def transition(
     first, last = (given if isinstance(given, Gait) else hover for given in (start, end))
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
-            f"end: a gait for {last.vehicle.name!r} ({last.coefficients.kind} coefficients); allowed is one for "
-            f"{first.vehicle.name!r} ({first.coefficients.kind}), as the start: state one vehicle for both"
+            f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
+            f"got one for {last.vehicle.name!r} ({last.coefficients.kind}): state one vehicle for both"
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
-        allowed = f"allowed is a finite number of seconds from 1e-6 to {_LONGEST:g}"
-        raise InputError(f"duration: {shown(duration)}; {allowed}")
+        raise InputError(f"duration must be between 1e-6 and {_LONGEST:g} s, got {shown(duration)}")
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
     checked_divisions(divisions)
     if not 0 <= number_of(floor) < math.inf:
-        raise InputError(f"floor: {shown(floor)}; allowed is a finite number ≥ 0")
+        raise InputError(f"floor must be a finite number ≥ 0, got {shown(floor)}")
 
     refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
     reason, proof = _refusal(first, last)
@@ -305,7 +304,7 @@ def _checked_samples(duration: float, law: str, samples: int | None, rate: float
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:
         name, value = ("samples", samples) if rate is None else ("rate", rate)
-        raise InputError(f"{name}: {shown(value)}; allowed are {MOST_SAMPLES // 2} samples at most")
+        raise InputError(f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}")
     return count
 
 
