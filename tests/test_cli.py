@@ -177,9 +177,9 @@ WRONG = [
     ("plan", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
     ("plan --waypoint 0.1,x", "waypoint 1 alpha2: 'x'"),
-    ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1: '-1.58'; allowed is −π/2 to π/2"),
-    ("plan --waypoint 0,0 --color green", "color: 'green'; allowed are auto, red, blue"),
-    ("plan --waypoint 0,0 --divisions 1", "divisions: 1"),
+    ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1 must be in [−π/2, π/2]"),
+    ("plan --waypoint 0,0 --color green", "color must be one of auto, red, blue, got 'green'"),
+    ("plan --waypoint 0,0 --divisions 1", "divisions must be a whole number from 2 to 256, got 1"),
     ("plan --waypoint 0,0 --divisions many", "--divisions"),
     ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
     ("plan --waypoint 0,0 --rate 3 --samples 2", "samples and rate must not both be given"),
@@ -387,7 +387,7 @@ class TestCycles:
         for options, message in (
             (["--max-length", "nan"], "--max-length must be an angle"),
             (["--keep-in", "0,0 1"], "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
-            (["--divisions", "1"], "divisions: 1; allowed"),
+            (["--divisions", "1"], "divisions must be a whole number from 2 to 256, got 1"),
             (["--color", "green"], "color: 'green'; allowed"),
             (["--effort", "0"], "--effort"),
         ):
@@ -459,7 +459,7 @@ class TestTransition:
             (["hover", "none.csv"], "No such file"),
             (["hover", "hovr"], "did you mean 'hover'?"),
             (["hover", "hover", "--law", "fast"], "law must be smooth, constant-speed or equal-time, got 'fast'"),
-            (["hover", "hover", "--duration", "-1"], "duration: -1.0; allowed"),
+            (["hover", "hover", "--duration", "-1"], "duration must be between 1e-6 and 5e+08 s, got -1.0"),
             (["hover"], "Missing argument 'TO'"),
         ):
             wrong = run("transition", *arguments)
