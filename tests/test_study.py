@@ -493,22 +493,31 @@ def test_workers_one_killed_midway_write_the_same_bytes(
 
 
 @pytest.mark.slow
-def test_a_killed_driver_leaves_no_workers_and_is_continued(tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, end: signal.Signals) -> None:
     psutil = pytest.importorskip("psutil")
     (tmp_path / "s.toml").write_text(
         "gaits = ['gait4']\nattitudes.roll = { from = -0.4, to = 0.4, count = 40 }\nflight.duration = 1\n"
     )
     parts = tmp_path / "s" / "rows"
     command = [sys.executable, "-m", "gaitgraph", "study", "s.toml", "--workers", "1"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as driver:
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True) as driver:
         while len(list(parts.glob("*.parquet"))) < 2:
             assert driver.poll() is None
             sleep(0.01)
         below = workers_of(driver.pid)
-        driver.kill()
+        if end is signal.SIGINT:  # from a terminal, all of its processes get it
+            os.killpg(driver.pid, end)
+        else:
+            driver.kill()
+        _, error = driver.communicate(timeout=60)
     kept = len(list(parts.glob("*.parquet")))
     assert below
     assert psutil.wait_procs(below, timeout=30)[1] == [], "workers outlive the process that started them"
+    if end is signal.SIGINT:
+        assert error.decode() == (
+            f"gaitgraph: interrupted; {kept} of 40 parts are in 's', and the same command goes on from there\n"
+        )
     assert run_study(tmp_path / "s.toml", tmp_path / "s", workers=0).flown == 40 - kept
 
 

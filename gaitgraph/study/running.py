@@ -36,6 +36,8 @@ PATIENCE = 5.0
 EMPTY = 60.0
 """How long a cluster may be without workers at the start [s]."""
 
+# An interrupt at the terminal reaches the workers too; this process ends them.
+_NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 _IN_FLIGHT = 256  # batches that the scheduler holds at a time
 _DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 
@@ -263,6 +265,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
                         n_workers=workers,
                         threads_per_worker=1,
                         memory_limit=0,
+                        preload=[_NO_INTERRUPTS],
                         security=True,
                         silence_logs=logging.CRITICAL + 1,
                         dashboard_address="127.0.0.1:0",
