@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.timed_gait import LAWS, TimedGait, checked_clock, parametrize
+from gaitgraph.timing.timed_gait import LAWS, TimedGait, checked_clock, parametrize, pieces_of, table_of
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)
@@ -241,3 +241,14 @@ def test_a_jerk_limit_is_judged_on_both_sides() -> None:
         assert report["tilt_jerk"].ok is ok
         assert report.flyable is ok
     assert "at least 1.506 s" in report["tilt_jerk"].message
+
+
+@pytest.mark.parametrize(("samples", "lengths"), [(10, [4, 4, 3]), (8, [4, 5]), (2, [3])])
+def test_the_pieces_of_a_table_are_its_rows(samples: int, lengths: list[int]) -> None:
+    timed = lift(GAITS[2].angles, "red").parametrize(samples=samples)
+    pieces = list(pieces_of(timed, {"note": "x"}, rows=4))
+    assert [len(piece) for piece in pieces] == lengths  # no piece is one row alone
+    assert pieces[0].about["note"] == "x"
+    whole = table_of(timed)
+    assert "note" not in whole.about
+    np.testing.assert_array_equal(np.concatenate([piece.alpha for piece in pieces]), whole.alpha)
