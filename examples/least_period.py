@@ -49,6 +49,7 @@ for ax, order, name, limit in (
 ):
     for joint in range(2):
         ax.plot(t, timed.derivative(t, order)[:, joint], label=f"α{joint + 1}")
+    assert limit is not None
     for sign in (-1, 1):
         ax.axhline(sign * limit[0], color="black", linestyle="dotted")
     ax.set(xlabel="t [s]", ylabel=name)

@@ -32,7 +32,7 @@ CONVENIENCES = {
 
 
 class Import(NamedTuple):
-    """One import: the module that has it, the module and the name that it names, the function it is in, and its line."""
+    """One import: the module that has it, what it names, the function that it is in, and its line."""
 
     source: str
     target: str

@@ -330,12 +330,10 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         with pytest.raises(gg.InputError, match=message) as caught:
             gg.validate(wrong)
         assert "\n" not in str(caught.value)
-    with pytest.raises(gg.InputError, match="gait must be a gait, a timed gait, a table, a frame or a file's path, got 5"):
+    with pytest.raises(gg.InputError, match="gait must be a gait, .* or a file's path, got 5"):
         gg.validate(5)  # type: ignore[arg-type]
-    with pytest.raises(
-        gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"
-    ):
-        table_from_frame(5)
+    with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"):
+        table_from_frame(5)  # type: ignore[arg-type]
     with pytest.raises(gg.InputError, match="got a LazyFrame"):
         table_from_frame(planned.to_polars().lazy())
     frame.attrs["gaitgraph"] = {"format": "gaitgraph gait table", "about": {"a": object()}}

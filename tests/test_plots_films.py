@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -206,7 +207,7 @@ def test_films_of_other_tables(tmp_path: Path) -> None:
     uneven = Table(columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about)
     single = Table(columns={name: values[:1] for name, values in columns.items()})
     for one, frames in ((uneven, 10), (single, 25)):
-        write_films(lambda one=one: [one], [tmp_path / "a.gif"], force=True)
+        write_films(partial(list, [one]), [tmp_path / "a.gif"], force=True)
         with Image.open(tmp_path / "a.gif") as image:
             total = 0
             for k in range(image.n_frames):  # type: ignore[attr-defined]

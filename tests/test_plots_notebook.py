@@ -152,7 +152,12 @@ def test_a_name_is_text_whatever_it_holds(name: str) -> None:
 def drawn(monkeypatch: pytest.MonkeyPatch, one: Any) -> Any:
     """Return the axes of the picture in an object's page."""
     kept: list[Any] = []
-    monkeypatch.setattr(notebook, "_picture", lambda draw, _: kept.append(draw) or "")
+
+    def keep(draw: Any, _: object) -> str:
+        kept.append(draw)
+        return ""
+
+    monkeypatch.setattr(notebook, "_picture", keep)
     one._repr_html_()
     ax = Figure().add_subplot()
     kept[0](ax)

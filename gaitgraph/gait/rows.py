@@ -191,7 +191,7 @@ class _Completion:
             self.keeps_types = self.keeps_types and _agrees_in_types(piece, codes)
 
     def _placed(self, pieces: Iterable[Table]) -> Iterator[tuple[Table, FloatArray, CodeArray]]:
-        """Yield each piece with its tilt angles and the family that each row is stated to be on, or lies on; 0 for none."""
+        """Yield each piece with its tilt angles and each row's family, as stated or as it lies; 0 for none."""
         rows, code = 0, 0
         for piece in pieces:
             alpha = tilt_angles(piece, self.numbers, rows_before=rows)
