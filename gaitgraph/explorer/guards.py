@@ -33,14 +33,9 @@ HEADERS = {
 }
 """On every answer: nothing is loaded from elsewhere, framed, sniffed, or kept."""
 
-LONGEST_BODY = 60.0
-"""Seconds in which a body must be complete."""
-
-LONGEST_WORK = 20.0
-"""Seconds that the work on one request may take."""
-
-AT_ONCE = 2
-"""Requests that are worked on at once."""
+LONGEST_BODY = 60.0  # s until a body must be complete
+LONGEST_WORK = 20.0  # s of work on one request
+AT_ONCE = 2  # requests that are worked on at the same time
 
 
 class Refused(GaitgraphError):

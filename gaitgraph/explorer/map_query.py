@@ -59,12 +59,8 @@ def map_answer(content: object, progress: Callable[[str], None] | None = None) -
     dict
         ``values`` row by row from α2 = −π/2 up, in each from α1 = −π/2, `n`·`n` of them, or None; ``range``; regions as
         rings in the plane [rad], a hole being a ring too, so that they are filled by the even-odd rule; the plane types
-        of the nodes of the paper's grid, None where R has no sign; and a note, or None.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
+        of the nodes of the paper's grid, None where R has no sign; and a note, or None. InputError if a name is unknown
+        or a value is not allowed.
     """
     query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
     vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))

@@ -141,17 +141,9 @@ class State:
 
 
 def state_of(content: object) -> State:
-    """Return the state that a JSON value describes.
+    """Return the state of an object with any of the names of :data:`DEFAULTS`, the others at their defaults.
 
-    Parameters
-    ----------
-    content
-        An object with any of the names of :data:`DEFAULTS`, the others have their defaults; ``view`` is ignored.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
+    ``view`` is ignored. InputError if a name is unknown or a value is not allowed.
 
     Examples
     --------

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-_TYPES = {
+_TYPES = {  # by suffix; licences have none
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -60,8 +60,6 @@ _TYPES = {
     ".png": "image/png",
     "": "text/plain; charset=utf-8",
 }
-"""Media types of the page's files by suffix; licences have none."""
-
 _MOST_CONNECTIONS = 400
 
 
@@ -85,9 +83,6 @@ def application(token: str, port: int) -> Starlette:
         path, media_type = files[name]
         return Response(path.read_bytes(), media_type=media_type)
 
-    async def setup(_: Request) -> Response:
-        return JSONResponse(setup_answer())
-
     def post(name: str, work: Work, most: int = LIMITS["request_bytes"], kind: str = "application/json") -> Route:
         handler = _handler(work, slots, most, kind)
         return Route(f"/{token}/api/{name}", handler, methods=["POST"])
@@ -96,7 +91,7 @@ def application(token: str, port: int) -> Starlette:
         routes=[
             Route(f"/{token}/", page),
             Route(f"/{token}/page/{{name:path}}", page),
-            Route(f"/{token}/api/setup", setup),
+            Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
             post("plan", lambda _, body, job: plan_answer(state_of(_content(body)), job.check)),
             post("diagram", lambda _, body, job: diagram_answer(state_of(_content(body)), job.check)),
             post("map", lambda _, body, job: map_answer(_content(body), job.check)),
