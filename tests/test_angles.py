@@ -9,10 +9,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as hnp
 
 from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, text_from_angle, wrapped
-from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.errors import InputError
 
 PI = math.pi
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -47,48 +46,24 @@ def test_real_numbers_are_radians(number: object) -> None:
 NO_ANGLES: list[object] = [
     *(math.nan, math.inf, np.float64("nan"), Decimal("Infinity"), 10**400, True, None, 1j, [0.3], np.array([0.3, 0.4])),
     *("", " ", "+", ".", "e5", "deg", "rad", "0.3x", "0.3 0.4", "0,3", "nan", "-inf", "1e400", "-1e400deg", "1e308pi"),
-    *(
-        "0x10",
-        "1_000",
-        "1e",
-        "1.2.3",
-        "--1",
-        "1-",
-        "(1)",
-        "1+1",
-        "١",
-        "1/0pi",
-        "pi/0",
-        "pi/1e-400",
-        "pi/",
-        "/8",
-        "pi/-8",
-    ),
+    *("0x10", "1_000", "1e", "1.2.3", "--1", "1-", "(1)", "1+1", "١", "1/0pi", "pi/0", "pi/1e-400", "pi/", "/8"),
     *("3pi/8/2", "3/8", "3/8pi", "pi3", "pi*3", "pipi", "Π", "3pi/8deg", "3radpi", "67.5degrees", "*pi", "\ufeff1"),
+    *("1" * 10**6, "0." + "3" * 80, " " * 100 + "1", "(" * 5000),
 ]
 
 
 @pytest.mark.parametrize("value", NO_ANGLES, ids=repr)
-def test_everything_else_is_refused(value: object) -> None:
+def test_everything_else_is_refused_in_a_short_line(value: object) -> None:
     with pytest.raises(InputError) as caught:
         angle_from_text(value, "waypoint 2 alpha1")
     message = str(caught.value)
-    assert message.startswith(f"waypoint 2 alpha1: {repr(value)[:64]}")
+    assert message.startswith(f"waypoint 2 alpha1: {repr(value)[:60]}")
     assert "allowed is a finite number in radians, or a text such as '3pi/8'" in message
     assert "\n" not in message
-    assert isinstance(caught.value, ValueError)
-    assert isinstance(caught.value, GaitgraphError)
+    assert len(message) < 250
 
 
-@pytest.mark.parametrize("text", ["1" * 10**6, "0." + "3" * 80, "pi/" + "8" * 70, " " * 100 + "1", "(" * 5000])
-def test_a_very_long_text_is_refused_in_a_short_line(text: str) -> None:
-    with pytest.raises(InputError) as caught:
-        angle_from_text(text)
-    assert len(str(caught.value)) < 250
-    assert "…" in str(caught.value)
-
-
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 @given(angle=finite)
 def test_every_float_reads_back_from_its_shortest_text(angle: float) -> None:
     assert angle_from_text(repr(angle)) == angle
@@ -97,7 +72,7 @@ def test_every_float_reads_back_from_its_shortest_text(angle: float) -> None:
     assert angle_from_text(angle) == angle
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(numerator=whole, divisor=st.integers(1, 10_000))
 def test_every_spelling_of_a_multiple_of_pi_is_the_same_angle(numerator: int, divisor: int) -> None:
     expected = numerator * PI / divisor
@@ -107,7 +82,7 @@ def test_every_spelling_of_a_multiple_of_pi_is_the_same_angle(numerator: int, di
     assert angle_from_text(f"{numerator * 180 / divisor!r}deg") == pytest.approx(expected, rel=1e-14)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 @given(count=whole, ascii_only=st.booleans())
 def test_multiples_of_a_thirtysecond_of_pi_are_written_as_such(count: int, ascii_only: bool) -> None:
     angle = count * PI / 32
@@ -120,13 +95,13 @@ def test_multiples_of_a_thirtysecond_of_pi_are_written_as_such(count: int, ascii
         assert math.gcd(int({"": "1", "-": "-1"}.get(factor, factor)), int(divisor)) == 1
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 @given(angle=moderate)
 def test_any_other_angle_is_written_to_four_decimals(angle: float) -> None:
     assert abs(angle_from_text(text_from_angle(angle)) - angle) <= 5.0001e-5
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=80)
 @given(angle=moderate)
 def test_wrapping_takes_away_whole_multiples_of_pi(angle: float) -> None:
     inside = wrapped(angle)
@@ -145,7 +120,7 @@ def test_both_ends_are_inside() -> None:
     assert wrapped(math.nextafter(HALF_PI, 2.0)) == pytest.approx(-HALF_PI)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=80)
 @given(angle=moderate, other=moderate, period=st.sampled_from([PI, HALF_PI, 1.0, 0.3]))
 def test_the_distance_to_a_multiple_is_a_distance(angle: float, other: float, period: float) -> None:
     distance = distance_to_multiple(angle, period)
@@ -157,15 +132,10 @@ def test_the_distance_to_a_multiple_is_a_distance(angle: float, other: float, pe
     assert abs(distance_to_multiple(other, period) - distance) <= abs(other - angle) + 1e-12
 
 
-@settings(deadline=None, max_examples=100)
-@given(
-    angles=hnp.arrays(
-        float, hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4), elements=st.floats(-1e3, 1e3)
-    )
-)
-def test_arrays_of_any_shape_are_taken_element_by_element(angles: np.ndarray) -> None:
-    inside, distance = wrapped(angles), distance_to_multiple(angles, HALF_PI)
-    assert np.shape(inside) == np.shape(distance) == angles.shape
-    flat = [float(angle) for angle in angles.flat]
-    assert np.ravel(inside).tolist() == [wrapped(angle) for angle in flat]
-    assert np.ravel(distance).tolist() == [distance_to_multiple(angle, HALF_PI) for angle in flat]
+@pytest.mark.parametrize("shape", [(), (0,), (3,), (2, 1, 4)])
+def test_arrays_of_any_shape_are_taken_element_by_element(shape: tuple[int, ...]) -> None:
+    angles = np.random.default_rng(1).uniform(-1e3, 1e3, shape)
+    for function in (wrapped, lambda angle: distance_to_multiple(angle, HALF_PI)):
+        found = np.asarray(function(angles))
+        assert found.shape == shape
+        assert found.ravel().tolist() == [function(float(angle)) for angle in angles.flat]

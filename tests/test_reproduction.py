@@ -13,7 +13,7 @@ import pytest
 
 from gaitgraph.cli import main
 from tests.published import GAITS
-from tests.test_invertibility import MISPRINTS, PRINTED, term_of, terms_of
+from tests.published_formulas import MISPRINTS, PRINTED, term_of, terms_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

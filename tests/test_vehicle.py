@@ -1,4 +1,4 @@
-"""Vehicles: every way to state them, every way to get them wrong."""
+"""Vehicles: how they are stated, and what is refused."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    control_moment_matrix,
-)
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -41,16 +38,11 @@ POSITIVE = (
 )
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
-    *(True, "heavy", 1j, [1.0]),
+    *(True, np.True_, "heavy", b"0.1", 1j, [1.0], 10**5000, 1e-310),
 )
-
 positive = st.floats(1e-2, 1e2)
-ratio = st.floats(1e-4, 1.0)
-maybe = st.none() | positive
 drag_statements = st.one_of(
-    st.fixed_dictionaries({"drag_ratio": ratio}),
-    st.fixed_dictionaries({"drag_ratio": ratio, "arm_length": positive, "thrust_coefficient": maybe}),
-    st.fixed_dictionaries({"drag_to_thrust": positive, "arm_length": positive}),
+    st.fixed_dictionaries({"drag_ratio": st.floats(1e-4, 1.0)}, optional={"thrust_coefficient": positive}),
     st.fixed_dictionaries({"drag_to_thrust": positive, "arm_length": positive, "thrust_coefficient": positive}),
     st.fixed_dictionaries(dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), positive)),
 )
@@ -58,22 +50,12 @@ other_statements = st.fixed_dictionaries(
     {},
     optional={
         "name": st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12),
-        "mass": maybe,
-        "gravity": positive,
         "inertia": st.none() | st.tuples(positive, positive, positive),
         "first_arm_angle": st.floats(-7, 7),
         "first_rotor_spin": st.sampled_from(["clockwise", "counterclockwise"]),
-        "max_tilt": maybe,
-        "max_tilt_rate": maybe,
-        "max_tilt_acceleration": maybe,
-        "max_tilt_jerk": maybe,
-        "max_thrust": maybe,
-        "servo_lag": maybe,
-        "arm_inertia": maybe,
-        "rotor_inertia": maybe,
+        **dict.fromkeys(("mass", "max_tilt", "max_tilt_jerk", "max_thrust", "servo_lag", "rotor_inertia"), positive),
     },
 )
-vehicles = st.builds(lambda drag, rest: Vehicle(**drag, **rest), drag_statements, other_statements)
 
 
 def written(folder: Path, text: str | bytes, name: str = "mine.toml") -> Path:
@@ -134,21 +116,22 @@ class TestDragRatio:
         assert Vehicle(**stated).drag_ratio == pytest.approx(0.2, rel=1e-12)  # type: ignore[arg-type]
 
     @pytest.mark.parametrize(
-        "stated",
+        "missing",
         [
-            {},
-            {"arm_length": 0.25},
-            {"drag_to_thrust": 0.05},
-            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6},
-            {"drag_coefficient": 4e-7, "arm_length": 0.25},
-            {"thrust_coefficient": 8e-6, "arm_length": 0.25},
+            ("drag_coefficient", "thrust_coefficient", "arm_length"),
+            ("drag_coefficient", "thrust_coefficient"),
+            ("drag_coefficient", "arm_length"),
+            ("drag_coefficient",),
+            ("arm_length",),
+            ("thrust_coefficient",),
         ],
-        ids=lambda stated: "+".join(stated) or "nothing",
+        ids="+".join,
     )
-    def test_too_little_is_refused_with_all_ways_to_state_it(self, stated: dict[str, float]) -> None:
+    def test_too_little_is_refused_with_all_statements_that_are_enough(self, missing: tuple[str, ...]) -> None:
+        whole = {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25}
         with pytest.raises(InputError, match="do not determine the drag ratio") as caught:
-            Vehicle(**stated)  # type: ignore[arg-type]
-        for name in ("thrust_coefficient", "drag_coefficient", "arm_length", "drag_to_thrust", "drag_ratio"):
+            Vehicle(**{name: value for name, value in whole.items() if name not in missing})  # type: ignore[arg-type]
+        for name in (*whole, "drag_to_thrust", "drag_ratio"):
             assert name in str(caught.value)
 
     @pytest.mark.parametrize(
@@ -156,11 +139,6 @@ class TestDragRatio:
         [
             ({"drag_to_thrust": 0.05, "arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio", 0.21),
             ({"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "drag_to_thrust": 0.06}, "drag_to_thrust", 0.06),
-            (
-                {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25, "drag_ratio": 0.1999},
-                "drag_ratio",
-                0.1999,
-            ),
         ],
     )
     def test_contradictions_are_refused_with_both_values(
@@ -184,46 +162,37 @@ class TestDragRatio:
         ):
             assert not other.carries_published_coefficients
             assert coefficients_of(other).kind == "exact"
-            with pytest.raises(InputError, match="'published' belong to the paper's vehicle"):
-                coefficients_of(other, "published")
+        assert not Vehicle(drag_ratio=0.168666).carries_published_coefficients
 
 
 class TestFields:
-    @pytest.mark.parametrize(("name", "value"), [(name, value) for name in POSITIVE for value in NO_CONSTANTS])
-    def test_a_value_that_is_no_positive_number_is_refused_with_name_and_value(self, name: str, value: object) -> None:
-        stated: dict[str, Any] = {"drag_ratio": 0.1, name: value}
-        with pytest.raises(InputError) as caught:
-            Vehicle(**stated)
-        assert str(caught.value).startswith(f"{name}: {value!r}")
-        assert "allowed is a" in str(caught.value)
+    @pytest.mark.parametrize("name", POSITIVE)
+    def test_a_value_that_is_no_positive_number_is_refused_with_name_and_value(self, name: str) -> None:
+        for value in NO_CONSTANTS:
+            stated: dict[str, Any] = {"drag_ratio": 0.1, name: value}
+            with pytest.raises(InputError) as caught:
+                Vehicle(**stated)
+            message = str(caught.value)
+            assert message.startswith(f"{name}: ")
+            assert "allowed is a" in message
+            assert "\n" not in message
+            assert len(message) < 200
 
     @pytest.mark.parametrize(
-        "value",
+        ("name", "values"),
         [
-            *((), (1.0,), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, "1 2 3", {1.0: 2.0}),
-            *((1.0, 0.0, 1.0), (1.0, -2.0, 1.0), (math.nan, 1.0, 1.0), [1.0, 1.0, math.inf], [True, 1.0, 1.0]),
-            *([1.0, None, 1.0], [[1.0], 1.0, 1.0], ["1", "2", "3"]),
+            ("inertia", ((), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, "1 2 3", (1.0, 0.0, 1.0), (1.0, math.nan, 1.0))),
+            ("inertia", ([True, 1.0, 1.0], [1.0, None, 1.0], [[1.0], 1.0, 1.0], ["1", "2", "3"])),
+            ("first_arm_angle", (math.nan, "north", None, True, [0.1])),
+            ("first_rotor_spin", ("cw", "Clockwise", "", None, 1, ["clockwise"])),
+            ("name", ("", None, 3, ["a"])),
         ],
-        ids=repr,
     )
-    def test_inertia_is_three_positive_numbers(self, value: Any) -> None:
-        with pytest.raises(InputError, match=r"^inertia: .*allowed (are three positive|is a positive finite) number"):
-            Vehicle(drag_ratio=0.1, inertia=value)
-
-    @pytest.mark.parametrize("value", [math.nan, math.inf, "north", None, True, [0.1]])
-    def test_the_first_arms_angle_is_an_angle(self, value: Any) -> None:
-        with pytest.raises(InputError, match=f"^first_arm_angle: {re.escape(repr(value))} is no angle"):
-            Vehicle(drag_ratio=0.1, first_arm_angle=value)
-
-    @pytest.mark.parametrize("value", ["cw", "Clockwise", "", None, 1, ["clockwise"]])
-    def test_spins_have_two_names(self, value: Any) -> None:
-        with pytest.raises(InputError, match=f"^first_rotor_spin: {re.escape(repr(value))}; allowed are 'clockwise'"):
-            Vehicle(drag_ratio=0.1, first_rotor_spin=value)
-
-    @pytest.mark.parametrize("value", ["", None, 3, ["a"]])
-    def test_a_name_is_a_text(self, value: Any) -> None:
-        with pytest.raises(InputError, match=f"^vehicle name: {re.escape(repr(value))}; allowed is a printable text"):
-            Vehicle(drag_ratio=0.1, name=value)
+    def test_other_fields_are_refused_with_name_and_value(self, name: str, values: tuple[Any, ...]) -> None:
+        for value in values:
+            with pytest.raises(InputError, match=rf"^(vehicle )?{name}: ") as caught:
+                Vehicle(drag_ratio=0.1, **{name: value})
+            assert "allowed" in str(caught.value)
 
     def test_angles_may_be_texts_and_other_constants_may_not(self) -> None:
         stated: dict[str, Any] = {"max_tilt": "80deg", "max_tilt_rate": "2pi", "first_arm_angle": "-45°"}
@@ -268,28 +237,19 @@ class TestMissingConstants:
 class TestFiles:
     GOOD = "mass = 1.5\narm_length = 0.25\ndrag_to_thrust = 0.05\nmax_tilt = '80deg'\ninertia = [1, 2.0, 3e-3]\n"
 
-    def check(self, vehicle: Vehicle) -> None:
-        assert vehicle.drag_ratio == pytest.approx(0.2)
-        assert (vehicle.mass, vehicle.inertia) == (1.5, (1.0, 2.0, 3e-3))
-        assert vehicle.max_tilt == math.radians(80)
-
     def test_constants_at_the_top_or_in_a_table(self, tmp_path: Path) -> None:
-        top = vehicle_named(written(tmp_path, self.GOOD))
-        self.check(top)
-        assert top.name == "mine"
-        assert vehicle_named(written(tmp_path, "[vehicle]\n" + self.GOOD)) == top
-        assert vehicle_named(str(tmp_path / "mine.toml")) == top
+        vehicle = vehicle_named(written(tmp_path, self.GOOD))
+        assert (vehicle.name, vehicle.mass, vehicle.inertia) == ("mine", 1.5, (1.0, 2.0, 3e-3))
+        assert vehicle.max_tilt == math.radians(80)
+        assert vehicle.drag_ratio == pytest.approx(0.2)
+        assert vehicle_named(written(tmp_path, "[vehicle]\n" + self.GOOD)) == vehicle
+        assert vehicle_named(str(tmp_path / "mine.toml")) == vehicle
+        # A byte-order mark and CRLF are read silently; the file may give the name, and the suffix have any case.
+        assert vehicle_named(written(tmp_path, b"\xef\xbb\xbf" + self.GOOD.replace("\n", "\r\n").encode())) == vehicle
+        named = written(tmp_path, "name = 'Käfer'\n" + self.GOOD, "OTHER.TOML")
+        assert vehicle_named(str(named)) == vehicle.replace(name="Käfer")
 
-    def test_the_file_may_give_the_name_and_the_suffix_any_case(self, tmp_path: Path) -> None:
-        path = written(tmp_path, "name = 'Käfer'\n" + self.GOOD, "OTHER.TOML")
-        assert vehicle_named(str(path)).name == "Käfer"
-
-    def test_a_byte_order_mark_and_crlf_are_read_silently(self, tmp_path: Path) -> None:
-        plain = vehicle_named(written(tmp_path, self.GOOD))
-        path = written(tmp_path, b"\xef\xbb\xbf" + self.GOOD.replace("\n", "\r\n").encode())
-        assert vehicle_named(path) == plain
-
-    def test_a_preset_is_a_place_to_start_from(self, tmp_path: Path) -> None:
+    def test_a_preset_may_be_changed(self, tmp_path: Path) -> None:
         assert vehicle_named(written(tmp_path, "preset = 'paper'\n")) == PAPER
         changed = vehicle_named(written(tmp_path, "preset = 'paper'\nmax_tilt_rate = 6\narm_length = 0.357\n"))
         assert changed.max_tilt_rate == 6.0
@@ -305,11 +265,7 @@ class TestFiles:
         [
             ("mass = 1.5\ndrag_ratio = -0.1\n", "drag_ratio: -0.1; allowed is a positive finite number"),
             ("mass = nan\ndrag_ratio = 0.1\n", "mass: nan; allowed is a positive finite number (kg)"),
-            ("mass = 2022-01-01\ndrag_ratio = 0.1\n", "mass: datetime.date(2022, 1, 1); allowed"),
             ("mass = true\ndrag_ratio = 0.1\n", "mass: True; allowed"),
-            ("mass = '1.5'\ndrag_ratio = 0.1\n", "mass: '1.5'; allowed"),
-            ("inertia = [1, 2]\ndrag_ratio = 0.1\n", "inertia: [1, 2]; allowed are three positive numbers"),
-            ("name = 3\ndrag_ratio = 0.1\n", "vehicle name: 3; allowed"),
             ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt: '3pie/8' is no angle"),
             ("mas = 1.5\ndrag_ratio = 0.1\n", "'mas' is no constant of a vehicle; did you mean 'mass'?"),
             ("zzz = 1\ndrag_ratio = 0.1\n", "'zzz' is no constant of a vehicle; allowed are preset, name, mass"),
@@ -319,10 +275,10 @@ class TestFiles:
             ("vehicle = 3\n", "vehicle: 3 is no table of constants"),
             ("[[vehicle]]\ndrag_ratio = 0.1\n", "is no table of constants"),
             ("mass = \n", "line 1"),
-            ("mass = 1\nmass = 2\n", "line 2"),
             ("mass = 1.5\x00\n", "line 1"),
             ("a = " + "[" * 50_000, "vehicle file"),
-            ("a = " + "{b = " * 50_000, "vehicle file"),
+            ("drag_ratio = " + "1" * 5000, "vehicle file"),
+            ("mas = 3\n[vehicle]\npreset = 'paper'", "mas: stands beside the [vehicle] table"),
         ],
     )
     def test_what_else_is_in_a_file_is_refused_with_the_file(self, tmp_path: Path, text: str, expected: str) -> None:
@@ -333,31 +289,32 @@ class TestFiles:
         assert len(message) < len(str(path)) + 600
 
     def test_a_file_that_cannot_be_read_is_named_with_the_reason(self, tmp_path: Path) -> None:
-        missing = tmp_path / "missing.toml"
-        assert refusal(missing, FileProblem).startswith(f"vehicle: cannot read {str(missing)!r}: No such file")
-        folder = tmp_path / "folder.toml"
+        missing, folder = tmp_path / "missing.toml", tmp_path / "folder.toml"
         folder.mkdir()
+        assert refusal(missing, FileProblem).startswith(f"vehicle: cannot read {str(missing)!r}: No such file")
         assert str(folder) in refusal(str(folder), FileProblem)
-        not_text = written(tmp_path, b"name = '\xff\xfe'\n")
-        assert "not UTF-8" in refusal(not_text)
-        wide = written(tmp_path, "drag_ratio = 0.1".encode("utf-16"))
-        assert "not UTF-8" in refusal(wide)
+        assert "cannot read" in refusal("a\0.toml", FileProblem)
+        for content in (b"name = '\xff\xfe'\n", "drag_ratio = 0.1".encode("utf-16")):
+            assert "not UTF-8" in refusal(written(tmp_path, content))
 
 
 class TestMappings:
-    @settings(deadline=None, max_examples=150)
-    @given(vehicle=vehicles)
-    def test_a_vehicle_survives_its_mapping_and_json(self, vehicle: Vehicle) -> None:
+    @settings(deadline=None, max_examples=50)
+    @given(drag=drag_statements, rest=other_statements)
+    def test_a_vehicle_survives_its_mapping_and_json(self, drag: dict[str, Any], rest: dict[str, Any]) -> None:
+        vehicle = Vehicle(**drag, **rest)
         constants = vehicle.as_mapping()
-        assert vehicle_from_mapping(constants) == vehicle
         assert vehicle_from_mapping(json.loads(json.dumps(constants))) == vehicle
         # A fixed order makes files with the same content the same bytes.
         assert list(constants) == [field.name for field in fields(Vehicle) if field.name in constants]
 
     def test_the_callers_mapping_is_left_alone(self) -> None:
         constants = {"preset": "paper", "mass": 1.0}
-        vehicle_from_mapping(constants)
+        assert vehicle_from_mapping(constants).mass == 1.0
         assert constants == {"preset": "paper", "mass": 1.0}
+        for wrong in ([1], {1: 2}, None):
+            with pytest.raises(InputError, match="allowed is a table of constants by name"):
+                vehicle_from_mapping(wrong)  # type: ignore[arg-type]
 
 
 class TestReplace:
@@ -401,33 +358,6 @@ class TestReplace:
         beetle = vehicle_named("beetle_omni")
         complete = beetle.replace(thrust_coefficient=1e-5)
         assert (complete.drag_ratio, complete.drag_to_thrust) == (beetle.drag_ratio, beetle.drag_to_thrust)
-        assert control_moment_matrix([0, 0, 0, 0], complete).shape == (3, 4)
         assert vehicle_from_mapping({"preset": "beetle_omni", "thrust_coefficient": 1e-5}) == complete.replace(
             name="beetle_omni, changed"
         )
-
-    def test_nearly_the_papers_kappa_is_another_vehicle(self) -> None:
-        assert not Vehicle(drag_ratio=0.168666).carries_published_coefficients
-
-    @pytest.mark.parametrize("value", [pytest.param(10**5000, id="huge"), 1e-310, 1e300, np.True_, b"0.1", 0.1j])
-    def test_values_that_are_no_usable_numbers(self, value: Any) -> None:
-        with pytest.raises(InputError, match="drag_ratio: ") as caught:
-            Vehicle(drag_ratio=value)
-        assert "\n" not in str(caught.value)
-        assert len(str(caught.value)) < 200
-
-    @pytest.mark.parametrize("text", ["drag_ratio = " + "1" * 5000, "mas = 3\n[vehicle]\npreset = 'paper'"])
-    def test_files_that_were_once_read_wrongly(self, tmp_path: Path, text: str) -> None:
-        path = tmp_path / "odd.toml"
-        path.write_text(text)
-        with pytest.raises(InputError, match=r"vehicle file .*odd.toml"):
-            vehicle_named(path)
-
-    @pytest.mark.parametrize("constants", [[1], {1: 2}, None])
-    def test_mappings_of_another_kind(self, constants: Any) -> None:
-        with pytest.raises(InputError, match="allowed is a table of constants by name"):
-            vehicle_from_mapping(constants)
-
-    def test_a_name_that_no_file_can_have(self) -> None:
-        with pytest.raises(FileProblem, match="cannot read"):
-            vehicle_named("a\0.toml")

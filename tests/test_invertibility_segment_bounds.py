@@ -17,7 +17,6 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
-    least_singular_value_on_red,
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
@@ -35,20 +34,28 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
+from tests.samples import (
+    EXACT,
+    HALF_PI,
+    KINDS,
+    MIRRORED,
+    PUBLISHED,
+    STRONG,
+    by_vehicle,
+    points_of,
+    random_segments,
+    random_tilts,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 FloatArray = npt.NDArray[np.float64]
 
-HALF_PI = math.pi / 2
-PUBLISHED = coefficients_of()
-EXACT = coefficients_of(kind="exact")
-MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
-STRONG = Vehicle(name="strong", drag_ratio=0.8)
-ALONG = np.linspace(0.0, 1.0, 1001)
+ALONG = np.linspace(0.0, 1.0, 401)
 
 tilts = st.tuples(*[st.floats(-3, 3)] * 4)
+three_vehicles = by_vehicle(PAPER, MIRRORED, STRONG)
 
 
 @dataclass(frozen=True)
@@ -128,28 +135,6 @@ QUANTITIES = {
     ),
 }
 every_quantity = pytest.mark.parametrize("name", QUANTITIES)
-KINDS = ("anywhere", "red", "blue", "short", "points", "near red", "one angle")
-
-
-def segments(kind: str, seed: int, count: int = 12, reach: float = 1.5) -> tuple[FloatArray, FloatArray]:
-    """Return random segments of one kind, shape (count, 4)."""
-    rng = np.random.default_rng(seed)
-    start, end = rng.uniform(-reach, reach, (2, count, 4))
-    twice = 2 * PUBLISHED.delta
-    for side in (start, end):
-        if kind in ("red", "near red"):
-            side[:, 2:] = side[:, :2]
-        if kind == "blue":
-            side[:, 2:] = np.array([twice, -twice]) - side[:, :2]
-        if kind == "near red":
-            side[:] += rng.normal(0, 1e-3, side.shape)
-    if kind == "short":
-        end = start + rng.normal(0, 1e-3, start.shape)
-    if kind == "points":
-        end = start.copy()
-    if kind == "one angle":
-        end[:, :3] = start[:, :3]
-    return start, end
 
 
 def upward_segments(seed: int, mirrored: bool) -> tuple[FloatArray, FloatArray]:
@@ -169,91 +154,63 @@ def segments_for(quantity: Quantity, kind: str, seed: int) -> tuple[FloatArray, 
         if kind == "points":
             return start, start.copy()
         return (start, start + 1e-3 * (end - start)) if kind == "short" else (start, end)
-    return segments(kind, seed)
+    return random_segments(kind, seed)
 
 
 def sampled(quantity: Quantity, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the quantity at 1001 points of each segment, shape (count, 1001)."""
-    alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
-    return np.asarray(quantity.value(alpha))
+    return np.asarray(quantity.value(points_of(start, end)))
 
 
 class TestBrackets:
-    @every_quantity
+    @pytest.mark.parametrize("name", QUANTITIES)
     @pytest.mark.parametrize("kind", KINDS)
-    def test_they_contain_the_least_of_many_samples(self, name: str, kind: str) -> None:
+    def test_they_contain_the_least_of_many_samples_and_are_attained(self, name: str, kind: str) -> None:
         quantity = QUANTITIES[name]
         start, end = segments_for(quantity, kind, seed=1)
-        least = sampled(quantity, start, end).min(axis=1)
-        found = quantity.bracket(start, end, tolerance=quantity.tolerance)
-        assert (found.lower <= least + 1e-12).all()
-        assert (found.lower <= found.upper).all()
-        # The bracket of the least of all is as narrow as was asked for.
-        lower, upper, segment, fraction = found.worst()
-        assert lower <= least.min() + 1e-12
-        assert upper - lower <= quantity.tolerance + 1e-12
-        assert upper <= least.min() + quantity.tolerance + 1e-12
-        assert (upper, fraction) == (found.upper[segment], found.fraction[segment])
-        assert upper == found.upper.min()
-
-    @pytest.mark.parametrize("name", [name for name in QUANTITIES if name != "residual"])
-    @pytest.mark.parametrize("kind", KINDS)
-    def test_each_is_narrow_when_each_is_asked_for(self, name: str, kind: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments_for(quantity, kind, seed=2)
         values = sampled(quantity, start, end)
-        found = quantity.bracket(start, end, tolerance=quantity.tolerance, each=True)
-        assert (found.lower <= values.min(axis=1) + 1e-12).all()
-        assert (found.upper - found.lower <= quantity.tolerance + 1e-12).all()
+        least, tolerance = values.min(axis=1), quantity.tolerance + 1e-12
         # Between two samples the quantity moves no further than it does between neighbouring ones.
         gap = np.abs(np.diff(values, axis=1)).max(axis=1)
-        assert (found.upper >= values.min(axis=1) - gap).all()
+        brackets = [quantity.bracket(start, end, tolerance=quantity.tolerance)]
+        if name != "residual":
+            brackets.append(quantity.bracket(start, end, tolerance=quantity.tolerance, each=True))
+            assert (brackets[1].upper - brackets[1].lower <= tolerance).all()
+            assert (brackets[1].upper <= least + tolerance).all()
+        for found in brackets:
+            assert (found.lower <= least + 1e-12).all()
+            assert (found.lower <= found.upper).all()
+            assert (found.upper >= least - gap - 1e-12).all()
+            assert ((found.fraction >= 0) & (found.fraction <= 1)).all()
+            at = start + found.fraction[:, None] * (end - start)
+            np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
+            # The bracket of the least of all is as narrow as was asked for.
+            lower, upper, segment, fraction = found.worst()
+            assert upper - tolerance <= lower <= least.min() + 1e-12
+            assert upper <= least.min() + tolerance
+            assert (upper, fraction) == (found.upper.min(), found.fraction[segment])
 
-    @every_quantity
-    @pytest.mark.parametrize("kind", KINDS)
-    def test_the_upper_end_is_attained_where_it_says(self, name: str, kind: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments_for(quantity, kind, seed=3)
-        found = quantity.bracket(start, end, tolerance=quantity.tolerance)
-        assert ((found.fraction >= 0) & (found.fraction <= 1)).all()
-        at = start + found.fraction[:, None] * (end - start)
-        np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
-
-    @every_quantity
+    @pytest.mark.parametrize("name", QUANTITIES)
     def test_direction_and_subdivision_do_not_matter(self, name: str) -> None:
         quantity = QUANTITIES[name]
         start, end = segments_for(quantity, "near red", seed=5)
         middle = (start + end) / 2
-        tolerance = quantity.tolerance
-        whole = quantity.bracket(start, end, tolerance=tolerance).worst()
-        back = quantity.bracket(end, start, tolerance=tolerance).worst()
-        halves = quantity.bracket(
-            np.concatenate([start, middle]), np.concatenate([middle, end]), tolerance=tolerance
-        ).worst()
+        cut = np.concatenate([start, middle]), np.concatenate([middle, end])
+        found = [
+            quantity.bracket(*ends, tolerance=quantity.tolerance).worst() for ends in ((start, end), (end, start), cut)
+        ]
         # All three brackets hold the same number, so that any two of them overlap.
-        for one, other in itertools.combinations((whole, back, halves), 2):
+        for one, other in itertools.combinations(found, 2):
             assert max(one[0], other[0]) <= min(one[1], other[1]) + 1e-12
-
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
-    def test_on_red_the_closed_form_gives_the_bracket_that_the_matrix_gives(self, vehicle: Vehicle) -> None:
-        start, end = segments("red", seed=7)
-        on_red = least_singular_value_along(start, end, vehicle, tolerance=1e-4, each=True)
-        # The same segments a hair off red are decomposed matrix by matrix.
-        off_red = least_singular_value_along(start + np.array([0, 0, 1e-9, 0]), end, vehicle, tolerance=1e-4, each=True)
-        np.testing.assert_allclose(on_red.upper, off_red.upper, atol=2e-4)
-        alpha = start[:, None, :2] + ALONG[:, None] * (end - start)[:, None, :2]
-        closed = least_singular_value_on_red(alpha[..., 0], alpha[..., 1], vehicle)
-        assert (on_red.lower <= closed.min(axis=1) + 1e-12).all()
 
 
 class TestFloor:
-    FLOORS = (-1.0, -0.2, 0.0, 0.05, 0.3, 1.0, 2.0)
+    FLOORS = (-1.0, 0.0, 0.05, 0.3, 2.0)
 
     @pytest.mark.parametrize("name", [name for name, quantity in QUANTITIES.items() if quantity.takes_floor])
     @pytest.mark.parametrize("kind", KINDS)
     def test_each_segment_is_decided_rightly(self, name: str, kind: str) -> None:
         quantity = QUANTITIES[name]
-        start, end = segments(kind, seed=8, count=20)
+        start, end = random_segments(kind, seed=8)
         values = sampled(quantity, start, end)
         least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
         for floor in self.FLOORS:
@@ -268,27 +225,11 @@ class TestFloor:
             at = start + found.fraction[:, None] * (end - start)
             np.testing.assert_allclose(quantity.value(at), found.upper, atol=1e-12)
 
-    @pytest.mark.parametrize("name", [name for name, quantity in QUANTITIES.items() if quantity.takes_floor])
-    def test_all_together_are_decided_rightly(self, name: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments("near red", seed=9, count=5)
-        values = sampled(quantity, start, end)
-        least, gap = float(values.min()), float(np.abs(np.diff(values, axis=1)).max())
-        decided = set()
-        for floor in (*self.FLOORS, least - 0.05, least + 0.05):
-            if abs(least - floor) > quantity.tolerance + gap:
-                lower, upper, *_ = quantity.bracket(start, end, tolerance=quantity.tolerance, floor=floor).worst()
-                assert (lower >= floor) == (least > floor)
-                assert (upper < floor) == (least < floor)
-                decided.add(least > floor)
-        assert decided == {True, False}
-
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     @pytest.mark.parametrize("kind", KINDS)
     def test_keeping_the_singular_value_above_a_floor(self, vehicle: Vehicle, kind: str) -> None:
-        start, end = segments(kind, seed=13, count=20)
-        alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
-        values = least_singular_value(alpha, vehicle)
+        start, end = random_segments(kind, seed=13)
+        values = least_singular_value(points_of(start, end), vehicle)
         least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
         for floor in (0.02, 0.05, 0.2, 0.5):
             keeps = keeps_singular_value_above(start, end, floor, vehicle)
@@ -297,7 +238,7 @@ class TestFloor:
             np.testing.assert_array_equal(keeps[clear], (least > floor)[clear])
 
     def test_a_decision_takes_less_work_than_a_bracket(self) -> None:
-        start, end = segments("red", seed=10)
+        start, end = random_segments("red", seed=10)
         calls = {"above": 0, "below": 0, "bracket": 0}
 
         def counting(which: str) -> Callable[[FloatArray], FloatArray]:
@@ -331,7 +272,7 @@ class TestEngine:
 
         return value, bound
 
-    @settings(deadline=None, max_examples=100)
+    @settings(deadline=None, max_examples=50)
     @given(start=tilts, end=tilts, center=tilts, tolerance=st.sampled_from([1e-2, 1e-4]))
     def test_the_distance_to_a_point(
         self, start: tuple[float, ...], end: tuple[float, ...], center: tuple[float, ...], tolerance: float
@@ -360,7 +301,7 @@ class TestEngine:
 class TestBent:
     """A lower bound from a chord and from how much a function may bend."""
 
-    @settings(deadline=None, max_examples=100)
+    @settings(deadline=None, max_examples=50)
     @given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
     def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
         self, bend: float, low: float, size: float, at: tuple[float, ...]
@@ -378,90 +319,64 @@ class TestBent:
         assert (least_of_bent(f0, f1, np.array([2.1, 2.1])) < [0.0, 2.0]).all()
 
 
-class TestTogether:
-    """R and −R in one search."""
-
+class TestLevelDeterminant:
     @pytest.mark.parametrize("kind", KINDS)
-    def test_each_is_bracketed_as_if_alone(self, kind: str) -> None:
-        start, end = segments(kind, seed=21)
-        values = sampled(QUANTITIES["R"], start, end)
-        found = range_of_level_determinant(start, end, PUBLISHED)
-        for one, sign in zip(found, (1.0, -1.0), strict=True):
-            least = (sign * values).min(axis=1)
+    def test_both_ends_of_its_range_in_one_search(self, kind: str) -> None:
+        start, end = random_segments(kind, seed=21)
+        values = level_determinant(points_of(start, end), PUBLISHED)
+        for one, sign in zip(range_of_level_determinant(start, end, PUBLISHED), (1.0, -1.0), strict=True):
             alone = least_level_determinant(start, end, PUBLISHED, sign=sign).worst()
-            assert (one.lower <= least + 1e-12).all()
+            assert (one.lower <= (sign * values).min(axis=1) + 1e-12).all()
             assert one.worst()[:2] == pytest.approx(alone[:2], abs=2e-6)
             assert one.worst()[1] - one.worst()[0] <= 1e-6 + 1e-12
             at = start + one.fraction[:, None] * (end - start)
             np.testing.assert_allclose(one.upper, sign * level_determinant(at, PUBLISHED), atol=1e-12)
 
-    def test_what_is_known_of_one_leaves_the_other_alone(self) -> None:
-        start, end = segments("anywhere", seed=22)
+    @pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5, -1e3])
+    def test_a_value_known_elsewhere_saves_work_and_costs_nothing(self, known: float) -> None:
+        start, end = random_segments("anywhere", seed=22, count=40)
         free = range_of_level_determinant(start, end, PUBLISHED)
-        told = range_of_level_determinant(start, end, PUBLISHED, known=(-1e3, math.inf))
-        assert told[1].worst()[:2] == pytest.approx(free[1].worst()[:2], abs=2e-6)
-        assert (told[0].lower <= free[0].upper).all()
+        least, minus_largest = range_of_level_determinant(start, end, PUBLISHED, known=(known, math.inf))
+        alone = least_level_determinant(start, end, PUBLISHED, known=known)
+        for found in (least, alone):
+            assert found.lower.min() <= free[0].worst()[1]
+            assert min(known, found.worst()[1]) == pytest.approx(min(known, free[0].worst()[1]), abs=2e-6)
+            assert min(found.lower.min(), known) >= min(free[0].worst()[0], known) - 2e-6
+        assert minus_largest.worst()[:2] == pytest.approx(free[1].worst()[:2], abs=2e-6)
 
-
-class TestCurvature:
     @staticmethod
-    def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> float:
+    def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> FloatArray:
         """Return d²R/ds²: R is linear in (cos αᵢ, sin αᵢ), so that a quarter turn of αᵢ differentiates it."""
-        turned = alpha + HALF_PI * (np.eye(4)[:, None, :] + np.eye(4)[None, :, :])
-        return float(step @ level_determinant(turned, numbers) @ step)
+        turned = alpha[:, None, None, :] + HALF_PI * (np.eye(4)[:, None, :] + np.eye(4)[None, :, :])
+        return np.einsum("mi,mij,mj->m", step, level_determinant(turned, numbers), step)
 
-    @pytest.mark.parametrize("vehicle", [PAPER, STRONG, MIRRORED], ids=lambda vehicle: vehicle.name)
-    @settings(deadline=None, max_examples=150)
-    @given(start=tilts, step=tilts, along=st.floats(0, 1))
-    def test_it_bounds_the_second_derivative_anywhere(
-        self, vehicle: Vehicle, start: tuple[float, ...], step: tuple[float, ...], along: float
-    ) -> None:
-        p, d = np.array(start), np.array(step)
-        numbers = coefficients_of(vehicle)
-        bound = float(level_determinant_curvature(p[None], d[None], numbers)[0])
-        second = self.second_derivative(p + along * d, d, numbers)
-        assert abs(second) <= bound * (1 + 1e-12) + 1e-12
-
-    @settings(deadline=None, max_examples=100)
-    @given(
-        start=st.tuples(st.floats(-2, 2), st.floats(-2, 2)),
-        step=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
-        along=st.floats(0, 1),
-        slip=st.sampled_from([0.0, 1e-6, 1e-2]),
-        color=st.sampled_from([1.0, -1.0]),
-    )
-    def test_on_the_sheets_and_near_them(
-        self,
-        start: tuple[float, float],
-        step: tuple[float, float],
-        along: float,
-        slip: float,
-        color: float,
-    ) -> None:
-        # There one factor of a product hardly moves, and the sharper of two bounds is taken.
-        twice = 0.0 if color > 0 else 2 * PUBLISHED.delta
-        p = np.array([*start, twice + color * start[0], -twice + color * start[1]])
-        d = np.array([*step, color * step[0] + slip, color * step[1] - slip])
-        bound = float(level_determinant_curvature(p[None], d[None], PUBLISHED)[0])
-        second = self.second_derivative(p + along * d, d, PUBLISHED)
-        assert abs(second) <= bound * (1 + 1e-12) + 1e-12
-
-    @settings(deadline=None, max_examples=50)
-    @given(start=tilts, step=tilts)
-    def test_the_derivative_that_it_is_held_against(self, start: tuple[float, ...], step: tuple[float, ...]) -> None:
-        p, d, h = np.array(start), np.array(step), 1e-3
-        back, here, ahead = level_determinant(p + h * np.array([-1, 0, 1])[:, None] * d, EXACT)
+    @three_vehicles
+    def test_its_curvature_is_bounded_anywhere_and_near_the_sheets(self, vehicle: Vehicle) -> None:
+        numbers, random = coefficients_of(vehicle), np.random.default_rng(23)
+        p, d = random_tilts(23, 2, 600, reach=3)
+        # On the sheets one factor of a product hardly moves, and the sharper of two bounds is taken.
+        slip = random.choice([0.0, 1e-6, 1e-2], (400, 2)) * [1.0, -1.0]
+        for rows, color in ((slice(0, 200), 1.0), (slice(200, 400), -1.0)):
+            twice = 0.0 if color > 0 else 2 * numbers.delta
+            p[rows, 2:] = np.array([twice, -twice]) + color * p[rows, :2]
+            d[rows, 2:] = color * d[rows, :2] + slip[rows]
+        bound = level_determinant_curvature(p, d, numbers)
+        second = self.second_derivative(p + random.uniform(0, 1, (600, 1)) * d, d, numbers)
+        assert (np.abs(second) <= bound * (1 + 1e-12) + 1e-12).all()
+        # The derivative itself, against differences.
+        h = 1e-3
+        back, here, ahead = (level_determinant(p + k * h * d, numbers) for k in (-1, 0, 1))
+        size = (1 + np.abs(d).sum(axis=1)) ** 4
         expected = (back - 2 * here + ahead) / h**2
-        size = (1 + float(np.abs(d).sum())) ** 4
-        assert self.second_derivative(p, d, EXACT) == pytest.approx(float(expected), abs=1e-4 * size)
+        assert (np.abs(self.second_derivative(p, d, numbers) - expected) <= 1e-4 * size).all()
 
 
 class TestThrusts:
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     @pytest.mark.parametrize("kind", ["red", "near red", "anywhere", "short", "points"])
     def test_pushing_up_along_a_whole_segment(self, vehicle: Vehicle, kind: str) -> None:
-        start, end = segments(kind, seed=11, count=150)
-        alpha = start[:, None, :] + ALONG[:, None] * (end - start)[:, None, :]
+        start, end = random_segments(kind, seed=11, count=100)
+        alpha = points_of(start, end)
         # Not the shares: they are a quotient, and keep their sign where all thrusts of a segment pass through zero
         # together, at a configuration from which there is no hover.
         lift = np.array([-1, 1, -1, 1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
@@ -473,7 +388,7 @@ class TestThrusts:
         assert expected.any()
         assert not expected.all()
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     @pytest.mark.parametrize("size", [1.0, 1e-6, 1e-12])
     def test_a_line_where_two_rotors_idle_is_not_crossed_however_short_the_step(
         self, vehicle: Vehicle, size: float
@@ -486,27 +401,18 @@ class TestThrusts:
             return bool(thrusts_push_up(np.array([[*p, *p]]), np.array([[*q, *q]]), vehicle)[0])
 
         # Within the two quarters where all rotors push up.
-        assert pushes((-1, 1), (-2, 3))
-        assert pushes((2, -1), (1, -3))
-        # Within the two others.
-        assert not pushes((1, 1), (2, 3))
-        assert not pushes((-1, -1), (-2, -1))
-        # Across one line, along one, up to one, and from one away.
-        assert not pushes((-1, 1), (1, 1))
-        assert not pushes((-1, 1), (-1, -1))
-        assert not pushes((0, 1), (0, 2))
-        assert not pushes((-1, 0), (-2, 0))
-        assert not pushes((-1, 1), (0, 1))
-        assert not pushes((-1, 0), (-1, 1))
-        # From one good quarter to the other: both ends push up, the point between does not.
-        assert pushes((-1, 1), (-1, 1))
-        assert pushes((1, -1), (1, -1))
-        assert not pushes((-1, 1), (1, -1))
-        assert not pushes((-1, 1), (2, -3))
-        # The point itself.
-        assert not pushes((0, 0), (0, 0))
+        for good in (((-1, 1), (-2, 3)), ((2, -1), (1, -3)), ((-1, 1), (-1, 1)), ((1, -1), (1, -1))):
+            assert pushes(*good)
+        # Within the two others, across one line, along one, up to one, and from one away.
+        for bad in (((1, 1), (2, 3)), ((-1, -1), (-2, -1)), ((-1, 1), (1, 1)), ((-1, 1), (-1, -1))):
+            assert not pushes(*bad)
+        for bad in (((0, 1), (0, 2)), ((-1, 0), (-2, 0)), ((-1, 1), (0, 1)), ((-1, 0), (-1, 1))):
+            assert not pushes(*bad)
+        # From one good quarter to the other: both ends push up, the point between does not. And that point itself.
+        for bad in (((-1, 1), (1, -1)), ((-1, 1), (2, -3)), ((0, 0), (0, 0))):
+            assert not pushes(*bad)
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     def test_neither_is_a_line_where_nothing_hovers(self, vehicle: Vehicle) -> None:
         # At β1 = ∓π/2 the torques have rank two: before it and after it all rotors push up, on it nothing is unique.
         delta = math.atan(vehicle.signed_drag_ratio)
@@ -517,7 +423,7 @@ class TestThrusts:
         assert float(least_singular_value([*line, *line], vehicle)) < 1e-14
         assert not thrusts_push_up(np.array([[*before, *before]]), np.array([[*after, *after]]), vehicle)[0]
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     def test_shares_beside_the_line_where_two_rotors_idle(self, vehicle: Vehicle) -> None:
         # T1 ∝ |sin β2| and T2 ∝ |sin β1|, m·g = 2(T1 cos α1 + T2 cos α2): the least share is near zero, and known.
         delta = math.atan(vehicle.signed_drag_ratio)
@@ -530,31 +436,31 @@ class TestThrusts:
         assert least.worst()[3] == 0.0
         assert -largest.worst()[0] >= odd / weight - 1e-12
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     def test_shares_that_are_extreme_between_the_ends(self, vehicle: Vehicle) -> None:
-        start, end = np.random.default_rng(14).uniform(-1.5, 1.5, (2, 5000, 4))
+        start, end = np.random.default_rng(14).uniform(-1.5, 1.5, (2, 2500, 4))
         upward = thrusts_push_up(start, end, vehicle)
         start, end = start[upward], end[upward]
-        shares = hover_thrust_shares(start[:, None] + ALONG[:, None] * (end - start)[:, None], vehicle)
+        shares = hover_thrust_shares(points_of(start, end), vehicle)
         _, least, minus_largest = thrust_shares_along(start, end, vehicle, tolerance=1e-5, each=True)
         for found, values in ((least, shares.min(axis=2)), (minus_largest, -shares.max(axis=2))):
             inner = values.min(axis=1) < values[:, [0, -1]].min(axis=1) - 1e-3
-            assert np.count_nonzero(inner) >= 5
+            assert inner.any()
             assert (found.lower <= values.min(axis=1) + 1e-12).all()
             assert (found.upper <= values.min(axis=1) + 1e-5 + 1e-12).all()
             assert (found.upper - found.lower <= 1e-5 + 1e-12).all()
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, STRONG], ids=lambda vehicle: vehicle.name)
+    @three_vehicles
     def test_without_any_cut_the_bracket_holds_on_long_segments(
         self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 0)
-        start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 4000, 4))
+        start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 3000, 4))
         end[::2] = start[::2] + 0.1 * (end[::2] - start[::2])
         upward = thrusts_push_up(start, end, vehicle)
         start, end = start[upward], end[upward]
         assert len(start) >= 20
-        shares = hover_thrust_shares(start[:, None] + ALONG[::4, None] * (end - start)[:, None], vehicle)
+        shares = hover_thrust_shares(points_of(start, end, 101), vehicle)
         _, least, minus_largest = thrust_shares_along(start, end, vehicle, each=True)
         assert (least.lower <= shares.min(axis=(1, 2)) + 1e-12).all()
         assert (minus_largest.lower <= -shares.max(axis=(1, 2)) + 1e-12).all()
@@ -574,27 +480,6 @@ class TestThrusts:
             assert lower <= values.min() + 1e-12
             assert upper <= values.min() + 1e-4 + 1e-12
             assert upper - lower <= 1e-4 + 1e-12
-
-    def test_a_loop_takes_few_rounds(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        asked: list[int] = []
-
-        def counting(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
-            asked.append(len(alpha))
-            return zero_moment_inputs(alpha, vehicle)
-
-        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds.zero_moment_inputs", counting)
-        turn = np.arange(8) * (math.pi / 4)
-        corners = np.column_stack([0.8 + 0.4 * np.cos(turn), -0.8 + 0.4 * np.sin(turn)])[:, [0, 1, 0, 1]]
-        upward, *_ = thrust_shares_along(corners, np.roll(corners, -1, axis=0))
-        assert upward.all()
-        assert len(asked) <= 4
-        assert sum(asked) <= 600
-
-    def test_at_rest_each_rotor_carries_a_quarter(self) -> None:
-        upward, least, largest = thrust_shares_along([0, 0, 0, 0], [0, 0, 0, 0])
-        assert upward.tolist() == [True]
-        assert least.worst()[:2] == pytest.approx((0.25, 0.25))
-        assert largest.worst()[:2] == pytest.approx((-0.25, -0.25))
 
     def test_of_segments_without_upward_thrusts_nothing_is_claimed(self) -> None:
         start, end = upward_segments(12, mirrored=False)
@@ -625,16 +510,15 @@ class TestThrusts:
 class TestOfAll:
     """The least singular value over many segments, most of them without a decomposition."""
 
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", range(2))
     @pytest.mark.parametrize("size", [1e-3, 0.3, 2.0])
     def test_it_brackets_the_least_of_all(self, seed: int, size: float) -> None:
         rng = np.random.default_rng(seed)
-        starts = rng.uniform(-1.5, 1.5, (60, 4))
-        ends = starts + rng.uniform(-size, size, (60, 4))
+        starts = rng.uniform(-1.5, 1.5, (40, 4))
+        ends = starts + rng.uniform(-size, size, (40, 4))
         found = least_singular_value_of_all(starts, ends, tolerance=1e-4)
         lower, upper, segment, fraction = found.worst()
-        s = np.linspace(0, 1, 801)[:, None, None]
-        dense = np.asarray(least_singular_value(starts + s * (ends - starts))).min(axis=0)
+        dense = np.asarray(least_singular_value(points_of(starts, ends))).min(axis=1)
         assert lower <= dense.min() + 1e-12
         assert upper - lower <= 1e-4 + 1e-9
         assert (found.lower <= dense + 1e-12).all()
@@ -649,23 +533,9 @@ class TestOfAll:
         assert found.worst()[0] > 0.4
 
 
-@pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5])
-def test_a_value_known_elsewhere_saves_work_and_costs_nothing(known: float) -> None:
-    """The least of all, of R, is bracketed down to what is known; below it as before."""
-    rng = np.random.default_rng(3)
-    starts, ends = rng.uniform(-1, 1, (40, 4)), rng.uniform(-1, 1, (40, 4))
-    exact = coefficients_of(kind="exact")
-    free = least_level_determinant(starts, ends, exact, tolerance=1e-6).worst()
-    told = least_level_determinant(starts, ends, exact, tolerance=1e-6, known=known)
-    assert min(known, told.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
-    assert told.lower.min() <= free[1]
-    assert min(told.lower.min(), known) >= min(free[0], known) - 2e-6
-
-
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     """The brackets do not depend on the size of a batch."""
-    rng = np.random.default_rng(4)
-    starts, ends = rng.uniform(-1.5, 1.5, (30, 4)), rng.uniform(-1.5, 1.5, (30, 4))
+    starts, ends = random_segments("anywhere", seed=4, count=20)
     whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
     monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._BATCH", 7)
     pieces = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)

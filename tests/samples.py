@@ -1,0 +1,86 @@
+"""Random vehicles, configurations, segments and closed gaits that several tests share."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.vehicle import PAPER, Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+
+HALF_PI = math.pi / 2
+PUBLISHED, EXACT = coefficients_of(), coefficients_of(kind="exact")
+TURNED = PAPER.replace(name="turned", first_arm_angle=0.7)
+MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
+BOTH = PAPER.replace(name="both", first_arm_angle=-2.1, first_rotor_spin="counterclockwise", arm_length=0.05)
+STRONG = Vehicle(name="strong", drag_ratio=0.8)
+
+by_kind = pytest.mark.parametrize("numbers", [PUBLISHED, EXACT], ids=lambda numbers: numbers.kind)
+
+
+def by_vehicle(*vehicles: Vehicle) -> Any:
+    return pytest.mark.parametrize("vehicle", vehicles, ids=lambda vehicle: vehicle.name)
+
+
+def random_vehicle(random: np.random.Generator) -> Vehicle:
+    return Vehicle(
+        drag_ratio=float(np.exp(random.uniform(math.log(0.01), math.log(3.0)))),
+        first_arm_angle=float(random.choice([0.0, math.pi / 4, 1.0, -2.0])),
+        first_rotor_spin="clockwise" if random.random() < 0.5 else "counterclockwise",
+    )
+
+
+def random_tilts(seed: int, *shape: int, reach: float = math.pi) -> FloatArray:
+    return np.random.default_rng(seed).uniform(-reach, reach, (*shape, 4))
+
+
+def on_red(first: Any, second: Any) -> FloatArray:
+    return np.stack([first, second, first, second], axis=-1)
+
+
+def on_blue(first: Any, second: Any, delta: float) -> FloatArray:
+    return np.stack([first, second, 2 * delta - first, -2 * delta - second], axis=-1)
+
+
+KINDS = ("anywhere", "red", "blue", "short", "points", "near red", "one angle")
+
+
+def random_segments(kind: str, seed: int, count: int = 10) -> tuple[FloatArray, FloatArray]:
+    """Return starts and ends of random segments of one kind, both of shape (count, 4)."""
+    random = np.random.default_rng(seed)
+    start, end = random.uniform(-1.5, 1.5, (2, count, 4))
+    for side in (start, end):
+        if kind in ("red", "near red"):
+            side[:, 2:] = side[:, :2]
+        if kind == "blue":
+            side[:] = on_blue(side[:, 0], side[:, 1], PUBLISHED.delta)
+        if kind == "near red":
+            side[:] += random.normal(0, 1e-3, side.shape)
+    if kind == "short":
+        end = start + random.normal(0, 1e-3, start.shape)
+    if kind == "points":
+        end = start.copy()
+    if kind == "one angle":
+        end[:, :3] = start[:, :3]
+    return start, end
+
+
+def points_of(start: FloatArray, end: FloatArray, count: int = 401) -> FloatArray:
+    """Return evenly spaced points of each segment, shape (m, count, 4)."""
+    return np.asarray(start[:, None] + np.linspace(0.0, 1.0, count)[:, None] * (end - start)[:, None])
+
+
+def closed(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return starts and ends of the segments of a closed polyline."""
+    return corners, np.roll(corners, -1, axis=0)
+
+
+def along(corners: FloatArray, count: int) -> FloatArray:
+    """Return points all along a closed polyline, shape (m, 4)."""
+    return points_of(*closed(corners), count).reshape(-1, 4)

@@ -1,0 +1,727 @@
+"""Formula (1), its misprints, and the physics behind it.
+
+The paper's formulas stand in tests/published_formulas.py as printed. Forces and torques decide both claims: that the
+listed terms are misprinted, and that no other term is.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+import numpy as np
+import numpy.typing as npt
+import pytest
+import sympy
+from scipy.spatial.transform import Rotation
+
+from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.invertibility.matrices import (
+    attitude_of,
+    body_vertical,
+    coefficients_of,
+    control_force_matrix,
+    control_moment_matrix,
+    decoupling_matrix,
+    determinant,
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_bound,
+    least_singular_value_on_red,
+    level_determinant,
+    level_determinant_resolution,
+    level_determinant_slopes,
+    noise_of,
+    pitch_sensitivity,
+    roll_sensitivity,
+    scaled_decoupling_matrix,
+    zero_moment_direction,
+    zero_moment_inputs,
+)
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.published import GAITS
+from tests.published_formulas import IN_KAPPA, MISPRINTS, PART, PRINTED, Term, mended, term_of, terms_of
+from tests.samples import (
+    BOTH,
+    EXACT,
+    HALF_PI,
+    MIRRORED,
+    PUBLISHED,
+    TURNED,
+    by_kind,
+    by_vehicle,
+    on_blue,
+    on_red,
+    random_tilts,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FloatArray = npt.NDArray[np.float64]
+
+KAPPAS = [1e-4, 0.0599, 0.168666, 1 / math.sqrt(2), 1.0, 2.0]
+every_vehicle = by_vehicle(PAPER, TURNED, MIRRORED, BOTH)
+VERTICES = {gait.number: np.hstack([gait.angles, gait.printed]) for gait in GAITS}
+
+
+def by_monomial(terms: list[Term]) -> Counter[tuple[str, str]]:
+    sums: Counter[tuple[str, str]] = Counter()
+    for number, letters, attitude in terms:
+        sums[letters, attitude] += float(number)  # type: ignore[assignment]
+    return sums
+
+
+def evaluated(terms: list[Term], alpha: npt.ArrayLike) -> FloatArray:
+    """Return the sum of terms at tilt angles of shape (..., 4), attitude factors left out."""
+    angles = np.asarray(alpha, dtype=float)
+    factors = {"c": np.cos(angles), "s": np.sin(angles)}
+    total = np.zeros(angles.shape[:-1])
+    for number, letters, _ in terms:
+        total += float(number) * np.prod([factors[which][..., i] for i, which in enumerate(letters)], axis=0)
+    return total
+
+
+def plain_matrices(alpha: npt.ArrayLike, kappa: float) -> tuple[FloatArray, FloatArray]:
+    """Return F/Kf and τ/(L·Kf) of one configuration, arms along x, y, −x, −y, entry by entry."""
+    (s1, s2, s3, s4), (c1, c2, c3, c4) = np.sin(np.asarray(alpha)), np.cos(np.asarray(alpha))
+    k = kappa
+    force = [[0, s2, 0, -s4], [s1, 0, -s3, 0], [-c1, c2, -c3, c4]]
+    moment = [
+        [0, c2 - k * s2, 0, -c4 + k * s4],
+        [c1 + k * s1, 0, -c3 - k * s3, 0],
+        [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4],
+    ]
+    return np.array(force, dtype=float), np.array(moment, dtype=float)
+
+
+LETTERS = ["".join(letters) for letters in itertools.product("cs", repeat=4)]
+CORNERS = np.array([[HALF_PI if which == "s" else 0.0 for which in letters] for letters in LETTERS])
+"""Where one monomial is 1 and the other fifteen are 0: a multilinear form is known once it is known here."""
+
+
+def true_coefficients(kappa: float) -> dict[tuple[str, str], float]:
+    """Return the coefficient of every monomial of (1), from determinants of forces and torques alone."""
+    upward = {"sθ": (-1.0, 0.0, 0.0), "sφcθ": (0.0, 1.0, 0.0), "cφcθ": (0.0, 0.0, 1.0)}
+    truth = {}
+    for letters, corner in zip(LETTERS, CORNERS, strict=True):
+        force, moment = plain_matrices(corner, kappa)
+        for attitude, vertical in upward.items():
+            matrix = np.vstack([moment, np.array(vertical) @ force])
+            truth[letters, attitude] = float(np.linalg.det(matrix)) / (2 * kappa)
+    return truth
+
+
+def delta_of(vehicle: Vehicle) -> float:
+    return math.atan(vehicle.signed_drag_ratio)
+
+
+class TestFormulaOneIsTheDeterminant:
+    """Proved for every κ and every angle: c and s are symbols, so no identity between them is even needed."""
+
+    kappa = sympy.Symbol("kappa", positive=True)
+    cosines = sympy.symbols("c1:5")
+    sines = sympy.symbols("s1:5")
+    # The upward vertical in the body is (−sin θ, sin φ cos θ, cos φ cos θ).
+    upward = sympy.symbols("nx ny nz")
+
+    def symbolic(self, terms: list[Term]) -> Any:
+        nx, ny, nz = self.upward
+        attitude_factors = {"sθ": -nx, "sφcθ": ny, "cφcθ": nz}
+        total = sympy.Integer(0)
+        for number, letters, attitude in terms:
+            term = (-1 if number[0] == "-" else 1) * IN_KAPPA[number[1:]](self.kappa) * attitude_factors[attitude]
+            for i, which in enumerate(letters):
+                term *= self.cosines[i] if which == "c" else self.sines[i]
+            total += term
+        return total
+
+    def part(self, equation: str) -> Any:
+        """Return the mended equation, its attitude factor taken away."""
+        nx, ny, nz = self.upward
+        one = {"sθ": {nx: -1}, "sφcθ": {ny: 1}, "cφcθ": {nz: 1}}[PART[equation]]
+        return self.symbolic(mended(equation)).subs(one)
+
+    def sine_of_sum(self, i: int, k: int, sign: int = 1) -> Any:
+        return self.sines[i - 1] * self.cosines[k - 1] + sign * self.cosines[i - 1] * self.sines[k - 1]
+
+    def cosine_of_sum(self, i: int, k: int) -> Any:
+        return self.cosines[i - 1] * self.cosines[k - 1] - self.sines[i - 1] * self.sines[k - 1]
+
+    def vanishes(self, expression: Any) -> bool:
+        return bool(sympy.expand(expression) == 0)
+
+    def test_the_mended_formula_is_the_determinant_over_twice_kappa(self) -> None:
+        k = self.kappa
+        nx, ny, nz = self.upward
+        (c1, c2, c3, c4), (s1, s2, s3, s4) = self.cosines, self.sines
+        matrix = sympy.Matrix(
+            [
+                [0, c2 - k * s2, 0, -c4 + k * s4],
+                [c1 + k * s1, 0, -c3 - k * s3, 0],
+                [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4],
+                [s1 * ny - c1 * nz, s2 * nx + c2 * nz, -s3 * ny - c3 * nz, -s4 * nx + c4 * nz],
+            ]
+        )
+        assert self.vanishes(matrix.det(method="berkowitz") - 2 * k * self.symbolic(mended("(1)")))
+
+    def test_its_three_parts_are_the_mended_equations(self) -> None:
+        nx, ny, nz = self.upward
+        assert self.vanishes(
+            self.symbolic(mended("(1)")) - (ny * self.part("(4)") - nx * self.part("(5)") + nz * self.part("(6)"))
+        )
+        assert self.vanishes(self.part("(6)") - self.part("(2)"))
+
+    def test_the_first_two_parts_factorise(self) -> None:
+        # sin(x + 2δ)/sin 2δ = sin x·cot 2δ + cos x, and cot 2δ is the coefficient 2.880.
+        cotangent = IN_KAPPA["2.880"](self.kappa)
+        odd = self.sine_of_sum(1, 3) * cotangent - self.cosine_of_sum(1, 3)
+        even = self.sine_of_sum(2, 4) * cotangent + self.cosine_of_sum(2, 4)
+        assert self.vanishes(self.part("(4)") + self.sine_of_sum(1, 3, -1) * even)
+        assert self.vanishes(self.part("(5)") - self.sine_of_sum(2, 4, -1) * odd)
+
+    def test_the_third_part_is_a_bilinear_form_and_a_difference_of_products(self) -> None:
+        k = self.kappa
+        c, s = self.cosines, self.sines
+        first = sympy.Matrix([c[0] * c[2], s[0] * s[2], self.sine_of_sum(1, 3)])
+        second = sympy.Matrix([c[1] * c[3], s[1] * s[3], self.sine_of_sum(2, 4)])
+        single, double = 1 / k - 2 * k, 1 - k**2
+        form = sympy.Matrix([[4, -2, single], [-2, 0, k], [-single, -k, double]])
+        assert self.vanishes(self.part("(6)") - (first.T * form * second)[0, 0])
+        # cos β/cos δ of an odd and of an even arm, sin(β + β')/sin 2δ of the odd and of the even pair.
+        cos_odd: list[Any] = [c[i] + k * s[i] for i in range(4)]
+        cos_even: list[Any] = [c[i] - k * s[i] for i in range(4)]
+        cotangent = (1 / k - k) / 2
+        odd = self.sine_of_sum(1, 3) * cotangent - self.cosine_of_sum(1, 3)
+        even = self.sine_of_sum(2, 4) * cotangent + self.cosine_of_sum(2, 4)
+        product = even * (c[0] * cos_odd[2] + c[2] * cos_odd[0]) - odd * (c[1] * cos_even[3] + c[3] * cos_even[1])
+        assert self.vanishes(self.part("(6)") - product)
+
+    def test_the_printed_numbers_are_those_functions_of_the_papers_kappa(self) -> None:
+        kappa = 2.423e-7 / (8.048e-6 * 0.1785)
+        for printed, function in IN_KAPPA.items():
+            decimals = len(printed.split(".")[1])
+            assert f"{float(function(kappa)):.{decimals}f}" == printed
+
+
+class TestMisprints:
+    TRUTH = true_coefficients(PAPER.drag_ratio)
+
+    def agrees(self, terms: list[Term], monomial: tuple[str, str]) -> bool:
+        return abs(by_monomial(terms)[monomial] - self.TRUTH[monomial]) <= 6e-4
+
+    @pytest.mark.parametrize("equation", PRINTED)
+    def test_the_listed_terms_are_wrong_and_no_others(self, equation: str) -> None:
+        monomials = [key for key in self.TRUTH if equation == "(1)" or key[1] == PART[equation]]
+        assert all(self.agrees(mended(equation), monomial) for monomial in monomials)
+        wrong = {monomial for monomial in monomials if not self.agrees(terms_of(PRINTED[equation]), monomial)}
+        listed = {term_of(term)[1:] for where, *terms in MISPRINTS if where == equation for term in terms}
+        assert wrong == listed
+
+    def test_equation_5_as_printed_misses_every_printed_vertex(self) -> None:
+        vertices = np.concatenate(list(VERTICES.values()))
+        off = np.abs(evaluated(terms_of(PRINTED["(5)"]), vertices))
+        assert off.min() > 0.05
+        assert off.max() == pytest.approx(1.5, abs=0.05)
+        for numbers in (PUBLISHED, EXACT):
+            assert np.abs(roll_sensitivity(vertices, numbers)).max() <= 2e-3
+            assert np.abs(pitch_sensitivity(vertices, numbers)).max() <= 2e-3
+
+    def test_equation_6_as_printed_has_another_sign_than_equation_2_somewhere(self) -> None:
+        alpha = random_tilts(1, 500, reach=HALF_PI)
+        as_printed, in_two = evaluated(terms_of(PRINTED["(6)"]), alpha), evaluated(terms_of(PRINTED["(2)"]), alpha)
+        assert np.abs(as_printed - in_two).max() > 1
+        assert (np.sign(as_printed) != np.sign(in_two)).any()
+
+
+class TestCodeAgainstThePaper:
+    @pytest.mark.parametrize("kappa", [None, *KAPPAS])
+    @pytest.mark.parametrize(
+        ("function", "equation"),
+        [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")],
+    )
+    def test_term_by_term(self, function: Callable[..., Any], equation: str, kappa: float | None) -> None:
+        numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
+        expected = np.zeros(16)
+        for number, letters, _ in mended(equation):
+            value = float(number[1:]) if kappa is None else IN_KAPPA[number[1:]](kappa)
+            expected[LETTERS.index(letters)] = value if number[0] == "+" else -value
+        np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
+
+    def test_the_determinant_is_formula_1(self) -> None:
+        rng = np.random.default_rng(3)
+        alpha, roll, pitch = random_tilts(4, 300), *rng.uniform(-1.5, 1.5, (2, 300))
+        attitude_factors = {
+            "sθ": np.sin(pitch),
+            "sφcθ": np.sin(roll) * np.cos(pitch),
+            "cφcθ": np.cos(roll) * np.cos(pitch),
+        }
+        expected = sum(evaluated([term], alpha) * attitude_factors[term[2]] for term in mended("(1)"))
+        np.testing.assert_allclose(determinant(alpha, PUBLISHED, roll, pitch), expected, atol=1e-12)
+        np.testing.assert_allclose(determinant(alpha, PUBLISHED), evaluated(mended("(6)"), alpha), atol=1e-13)
+
+
+class TestCoefficients:
+    def test_published_ones_are_the_printed_digits_and_the_angle_that_follows_from_the_first(self) -> None:
+        for numbers in (coefficients_of(), coefficients_of(PAPER), coefficients_of(PAPER, "published")):
+            assert numbers.kind == "published"
+            assert (numbers.attitude, numbers.single, numbers.double, numbers.triple) == (2.880, 5.592, 0.9716, 0.1687)
+            assert 1 / math.tan(2 * numbers.delta) == pytest.approx(2.880, rel=1e-15)
+            assert numbers.first_arm_angle == 0.0
+
+    @every_vehicle
+    @pytest.mark.parametrize("kappa", KAPPAS)
+    def test_exact_ones_are_functions_of_kappa(self, vehicle: Vehicle, kappa: float) -> None:
+        numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
+        signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
+        for name, printed in (("attitude", "2.880"), ("single", "5.592"), ("double", "0.9716"), ("triple", "0.1687")):
+            assert getattr(numbers, name) == pytest.approx(IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15)
+        # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
+        assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
+        assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
+        assert numbers.first_arm_angle == vehicle.first_arm_angle
+
+    def test_the_papers_digits_are_refused_for_another_vehicle_with_both_kappas(self) -> None:
+        with pytest.raises(InputError) as caught:
+            coefficients_of(vehicle_named("beetle_omni"), "published")
+        assert str(caught.value) == (
+            "coefficients: 'published' belong to the paper's vehicle (κ = 0.168666), not to 'beetle_omni' "
+            "(κ = 0.0599129); allowed is 'exact'"
+        )
+        with pytest.raises(InputError, match="coefficients: 'rounded'; allowed are 'published' and 'exact'"):
+            coefficients_of(PAPER, "rounded")  # type: ignore[arg-type]
+
+
+class TestDeterminantAgainstTheMatrix:
+    @every_vehicle
+    def test_the_scaled_matrix(self, vehicle: Vehicle) -> None:
+        rng = np.random.default_rng(7)
+        alpha, roll, pitch = random_tilts(8, 400), rng.uniform(-3, 3, 400), rng.uniform(-3, 3, 400)
+        value = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, roll, pitch))
+        expected = determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
+        np.testing.assert_allclose(value, 2 * vehicle.signed_drag_ratio * expected, atol=1e-13)
+
+    @every_vehicle
+    def test_the_matrix_maps_inputs_to_what_euler_angles_do(self, vehicle: Vehicle) -> None:
+        # Rows: altitude, roll, pitch, yaw. Rebuilt with a rotation matrix and the rates of its angles.
+        mass, inertia = vehicle.require("mass", "inertia", purpose="this test")
+        attitudes = np.random.default_rng(9).uniform(-1.4, 1.4, (10, 3))
+        for alpha, (yaw, pitch, roll) in zip(random_tilts(10, 10), attitudes, strict=True):
+            to_world = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
+            altitude, *angular = decoupling_matrix(alpha, vehicle, roll, pitch)
+            force, moment = control_force_matrix(alpha, vehicle), control_moment_matrix(alpha, vehicle)
+            np.testing.assert_allclose(altitude, (to_world @ force)[2] / mass, rtol=1e-9, atol=1e-18)
+            # Body angular acceleration from rest: the axes of the three rotations, seen from the body.
+            axes = np.stack(
+                [
+                    np.array([1.0, 0.0, 0.0]),
+                    Rotation.from_euler("X", roll).as_matrix().T @ [0.0, 1.0, 0.0],
+                    to_world.T @ [0.0, 0.0, 1.0],
+                ],
+                axis=-1,
+            )
+            np.testing.assert_allclose(axes @ angular, moment / np.array(inertia)[:, None], rtol=1e-9, atol=1e-15)
+
+    @pytest.mark.parametrize("kappa", KAPPAS)
+    def test_any_drag_ratio_to_fifty_digits(self, kappa: float) -> None:
+        # Near the singular sheet all digits cancel: the stated resolution must cover what floats lose there.
+        numbers = coefficients_of(Vehicle(drag_ratio=kappa), "exact")
+        delta = math.atan(kappa)
+        rng = np.random.default_rng(13)
+        # Right angles: the pair features all but vanish there, and what is left of them is rounding.
+        samples = [*random_tilts(14, 6), *CORNERS[[0, -1]], np.array([HALF_PI, -HALF_PI, 3.0, 3.0])]
+        for first, second in rng.uniform(-1.5, 1.5, (6, 2)):
+            samples += [np.array([first, second, 2 * delta - first, -2 * delta - second]) + rng.normal(0, 1e-9, 4)]
+            samples += [np.array([first, second, first, second])]
+        with mpmath.workdps(50):
+            for alpha in samples:
+                exact = self.to_fifty_digits(alpha, kappa)
+                computed = float(level_determinant(alpha, numbers))
+                resolution = float(level_determinant_resolution(alpha, numbers))
+                assert abs(computed - exact) <= resolution, (alpha, computed, exact)
+                assert resolution <= 1e-12 / kappa
+
+    @staticmethod
+    def to_fifty_digits(alpha: FloatArray, kappa: float) -> Any:
+        k = mpmath.mpf(kappa)
+        s, c = [mpmath.sin(mpmath.mpf(float(a))) for a in alpha], [mpmath.cos(mpmath.mpf(float(a))) for a in alpha]
+        matrix = mpmath.matrix(
+            [
+                [0, c[1] - k * s[1], 0, -c[3] + k * s[3]],
+                [c[0] + k * s[0], 0, -c[2] - k * s[2], 0],
+                [s[0] - k * c[0], -s[1] - k * c[1], s[2] - k * c[2], -s[3] - k * c[3]],
+                [-c[0], c[1], -c[2], c[3]],
+            ]
+        )
+        return mpmath.det(matrix) / (2 * k)
+
+
+class TestForcesAndTorques:
+    @every_vehicle
+    def test_each_rotor_rebuilt_from_its_axis(self, vehicle: Vehicle) -> None:
+        thrust, drag = vehicle.require("thrust_coefficient", "drag_coefficient", purpose="this test")
+        (arm,) = vehicle.require("arm_length", purpose="this test")
+        for alpha in random_tilts(15, 10):
+            force, moment = control_force_matrix(alpha, vehicle), control_moment_matrix(alpha, vehicle)
+            for i in range(4):
+                angle = vehicle.first_arm_angle + i * HALF_PI
+                outward = np.array([math.cos(angle), math.sin(angle), 0.0])
+                axis = Rotation.from_rotvec(alpha[i] * outward).apply([0.0, 0.0, 1.0])
+                # Positive w turns a rotor counter-clockwise about its axis, and the air pulls it back. The
+                # propeller of a rotor that is meant to turn clockwise lifts when w is negative.
+                clockwise = (i % 2 == 0) == (vehicle.first_rotor_spin == "clockwise")
+                push = thrust * axis * (-1.0 if clockwise else 1.0)
+                np.testing.assert_allclose(force[:, i], push, atol=1e-15 * thrust)
+                torque = np.cross(arm * outward, push) - drag * axis
+                np.testing.assert_allclose(moment[:, i], torque, atol=1e-14 * thrust * arm)
+
+    def test_the_papers_matrices_entry_by_entry(self) -> None:
+        for alpha in random_tilts(16, 5):
+            force, moment = plain_matrices(alpha, PAPER.drag_ratio)
+            np.testing.assert_allclose(scaled_decoupling_matrix(alpha), [*moment, force[2]], atol=1e-15)
+
+    @pytest.mark.parametrize(
+        ("function", "what", "needed"),
+        [
+            (control_force_matrix, "the control force matrix", ["thrust_coefficient"]),
+            (control_moment_matrix, "the control moment matrix", ["thrust_coefficient", "arm_length"]),
+            (decoupling_matrix, "the decoupling matrix", ["mass", "inertia", "arm_length", "thrust_coefficient"]),
+        ],
+    )
+    def test_a_constant_that_is_not_stated_is_named_with_what_needs_it(
+        self, function: Callable[..., Any], what: str, needed: list[str]
+    ) -> None:
+        for missing in needed:
+            stated = {name: getattr(PAPER, name) for name in ("drag_ratio", *needed) if name != missing}
+            with pytest.raises(MissingConstant, match=rf" states no {missing} \(.*\), which {what} needs$"):
+                function([0, 0, 0, 0], Vehicle(**stated))
+
+    def test_the_vertical_seen_from_the_body_and_back(self) -> None:
+        roll, pitch = np.random.default_rng(11).uniform(-1.5, 1.5, (2, 50))
+        yaw_pitch_roll = np.stack([np.full(50, 0.4), pitch, roll], axis=-1)
+        expected = Rotation.from_euler("ZYX", yaw_pitch_roll).inv().apply([0.0, 0.0, 1.0])
+        np.testing.assert_allclose(body_vertical(roll, pitch), expected, atol=1e-15)
+        np.testing.assert_allclose(attitude_of(expected), np.stack([roll, pitch], axis=-1), atol=1e-12)
+
+
+class TestTurningAndMirroring:
+    alpha, (roll, pitch) = random_tilts(12, 40), np.random.default_rng(12).uniform(-1.5, 1.5, (2, 40))
+
+    @pytest.mark.parametrize("turn", [1.0, -2.3, HALF_PI, 7.0])
+    def test_turned_arms_see_a_turned_attitude(self, turn: float) -> None:
+        vehicle = PAPER.replace(first_arm_angle=turn)
+        turned, rotation = coefficients_of(vehicle, "exact"), Rotation.from_euler("Z", turn)
+        np.testing.assert_array_equal(level_determinant(self.alpha, turned), level_determinant(self.alpha, EXACT))
+        # The same vertical in the frame that turned with the arms is another roll and pitch.
+        same = attitude_of(rotation.inv().apply(body_vertical(self.roll, self.pitch)))
+        np.testing.assert_allclose(
+            determinant(self.alpha, turned, self.roll, self.pitch), determinant(self.alpha, EXACT, *same.T), atol=1e-12
+        )
+        for matrix in (control_force_matrix, control_moment_matrix):
+            np.testing.assert_allclose(
+                matrix(self.alpha, vehicle), rotation.as_matrix() @ matrix(self.alpha), atol=1e-20
+            )
+
+    def test_mirrored_spins_are_mirrored_tilts(self) -> None:
+        mirrored = coefficients_of(MIRRORED, "exact")
+        for function, sense in ((level_determinant, 1), (roll_sensitivity, -1), (pitch_sensitivity, -1)):
+            np.testing.assert_allclose(function(self.alpha, mirrored), sense * function(-self.alpha, EXACT), atol=1e-13)
+        np.testing.assert_allclose(
+            least_singular_value(self.alpha, MIRRORED, self.roll, self.pitch),
+            least_singular_value(-self.alpha, PAPER, -self.roll, -self.pitch),
+            atol=1e-13,
+        )
+
+    @every_vehicle
+    def test_both_sheets_are_insensitive(self, vehicle: Vehicle) -> None:
+        numbers = coefficients_of(vehicle, "exact")
+        first, second = np.random.default_rng(17).uniform(-1.5, 1.5, (2, 50))
+        for alpha in (on_red(first, second), on_blue(first, second, numbers.delta)):
+            assert np.abs(roll_sensitivity(alpha, numbers)).max() < 1e-13
+            assert np.abs(pitch_sensitivity(alpha, numbers)).max() < 1e-13
+
+
+class TestZeroMomentDirection:
+    @every_vehicle
+    def test_the_inputs_make_no_torque(self, vehicle: Vehicle) -> None:
+        alpha = random_tilts(18, 100)
+        inputs = zero_moment_inputs(alpha, vehicle)
+        moment = scaled_decoupling_matrix(alpha, vehicle)[..., :3, :]
+        np.testing.assert_allclose(moment @ inputs[..., None], 0, atol=1e-14)
+        # Not by being zero: away from blue the torques have rank three.
+        assert (np.linalg.norm(inputs, axis=1) > 1e-6).all()
+        assert (np.linalg.svd(moment, compute_uv=False)[:, 2] > 1e-6).all()
+
+    @every_vehicle
+    def test_formula_1_is_its_height(self, vehicle: Vehicle) -> None:
+        rng = np.random.default_rng(19)
+        alpha, roll, pitch = random_tilts(20, 50), rng.uniform(-3, 3, 50), rng.uniform(-3, 3, 50)
+        kappa = vehicle.signed_drag_ratio
+        height = np.sum(zero_moment_direction(alpha, vehicle) * body_vertical(roll, pitch), axis=-1)
+        expected = determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
+        # The thrust of a mirrored rotor is reversed, which takes the sign away again.
+        sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
+        scale = 2 * abs(kappa) * math.cos(math.atan(kappa)) ** 3
+        np.testing.assert_allclose(height, -sense * np.sign(kappa) * scale * expected, atol=1e-13)
+
+    @every_vehicle
+    def test_it_is_the_body_vertical_on_red_and_nothing_on_blue(self, vehicle: Vehicle) -> None:
+        first, second = np.random.default_rng(21).uniform(-HALF_PI, HALF_PI, (2, 50))
+        red, blue = on_red(first, second), on_blue(first, second, delta_of(vehicle))
+        direction = zero_moment_direction(red, vehicle)
+        np.testing.assert_allclose(direction[:, :2], 0, atol=1e-15)
+        assert (np.abs(direction[:, 2]) > 1e-6).all()
+        np.testing.assert_allclose(zero_moment_inputs(blue, vehicle), 0, atol=1e-15)
+        for sample in blue:
+            singular = np.linalg.svd(scaled_decoupling_matrix(sample, vehicle)[:3], compute_uv=False)
+            assert singular[2] < 1e-14 < singular[1]
+
+
+class TestHoverThrusts:
+    @every_vehicle
+    def test_they_carry_the_weight_and_make_no_torque(self, vehicle: Vehicle) -> None:
+        alpha = random_tilts(23, 50)
+        sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
+        shares = hover_thrust_shares(alpha, vehicle)
+        # w < 0 makes a rotor lift that is meant to turn clockwise.
+        inputs = shares * sense * np.array([-1.0, 1.0, -1.0, 1.0])
+        carried = np.squeeze(scaled_decoupling_matrix(alpha, vehicle) @ inputs[..., None], axis=-1)
+        size = 1e-12 * np.abs(shares).max(axis=1, keepdims=True)
+        assert (np.abs(carried - [0.0, 0.0, 0.0, 1.0]) <= size).all()
+
+    @every_vehicle
+    def test_on_red_no_horizontal_force_remains_and_opposite_rotors_share_alike(self, vehicle: Vehicle) -> None:
+        delta = math.atan(vehicle.signed_drag_ratio)
+        first, second = np.random.default_rng(24).uniform(-1.4, 1.4, (2, 300))
+        alpha = on_red(first, second)
+        shares = hover_thrust_shares(alpha, vehicle)
+        np.testing.assert_allclose(shares[:, :2], shares[:, 2:], rtol=1e-12)
+        odd, even = np.abs(np.sin(second + delta)), np.abs(np.sin(first - delta))
+        np.testing.assert_allclose(np.abs(shares[:, 0]) * even, np.abs(shares[:, 1]) * odd, rtol=1e-10)
+        # m·g = 2(T1 cos α1 + T2 cos α2)
+        weight = 2 * (shares[:, 0] * np.cos(first) + shares[:, 1] * np.cos(second))
+        np.testing.assert_allclose(weight, 1, atol=1e-9)
+        upward = (shares > 0).all(axis=-1)
+        expected = ((first < delta) & (second > -delta)) | ((first > delta) & (second < -delta))
+        assert (upward == expected).all()
+        assert 0 < np.count_nonzero(upward) < 300
+
+    @pytest.mark.parametrize("vehicle", [PAPER, vehicle_named("beetle_omni")], ids=lambda vehicle: vehicle.name)
+    def test_with_all_rotors_lying_flat_no_thrust_is_enough(self, vehicle: Vehicle) -> None:
+        # R = 0 there. Up to rounding nothing pushes up: the answer is huge or infinite, and is given without a warning.
+        for alpha in ([HALF_PI] * 4, [-HALF_PI] * 4):
+            assert abs(float(level_determinant(alpha, coefficients_of(vehicle, "exact")))) < 1e-13
+            assert (np.abs(hover_thrust_shares(alpha, vehicle)) > 1e12).all()
+
+    def test_on_blue_there_are_none(self) -> None:
+        # β is a whole number of right angles, so that the zeros are exact and the answer is not a ratio of noise.
+        delta = math.atan(PAPER.drag_ratio)
+        assert np.isnan(hover_thrust_shares([delta, -delta, delta, -delta])).all()
+
+
+class TestLeastSingularValue:
+    @pytest.mark.parametrize("kappa", KAPPAS)
+    def test_upright_it_is_twice_kappa_while_kappa_is_small(self, kappa: float) -> None:
+        # The other three are √2, √2 and 2: rolling, pitching and lifting.
+        value = float(least_singular_value([0, 0, 0, 0], Vehicle(drag_ratio=kappa)))
+        assert value == pytest.approx(min(2 * kappa, math.sqrt(2)), rel=1e-12)
+
+    def test_its_largest_value_is_reached_on_red(self) -> None:
+        alpha, (roll, pitch) = random_tilts(30, 2000), np.random.default_rng(30).uniform(-1.5, 1.5, (2, 2000))
+        largest = 2 * math.sqrt((1 + PAPER.drag_ratio**2) / 3)
+        assert round(largest, 2) == 1.17
+        assert least_singular_value(alpha, PAPER, roll, pitch).max() <= largest
+        for sample in ((-0.448, 0.448), (0.783, -0.783)):
+            assert float(least_singular_value([*sample, *sample])) == pytest.approx(largest, abs=2e-3)
+
+    @pytest.mark.parametrize("vehicle", [PAPER, BOTH, Vehicle(drag_ratio=1e-4), Vehicle(drag_ratio=1.0)])
+    def test_the_closed_form_on_red(self, vehicle: Vehicle) -> None:
+        delta = delta_of(vehicle)
+        samples = [np.random.default_rng(31).uniform(-math.pi, math.pi, (200, 2))]
+        # And beside the lines where it vanishes.
+        for offset in (0.0, 1e-12, 1e-8, 1e-3):
+            lines = itertools.product((delta, delta - HALF_PI), (-delta, HALF_PI - delta, 0.3))
+            samples.append(np.array(list(lines)) + np.array([offset, -offset]))
+        first, second = np.concatenate(samples).T
+        np.testing.assert_allclose(
+            least_singular_value_on_red(first, second, vehicle),
+            least_singular_value(on_red(first, second), vehicle),
+            atol=1e-13,
+        )
+
+    @pytest.mark.parametrize("kappa", [1e-4, 0.168666, 1.0])
+    def test_it_is_lipschitz_in_the_tilts(self, kappa: float) -> None:
+        vehicle, alpha, (roll, pitch) = Vehicle(drag_ratio=kappa), random_tilts(32, 300), np.zeros((2, 300))
+        roll[:150], pitch[150:] = 0.7, -1.1
+        step = random_tilts(33, 300) * np.random.default_rng(33).uniform(1e-6, 0.3, (300, 1))
+        change = least_singular_value(alpha + step, vehicle, roll, pitch)
+        change -= least_singular_value(alpha, vehicle, roll, pitch)
+        assert (np.abs(change) <= math.sqrt(2 + kappa**2) * np.linalg.norm(step, axis=1) + 1e-12).all()
+
+    @every_vehicle
+    def test_on_blue_it_vanishes_at_every_attitude(self, vehicle: Vehicle) -> None:
+        first, second, roll, pitch = np.random.default_rng(25).uniform(-1.5, 1.5, (4, 100))
+        blue = on_blue(first, second, delta_of(vehicle))
+        assert least_singular_value(blue, vehicle, roll, pitch).max() < 1e-14
+        assert least_singular_value_bound(blue, vehicle).max() < 1e-7
+
+    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, *(Vehicle(drag_ratio=kappa) for kappa in (1e-3, 0.9, 5.0))])
+    def test_the_bound_from_arithmetic_alone_is_one_and_near(self, vehicle: Vehicle) -> None:
+        alpha = random_tilts(7, 1600)
+        alpha[:400, 2:] = alpha[:400, :2]
+        alpha[400:600] = np.round(alpha[400:600] / (np.pi / 4)) * np.pi / 4
+        bound, value = least_singular_value_bound(alpha, vehicle), least_singular_value(alpha, vehicle)
+        assert (bound <= value + 1e-7).all()
+        assert (bound >= 0.85 * value - 1e-7).all()
+        assert (bound[600:] <= value[600:]).all()
+        assert np.quantile(bound[600:] / value[600:], 0.1) > 0.99
+        assert np.median(bound[600:] / value[600:]) > 1 - 2e-6
+
+
+class TestResolution:
+    DERIVED = np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_rounding
+    """What α3 and α4 may be off by because 2δ is computed from a rounded number."""
+
+    @by_kind
+    def test_on_the_papers_grid_red_is_decided_and_blue_is_not(self, numbers: Any) -> None:
+        axis = np.arange(-7, 8) * math.pi / 16
+        first, second = (side.ravel() for side in np.meshgrid(axis, axis))
+        red, blue = on_red(first, second), on_blue(first, second, numbers.delta)
+        wrapped = np.copy(blue)
+        wrapped[:, 2:] -= math.pi * np.rint(blue[:, 2:] / math.pi)
+        for alpha in (blue, wrapped):
+            assert (np.abs(level_determinant(alpha, numbers)) <= level_determinant_resolution(alpha, numbers)).all()
+        assert (np.abs(level_determinant(red, numbers)) > level_determinant_resolution(red, numbers)).all()
+        # With a bound so wide that nothing is ever decided, the first half would say nothing.
+        limit = 5e-3 if numbers.kind == "published" else 1e-12
+        assert level_determinant_resolution(np.concatenate([red, blue]), numbers).max() < limit
+
+    @by_kind
+    def test_rounded_angles_leave_the_printed_blue_vertices_undecided(self, numbers: Any) -> None:
+        for gait in GAITS:
+            value = np.abs(level_determinant(VERTICES[gait.number], numbers))
+            resolution = level_determinant_resolution(VERTICES[gait.number], numbers, 5e-4)
+            assert (value <= resolution).all() if gait.color == "blue" else (value > resolution).all()
+
+    @pytest.mark.parametrize("rounding", [0.0, 5e-4, 5e-2])
+    def test_it_covers_the_worst_that_rounding_can_do(self, rounding: float) -> None:
+        # All numbers and all angles off by as much as they may be, in every combination of directions.
+        alpha, directions = random_tilts(31, 60), np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+        moved = alpha[:, None] + directions * (rounding + self.DERIVED)
+        worst = np.zeros(60)
+        for signs in itertools.product((-1.0, 1.0), repeat=3):
+            rounded = zip(("single", "double", "triple"), signs, PUBLISHED.rounding[1:], strict=True)
+            meant = replace(PUBLISHED, **{name: getattr(PUBLISHED, name) + sign * off for name, sign, off in rounded})
+            change = np.abs(level_determinant(moved, meant) - level_determinant(alpha, PUBLISHED)[:, None])
+            worst = np.maximum(worst, change.max(axis=1))
+        resolution = level_determinant_resolution(alpha, PUBLISHED, rounding)
+        assert (worst <= resolution).all()
+        # And it is not far beyond it.
+        assert (resolution <= 10 * worst).all()
+
+    def test_to_first_order_it_is_the_sum_of_slopes_times_roundings(self) -> None:
+        # R is linear in its numbers, so that differences give its slopes there; those in the angles are central ones.
+        for alpha in random_tilts(33, 20):
+            value = float(level_determinant(alpha, PUBLISHED))
+            expected = 0.0
+            for name, off in zip(("single", "double", "triple"), PUBLISHED.rounding[1:], strict=True):
+                more = replace(PUBLISHED, **{name: getattr(PUBLISHED, name) + 1})
+                expected += off * abs(float(level_determinant(alpha, more)) - value)
+            ahead, behind = (level_determinant(alpha + sign * 1e-6 * np.eye(4), PUBLISHED) for sign in (1, -1))
+            slopes = level_determinant_slopes(alpha, PUBLISHED)
+            np.testing.assert_allclose(slopes, np.abs(ahead - behind) / 2e-6, atol=1e-7)
+            expected += float(slopes @ (1e-7 + self.DERIVED))
+            resolution = float(level_determinant_resolution(alpha, PUBLISHED, 1e-7))
+            second_order = 100 * (1e-7 + 2 * PUBLISHED.delta_rounding) ** 2
+            assert expected - 1e-9 <= resolution <= expected + second_order
+
+    def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:
+        # Without `single`, R = 4 at α = 0 is stationary in all angles and does not depend on the other numbers.
+        numbers = replace(PUBLISHED, single=0.0)
+        for rounding in (0.0, 2 * numbers.delta_rounding, 1e-3):
+            moved = np.array(list(itertools.product((-1.0, 1.0), repeat=4))) * (rounding + self.DERIVED)
+            worst = float(np.abs(level_determinant(moved, numbers) - 4.0).max())
+            assert worst > (rounding + 2 * numbers.delta_rounding) ** 2
+            assert worst <= float(level_determinant_resolution(np.zeros(4), numbers, rounding))
+
+    def test_what_the_rounding_of_the_first_number_moves(self) -> None:
+        # 2.880 stands for anything from 2.8795 to 2.8805.
+        moved = max(abs(math.atan2(1.0, number) - 2 * PUBLISHED.delta) for number in (2.8795, 2.8805))
+        assert 2 * PUBLISHED.delta_rounding == pytest.approx(moved, rel=1e-3)
+        assert PUBLISHED.sheet_rounding == pytest.approx(moved, rel=1e-3)
+        assert EXACT.sheet_rounding == 0.0
+        assert abs(EXACT.delta - PUBLISHED.delta) < PUBLISHED.delta_rounding
+
+    def test_noise_is_above_what_floating_point_makes_of_zero(self) -> None:
+        first, second = np.random.default_rng(2).uniform(-1.5, 1.5, (2, 2000))
+        blue = on_blue(first, second, EXACT.delta)
+        assert np.abs(level_determinant(blue, EXACT)).max() < noise_of(EXACT) < 1e-12
+        assert noise_of(PUBLISHED) == pytest.approx(noise_of(EXACT), rel=1e-3)
+
+
+FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "roll_sensitivity": lambda alpha: roll_sensitivity(alpha, PUBLISHED),
+    "pitch_sensitivity": lambda alpha: pitch_sensitivity(alpha, PUBLISHED),
+    "pitch_sensitivity, turned": lambda alpha: pitch_sensitivity(alpha, coefficients_of(TURNED)),
+    "level_determinant": lambda alpha: level_determinant(alpha, PUBLISHED),
+    "level_determinant_resolution": lambda alpha: level_determinant_resolution(alpha, PUBLISHED, 1e-3),
+    "level_determinant_resolution, exact": lambda alpha: level_determinant_resolution(alpha, EXACT),
+    "determinant": lambda alpha: determinant(alpha, PUBLISHED, 0.2, -0.1),
+    "control_force_matrix": lambda alpha: control_force_matrix(alpha) / 8.048e-6,
+    "control_moment_matrix": lambda alpha: control_moment_matrix(alpha) / (8.048e-6 * 0.1785),
+    "scaled_decoupling_matrix": lambda alpha: scaled_decoupling_matrix(alpha, BOTH, 0.2, -0.1),
+    "decoupling_matrix": lambda alpha: decoupling_matrix(alpha, PAPER, 0.2, -0.1),
+    "zero_moment_inputs": zero_moment_inputs,
+    "zero_moment_direction": zero_moment_direction,
+    "hover_thrust_shares": hover_thrust_shares,
+    "least_singular_value": lambda alpha: least_singular_value(alpha, PAPER, 0.2, -0.1),
+}
+
+
+class TestShapes:
+    @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
+    def test_leading_axes_broadcast(self, function: Callable[[Any], Any]) -> None:
+        tail = np.asarray(function([0, 0, 0, 0])).shape
+        for shape in ((), (0,), (2, 1, 3)):
+            alpha = random_tilts(26, *shape, reach=1.4)
+            before = alpha.copy()
+            together = np.asarray(function(alpha))
+            np.testing.assert_array_equal(alpha, before)
+            assert together.shape == shape + tail
+            assert together.dtype == float
+            for index in np.ndindex(*shape):
+                np.testing.assert_allclose(together[index], function(alpha[index].tolist()), rtol=1e-12, atol=1e-12)
+        for wrong in ((), (3,), (4, 1)):
+            with pytest.raises(InputError, match=r"^alpha: an array of shape .*; allowed is \(\.\.\., 4\)$") as caught:
+                function(np.zeros(wrong))
+            assert str(wrong) in str(caught.value)
+
+    @pytest.mark.parametrize(
+        "function", [determinant, scaled_decoupling_matrix, decoupling_matrix, least_singular_value]
+    )
+    def test_attitudes_broadcast_against_leading_axes(self, function: Callable[..., Any]) -> None:
+        other = EXACT if function is determinant else TURNED
+        np.testing.assert_array_equal(function(np.ones(4), other), function(np.ones(4), other, 0.0, 0.0))
+        tail = np.shape(function(np.zeros(4), other))
+        for lead, rolls, pitches in (
+            ((), (5, 1), (3,)),
+            ((5, 1), (3,), ()),
+            ((2, 1, 1), (5, 1), (3,)),
+            ((0,), (), (1,)),
+        ):
+            alpha, random = random_tilts(29, *lead, reach=1.4), np.random.default_rng(28)
+            roll, pitch = random.uniform(-1, 1, rolls), random.uniform(-1, 1, pitches)
+            together, shape = function(alpha, other, roll, pitch), np.broadcast_shapes(lead, rolls, pitches)
+            assert together.shape == shape + tail
+            alpha, roll, pitch = (
+                np.broadcast_to(alpha, (*shape, 4)),
+                np.broadcast_to(roll, shape),
+                np.broadcast_to(pitch, shape),
+            )
+            for index in np.ndindex(*shape):
+                one = function(alpha[index], other, float(roll[index]), float(pitch[index]))
+                np.testing.assert_allclose(together[index], one, rtol=1e-12, atol=1e-14)

@@ -1,0 +1,373 @@
+"""Tilt margins and the worst attitude within a tilt, against brute force over attitudes and directions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.optimize import brentq
+
+from gaitgraph.errors import InputError
+from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    attitude_of,
+    body_vertical,
+    coefficients_of,
+    determinant,
+    least_singular_value,
+    level_determinant,
+    scaled_decoupling_matrix,
+)
+from gaitgraph.invertibility.tilt_margins import (
+    LeastMargin,
+    attitude_sensitivities,
+    least_singular_value_within,
+    least_tilt_margin,
+    nearest_singular_attitude,
+    sensitivity_deviations,
+    singular_everywhere,
+    tilt_margin,
+)
+from gaitgraph.vehicle import PAPER, Vehicle
+from tests.published import GAITS
+from tests.samples import (
+    EXACT,
+    PUBLISHED,
+    along,
+    by_kind,
+    closed,
+    on_blue,
+    on_red,
+    random_tilts,
+    random_vehicle,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FloatArray = npt.NDArray[np.float64]
+
+GOOD = [0.3, -0.2, 0.1, 0.5]
+THROUGH_ZERO = np.array([[0.3, -0.3], [0.3, 0.6], [-0.5, 0.6], [-0.5, -0.3]])[:, [0, 1, 0, 1]]
+"""A loop on red along which R changes its sign."""
+
+
+def cap(tilt: float, rings: int, spokes: int) -> FloatArray:
+    """Return (roll, pitch) of attitudes all over the cap of a tilt, its rim included, shape (2, rings, spokes)."""
+    m, z = np.linspace(0.0, tilt, rings)[:, None], np.linspace(0.0, 2 * math.pi, spokes)[None]
+    up = np.stack([np.sin(m) * np.cos(z), np.sin(m) * np.sin(z), np.cos(m) + 0 * z], axis=-1)
+    return np.moveaxis(attitude_of(up), -1, 0)
+
+
+def location(corners: FloatArray, found: LeastMargin) -> FloatArray:
+    starts, ends = closed(corners)
+    return np.asarray(starts[found.segment] + found.fraction * (ends - starts)[found.segment])
+
+
+FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "margin": lambda alpha: tilt_margin(alpha, EXACT),
+    "v": lambda alpha: attitude_sensitivities(alpha, EXACT),
+    "nearest": lambda alpha: nearest_singular_attitude(alpha, EXACT),
+    "everywhere": lambda alpha: singular_everywhere(alpha, EXACT),
+    "value": lambda alpha: least_singular_value_within(alpha, 0.4)[0],
+    "attitude": lambda alpha: least_singular_value_within(alpha, 0.4)[1],
+}
+
+
+class TestShapes:
+    """Leading axes broadcast, and the answer of one row does not depend on the others."""
+
+    @pytest.mark.parametrize("name", FUNCTIONS)
+    def test_every_row_as_if_alone(self, name: str) -> None:
+        function = FUNCTIONS[name]
+        tail = np.shape(function(GOOD))
+        for shape in ((), (0,), (2, 1, 3)):
+            alpha = random_tilts(1, *shape, reach=1.6)
+            found = function(alpha)
+            assert np.shape(found) == (*shape, *tail)
+            for index in np.ndindex(*shape):
+                np.testing.assert_allclose(found[index], function(alpha[index]), atol=1e-9)
+        for wrong in ((), (3,), (4, 2)):
+            with pytest.raises(InputError, match=r"allowed is \(\.\.\., 4\)"):
+                function(np.zeros(wrong))
+
+    def test_more_rows_than_a_block(self) -> None:
+        alpha = random_tilts(0, 20_001, reach=1.6)
+        np.testing.assert_array_equal(tilt_margin(alpha, EXACT)[::1999], tilt_margin(alpha[::1999], EXACT))
+
+    @pytest.mark.parametrize("wrong", [math.nan, math.inf])
+    def test_what_is_not_finite_has_no_answer_and_changes_no_other(self, wrong: float) -> None:
+        rows = np.array([[wrong, 0, 0, 0], GOOD, [0, 0, 0, wrong]])
+        for name in ("margin", "nearest", "value", "attitude"):
+            found = FUNCTIONS[name](rows)
+            assert np.isnan(found[[0, 2]]).all()
+            np.testing.assert_allclose(found[1], FUNCTIONS[name](GOOD), atol=1e-9)
+        assert not singular_everywhere(rows, EXACT).any()
+
+
+class TestTiltMargin:
+    """The closed form, against the determinant of forces and torques over tilts and directions."""
+
+    def test_against_brute_force_over_tilts_and_directions(self) -> None:
+        """Below the margin the determinant keeps its sign in every direction; just above, it loses it in one."""
+        random = np.random.default_rng(1)
+        for _ in range(25):
+            vehicle = random_vehicle(random)
+            alpha = random.uniform(-1.6, 1.6, 4)
+            margin = float(tilt_margin(alpha, coefficients_of(vehicle, "exact")))
+            below = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, *cap(margin - 1e-6, 20, 91)))
+            assert below.min() * below.max() > 0
+            if margin < math.pi / 2 - 2e-3:
+                above = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, *cap(margin + 1e-3, 2, 1801)))
+                assert above.min() * above.max() < 0
+
+    def test_it_is_that_of_v_and_its_attitude_is_singular_and_that_far_away(self) -> None:
+        random = np.random.default_rng(2)
+        for numbers in (EXACT, PUBLISHED, *(coefficients_of(random_vehicle(random), "exact") for _ in range(8))):
+            alpha, roll, pitch = random_tilts(3, 400), *random.uniform(-1.5, 1.5, (2, 400))
+            v, margin = attitude_sensitivities(alpha, numbers), tilt_margin(alpha, numbers)
+            size = np.linalg.norm(v, axis=1)
+            product = np.sum(v * body_vertical(roll, pitch), axis=-1)
+            np.testing.assert_allclose(product, determinant(alpha, numbers, roll, pitch), rtol=1e-10, atol=1e-10)
+            np.testing.assert_allclose(np.sin(margin), np.abs(v[:, 2]) / size, rtol=0, atol=1e-12)
+            nearest = nearest_singular_attitude(alpha, numbers).T
+            assert (np.abs(determinant(alpha, numbers, *nearest)) <= 1e-12 * size).all()
+            np.testing.assert_allclose(body_vertical(*nearest)[:, 2], np.cos(margin), atol=1e-12)
+
+    def test_turned_arms_and_mirrored_spin(self) -> None:
+        """Turned arms turn v and nothing else; a mirrored vehicle with negated angles is as robust."""
+        random = np.random.default_rng(4)
+        for ratio, turn in random.uniform([0.01, -3], [3, 3], (8, 2)):
+            plain, turned, mirrored = (
+                coefficients_of(Vehicle(drag_ratio=ratio, **options), "exact")
+                for options in ({}, {"first_arm_angle": turn}, {"first_rotor_spin": "counterclockwise"})
+            )
+            alpha, c, s = random_tilts(5, 50, reach=1.6), math.cos(turn), math.sin(turn)
+            v = attitude_sensitivities(alpha, plain)
+            rotated = v @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+            np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
+            np.testing.assert_allclose(tilt_margin(alpha, turned), tilt_margin(alpha, plain), atol=1e-12)
+            np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
+
+    def test_ninety_degrees_on_red_and_none_on_blue(self) -> None:
+        random = np.random.default_rng(6)
+        for _ in range(10):
+            exact = coefficients_of(random_vehicle(random), "exact")
+            first, second = random.uniform(-1.6, 1.6, (2, 50))
+            red, blue = on_red(first, second), on_blue(first, second, exact.delta)
+            assert (tilt_margin(red, exact) == math.pi / 2).all()
+            assert singular_everywhere(blue, exact).all()
+            assert np.isnan(tilt_margin(blue, exact)).all()
+            for alpha in (red, blue):
+                assert np.isnan(nearest_singular_attitude(alpha, exact)).all()
+
+    def test_printed_digits_of_blue_say_nothing(self) -> None:
+        """Floating point makes up to 90° of noise out of rounded angles; their digits say what it is worth."""
+        for gait in GAITS[:2]:
+            printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
+            assert np.isfinite(tilt_margin(printed, EXACT)).all()
+            assert np.isnan(tilt_margin(printed, EXACT, angle_rounding=5e-4)).all()
+            assert np.isnan(tilt_margin(lift(gait.angles, "blue").alpha, PUBLISHED)).all()
+            # Biased, it is a configuration like any other.
+            assert np.isfinite(tilt_margin(printed * [1, 1, 0.8, 0.8], EXACT, angle_rounding=5e-4)).all()
+        assert np.isfinite(tilt_margin(lift(GAITS[2].angles, "red").alpha, EXACT, angle_rounding=5e-4)).all()
+
+
+class TestLeastTiltMargin:
+    """The bracket of the worst over a period."""
+
+    @pytest.mark.parametrize(
+        ("gait", "eta", "degrees"),
+        [(2, 1.0, 90.0), (3, 1.0, 90.0), (2, 0.8, 74.46), (3, 0.8, 61.66), (1, 0.99, 41.74), (1, 0.8, 44.99)],
+    )
+    def test_of_the_four_gaits(self, gait: int, eta: float, degrees: float) -> None:
+        alpha = lift(GAITS[gait].angles, GAITS[gait].color, coefficients=EXACT).alpha * [1, 1, eta, eta]
+        found = least_tilt_margin(*closed(alpha), EXACT)
+        assert math.degrees(found.upper) == pytest.approx(degrees, abs=5.1e-3)
+        assert found.reason == ""
+        assert found.lower <= found.upper <= found.lower + 1.01e-7
+
+    def test_gait_1_biased_passes_a_singular_matrix(self) -> None:
+        alpha = lift(GAITS[0].angles, "blue", coefficients=EXACT).alpha * [1, 1, 0.8, 0.8]
+        found = least_tilt_margin(*closed(alpha), EXACT)
+        assert (found.lower, found.upper, found.reason) == (0.0, 0.0, "R changes its sign")
+        assert abs(level_determinant(location(alpha, found), EXACT)) < 1e-12
+
+    @by_kind
+    def test_blue_has_none(self, numbers: Coefficients) -> None:
+        for gait in GAITS[:2]:
+            alpha = lift(gait.angles, "blue", coefficients=numbers).alpha
+            found = least_tilt_margin(*closed(alpha), numbers)
+            assert not found.exists
+            assert math.isnan(found.lower)
+            assert "singular at every attitude" in found.reason
+            # With exact coefficients it is the rounding of δ that says so.
+            assert not least_tilt_margin(*closed(alpha), EXACT, angle_rounding=numbers.sheet_rounding).exists
+        # One blue segment is enough, a blue point too.
+        points = np.vstack([alpha[0] + [0.1, 0.2, 0.0, 0.1], alpha[:2]])
+        found = least_tilt_margin(*closed(points), numbers)
+        assert (found.exists, found.segment) == (False, 1)
+        assert not least_tilt_margin(alpha[:1], alpha[:1], numbers).exists
+
+    def test_against_dense_sampling(self) -> None:
+        """Never above what is met, never below what the bracket says, and met where it says."""
+        random = np.random.default_rng(3)
+        kinds = set()
+        for number in range(40):
+            exact = coefficients_of(random_vehicle(random), "exact")
+            size = random.choice([0.02, 0.2, 1.0, 3.0])
+            points = random.uniform(-1.6, 1.6, 4) + random.uniform(-size, size, (random.integers(1, 7), 4))
+            if number % 3 == 0:
+                points[:, 2:] = points[:, :2] * random.choice([0.8, 0.99, 1.0])
+            found = least_tilt_margin(*closed(points), exact)
+            alpha = along(points, 600)
+            R, dense = level_determinant(alpha, exact), tilt_margin(alpha, exact)
+            if R.min() * R.max() < 0:
+                assert (found.lower, found.upper, found.reason) == (0.0, 0.0, "R changes its sign")
+                assert abs(level_determinant(location(points, found), exact)) <= 1e-12 * np.abs(R).max()
+                kinds.add("zero")
+            else:
+                assert found.lower <= np.nanmin(dense) + 1e-12
+                assert found.upper <= np.nanmin(dense) + 1e-7
+                assert found.upper - found.lower <= 1.01e-7
+                assert tilt_margin(location(points, found), exact) == pytest.approx(found.upper, abs=1e-12)
+                kinds.add("red" if found.upper == math.pi / 2 else "between")
+        assert kinds == {"zero", "red", "between"}
+
+    @pytest.mark.parametrize("seed", range(8))
+    def test_corners_in_another_order_make_no_difference(self, seed: int) -> None:
+        """Backwards, from another corner, cut finer: the same margin."""
+        random = np.random.default_rng(seed)
+        points = random.uniform(-1, 1, 4) + random.uniform(-0.4, 0.4, (random.integers(2, 6), 4))
+        finer = np.vstack([points, (points + np.roll(points, -1, axis=0)) / 2]).reshape(2, -1, 4).swapaxes(0, 1)
+        least = least_tilt_margin(*closed(points), EXACT)
+        for other in (points[::-1], np.roll(points, 1, axis=0), finer.reshape(-1, 4)):
+            found = least_tilt_margin(*closed(other), EXACT)
+            assert found.upper == pytest.approx(least.upper, abs=2e-7)
+            assert found.reason == least.reason
+
+    def test_a_red_loop_through_zero_says_where(self) -> None:
+        found = least_tilt_margin(*closed(THROUGH_ZERO), EXACT)
+        assert (found.upper, found.reason) == (0.0, "R changes its sign")
+        assert abs(level_determinant(location(THROUGH_ZERO, found), EXACT)) < 1e-12
+        assert singular_everywhere(location(THROUGH_ZERO, found), EXACT)
+
+    def test_a_loop_that_only_touches_zero(self) -> None:
+        """On red v vanishes with R, off it v does not: the reason says which."""
+        border = EXACT.delta - math.pi / 2
+        corners = np.array([[border, 0.5], [border + 0.5, 0.5], [border + 0.5, 0.9]])
+        red = np.hstack([corners, corners])
+        assert (np.abs(level_determinant(red[1:], EXACT)) > 1).all()
+        found = least_tilt_margin(*closed(red), EXACT)
+        assert (found.upper, found.segment, found.fraction) == (0.0, 0, 0.0)
+        assert "every attitude there" in found.reason
+        zero = brentq(lambda x: float(level_determinant([x, -0.4, 0.5, 0.3], EXACT)), 0.0, 0.3, xtol=1e-16)
+        off = np.array([[zero, -0.4, 0.5, 0.3]] * 3) + np.array([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.02, 0, 0]])
+        found = least_tilt_margin(*closed(off), EXACT)
+        assert found.upper < 1e-12
+        assert "every attitude" not in found.reason
+        assert abs(level_determinant(location(off, found), EXACT)) < 1e-12
+
+    def test_touching_zero_is_no_change_of_sign(self) -> None:
+        """On the line β2 = 0 and the curve R = 0 a red gait may touch R = 0 to within rounding of either sign."""
+        alpha2 = np.arctan(np.tan(0.3) - 2 * PAPER.drag_ratio)
+        rows = np.array([[0.3, alpha2 + off, 0.3, alpha2 + off] for off in (0.0, 0.2, 0.4)])
+        found = least_tilt_margin(*closed(rows), EXACT)
+        assert (found.upper, found.segment) == (0.0, 0)
+        assert "not beside" in found.reason
+
+    def test_an_undecided_place_is_no_zero(self) -> None:
+        """The printed Gait 2 biased by 0.99: three digits do not tell v from zero at one corner."""
+        rows = np.column_stack([GAITS[1].angles, 0.99 * np.array(GAITS[1].printed)])
+        assert not least_tilt_margin(*closed(rows), EXACT, angle_rounding=5e-4).exists
+        assert math.degrees(least_tilt_margin(*closed(rows), EXACT).upper) == pytest.approx(41.74, abs=5e-3)
+
+    @pytest.mark.parametrize(
+        ("starts", "ends", "options"),
+        [
+            ([[math.nan, 0, 0, 0]], [[0, 0, 0, 0]], {}),
+            ([[0, 0, 0, 0]], [[0, 0, 0, math.inf]], {}),
+            (np.zeros((0, 4)), np.zeros((0, 4)), {}),
+            (np.zeros((2, 4)), np.ones((1, 4)), {}),
+            (np.zeros((2, 3)), np.ones((2, 3)), {}),
+            *(([[0, 0, 0, 0]], [[0, 0, 0, 1]], {"tolerance": wrong}) for wrong in (0, -1, math.nan, math.inf, "x")),
+        ],
+    )
+    def test_wrong_input_is_refused(self, starts: Any, ends: Any, options: dict[str, Any]) -> None:
+        with pytest.raises(InputError, match="allowed"):
+            least_tilt_margin(starts, ends, EXACT, **options)
+
+    def test_v_strays_from_its_chords_by_no_more_than_is_said(self) -> None:
+        random = np.random.default_rng(4)
+        s = np.linspace(0.0, 1.0, 65)[:, None, None]
+        for size in (1e-3, 0.1, 1.0, 4.0):
+            exact = coefficients_of(random_vehicle(random), "exact")
+            starts = random.uniform(-2, 2, (80, 4))
+            ends = starts + random.uniform(-size, size, (80, 4))
+            starts[:20, 2:], ends[:20, 2:] = starts[:20, :2], ends[:20, :2]
+            v = attitude_sensitivities(starts + s * (ends - starts), exact)
+            off = v - (v[0] + s * (v[-1] - v[0]))
+            across, level = sensitivity_deviations(starts, ends, exact)
+            slack = 1e-12 * (1 + np.abs(v).max())
+            assert (np.hypot(off[..., 0], off[..., 1]).max(axis=0) <= across + slack).all()
+            assert (np.abs(off[..., 2]).max(axis=0) <= level + slack).all()
+            assert (across[:20] < 1e-12 * (1 + np.abs(v).max())).all()
+
+
+class TestLeastSingularValueWithin:
+    """The worst attitude within a tilt, against sampling of all of them."""
+
+    def test_against_sampling_of_the_whole_cap(self) -> None:
+        """Attained where it says, exactly on the rim, and no attitude of the cap, inside it too, is worse."""
+        random = np.random.default_rng(5)
+        open_ = 0
+        for number in range(40):
+            vehicle = random_vehicle(random)
+            alpha = random.uniform(-1.6, 1.6, 4)
+            if number % 2:
+                alpha[2:] = alpha[:2] + random.normal(0, random.choice([0.0, 1e-9, 1e-3]), 2)
+            if number % 10 == 0:
+                alpha = random.choice([-0.5, 0.0, 1.2], 4)  # singular values that coincide
+            tilt = float(random.choice([0.0, 1e-6, 0.01, 0.3, 1.0, 1.5]))
+            value, attitude = least_singular_value_within(alpha, tilt, vehicle)
+            found, up = float(least_singular_value(alpha, vehicle, *attitude)), body_vertical(*attitude)
+            dense = least_singular_value(alpha, vehicle, *cap(tilt, 11, 181))
+            if tilt_margin(alpha, coefficients_of(vehicle, "exact")) > tilt:
+                open_ += 1
+                assert value == pytest.approx(found, abs=1e-12)
+                assert math.hypot(up[0], up[1]) == pytest.approx(math.sin(tilt), abs=1e-12)
+                assert value <= dense.min() + 1e-12
+                assert value >= dense.min() - 0.02  # the sampling is that coarse
+            else:
+                assert value == 0.0
+                assert found < 1e-9
+                assert math.acos(min(up[2], 1.0)) <= tilt + 1e-9
+        assert 20 < open_ < 40
+
+    def test_more_tilt_is_never_better(self) -> None:
+        alpha = random_tilts(6, 40, reach=1.5)
+        before = least_singular_value(alpha)
+        for tilt in (0.0, 1e-9, 0.2, 0.6, 1.1, 1.57):
+            value = least_singular_value_within(alpha, tilt)[0]
+            assert (value <= before * (1 + 1e-12)).all()
+            if tilt == 0.0:
+                np.testing.assert_allclose(value, before, atol=1e-12)
+            before = value
+
+    def test_turned_arms_turn_the_attitude(self) -> None:
+        alpha = np.array(GOOD)
+        turned = Vehicle(drag_ratio=0.2, first_arm_angle=math.pi / 2)
+        value, attitude = least_singular_value_within(alpha, 0.5, Vehicle(drag_ratio=0.2))
+        other, at = least_singular_value_within(alpha, 0.5, turned)
+        assert other == pytest.approx(value, abs=1e-12)
+        x, y, z = body_vertical(*attitude)
+        np.testing.assert_allclose(body_vertical(*at), [-y, x, z], atol=1e-7)
+
+    @pytest.mark.parametrize("tilt", [-0.1, math.pi / 2, math.nan, "x", True, np.array([0.1, 0.2])])
+    def test_wrong_tilts_are_refused(self, tilt: Any) -> None:
+        with pytest.raises(InputError, match=r"tilt: .*allowed is an angle from 0 up to"):
+            least_singular_value_within(GOOD, tilt)
