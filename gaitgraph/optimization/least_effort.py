@@ -118,59 +118,54 @@ class LeastEffort:
         return SmoothLoop(points=points, passes=when - when[0])
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
-        """Return the loop that a start leads to, and the effort of every admissible loop on the way.
+        """Return the loop that a start leads to, and the effort of every admissible loop found, in order.
 
         If the start is not admissible itself, the history is empty.
         """
-        if not self._admissible(loop):
-            return loop, []
-        best, history = loop, [loop.effort]
+        best, history, trust = loop, [loop.effort], 2.0
+
+        def admissible(one: SmoothLoop) -> bool:
+            return self.discs.misses(one.passed()) <= 1e-9 and self.keeps_inside(one.points)
 
         def improved(found: SmoothLoop | None) -> bool:
             nonlocal best
-            if found is None or not self._admissible(found) or found.effort >= history[-1]:
+            if found is None or not admissible(found) or found.effort >= history[-1]:
                 return False
             best = found
             history.append(found.effort)
             return True
 
-        trust = 2.0
+        if not admissible(loop):
+            return loop, []
         for number in range(_MOST_ROUNDS):
             before = history[-1]
-            ahead = self._projected(best, trust)
-            moved = improved(self._projected(ahead)) if ahead is not None else False
+            # The passes move to first order; a second programme, with passes held, makes the loop admissible again.
+            ahead = self._program(best, _FAR).projected(trust)
+            moved = improved(self._program(ahead, _FAR).projected(0.0)) if ahead is not None else False
             trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
+            # At first the start's control points are unevenly spread.
             even = self.evened(best) if number < 4 else None
-            smoothed = improved(self._projected(even)) if even is not None else False
+            smoothed = improved(self._program(even, _FAR).projected(0.0)) if even is not None else False
             moved = moved or smoothed
             if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
                 break
+        # Small cells, discs and passes as they are.
         for _ in range(_LAST_ROUNDS):
             before = history[-1]
-            if not improved(self._refined(best)) or before - history[-1] <= _SETTLED * before:
+            if not improved(self._program(best, _NEAR).refined()) or before - history[-1] <= _SETTLED * before:
                 break
         return best, history
-
-    def _admissible(self, loop: SmoothLoop) -> bool:
-        return self.discs.misses(loop.passed()) <= 1e-9 and self.keeps_inside(loop.points)
-
-    def _step(self, loop: SmoothLoop, reach: float) -> Program:
-        hulls = hull_matrix(len(loop.points)) @ loop.points
-        return Program(loop, self.discs, self._sides.cells(hulls, clearance=self.clearance, reach=reach))
-
-    def _projected(self, loop: SmoothLoop, trust: float = 0.0) -> SmoothLoop | None:
-        """Return the best spline within the cells around a loop, its passes moved by at most `trust`, or None."""
-        return self._step(loop, _FAR).projected(trust)
-
-    def _refined(self, loop: SmoothLoop) -> SmoothLoop | None:
-        """Return the best spline within small cells around a loop, discs and passes taken as they are."""
-        return self._step(loop, _NEAR).refined()
 
     def stationarity(self, loop: SmoothLoop) -> tuple[float, tuple[int, ...], bool]:
         """Return what :meth:`Program.stationarity` does for a loop."""
         if not loop.effort > 0:
             return 0.0, (), False
-        return self._step(loop, _NEAR).stationarity()
+        return self._program(loop, _NEAR).stationarity()
+
+    def _program(self, loop: SmoothLoop, reach: float) -> Program:
+        """Return the problem in the cells around a loop."""
+        hulls = hull_matrix(len(loop.points)) @ loop.points
+        return Program(loop, self.discs, self._sides.cells(hulls, clearance=self.clearance, reach=reach))
 
 
 class Program:

@@ -304,10 +304,20 @@ class _Search:
                 stops = np.where(self.discs.round[:, None], nearest.reshape(-1, 2, 2)[:, 0], aims)
                 if self.discs.misses(stops) <= 0:
                     break
-            corners, at = _legs(eroded, stops, erosion / 2)
+            # Shortest legs from one to the next, nearly straight corners left out.
+            paths = ShortestPaths(eroded)
+            corners: list[FloatArray] = []
+            at = []
+            for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
+                path = paths.path(here, there)
+                leg = np.array([here, there]) if path is None else path
+                if len(leg) > 2:
+                    leg = np.asarray(shapely.simplify(shapely.LineString(leg), erosion / 2).coords)
+                at.append(len(corners))
+                corners += list(leg[:-1])
             if 3 * len(corners) > _MOST_PIECES:
                 continue
-            start = problem.start(corners, at, self.pieces)
+            start = problem.start(np.array(corners), np.array(at), self.pieces)
             if start is not None:
                 return problem, start
         return None
@@ -377,21 +387,6 @@ class _Search:
             return least
         mass, gravity = self.vehicle.require("mass", "gravity", purpose="the hover reserve")
         return min(least, float(most) - float(report["thrust_limit"].value or 0.0) / float(mass * gravity))
-
-
-def _legs(region: Polygon, stops: FloatArray, tolerance: float) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-    """Return the corners of the closed polygon of shortest legs, nearly straight ones left out, and which are stops."""
-    paths = ShortestPaths(region)
-    corners: list[Any] = []
-    at = []
-    for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
-        path = paths.path(here, there)
-        leg = np.array([here, there]) if path is None else path
-        if len(leg) > 2:
-            leg = np.asarray(shapely.simplify(shapely.LineString(leg), tolerance).coords)
-        at.append(len(corners))
-        corners += list(leg[:-1])
-    return np.array(corners), np.array(at, dtype=np.int64)
 
 
 def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
