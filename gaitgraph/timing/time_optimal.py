@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-_NODES = 1000
-_NODES_UNDER_JERK = 300
+_NODES, _NODES_UNDER_JERK = 1000, 300
 # With more nodes than these, programmes take minutes.
 _MOST_NODES_UNDER_JERK = 5000
 # Periods that a timed gait may have [s].
@@ -46,8 +45,7 @@ _WINDOWS_UNDER_JERK = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
 _BRIEF = 1e-3  # share of the period for which a limit is met at least
 _CORRECTIONS = 4
 _SETTLED = 1e-3
-_STILL = 1e-12
-_ROUND_OFF = 1e-12
+_STILL = _ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,16 +65,15 @@ class LeastPeriod:
         The law, or None.
     least
         The least period found [s]; None where there is none.
-    lower_bound
-        A period below which there is certainly no law along this path [s].
-    stretch
-        What the found law was stretched by so that limits hold between samples too, minus 1; its price.
+    lower_bound, stretch
+        A period below which there is certainly no law along this path [s]; and the price of limits that hold between
+        samples too: what the found law was stretched by, minus 1.
     rounding
         How corners were rounded; None too where resting at them is quicker.
     note
         Why the law rests although rounding was asked for, or what was left undone; empty as a rule.
     limit, where
-        The limit that stands in the way, and a place where it does.
+        The limit that is in the way, and where.
     """
 
     status: str
@@ -159,10 +156,9 @@ def least_period(
     samples, rate
         Of tables, as for :func:`gaitgraph.timing.timed_gait.parametrize`.
     nodes
-        Nodes along a curve, 1000 by default and 300 under a jerk limit; the period comes down with 1/nodes. Every piece
-        of the curve has at least eight.
+        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces.
     progress
-        Called with a line of text now and then; programmes under a jerk limit may take a minute in all.
+        Called with lines of text; programmes under a jerk limit may take a minute in all.
 
     Returns
     -------
@@ -291,8 +287,7 @@ def paced(
     return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
+class _Found(NamedTuple):
     """Intervals of time, (α1, α2) on them, and by what share time was stretched to keep the limits."""
 
     widths: FloatArray
@@ -336,9 +331,8 @@ class _Task:
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.still = bool(self.extent.max() <= _STILL)
         # The same gait with rests at its corners, if this one rounds them.
-        self.resting: _Task | None = None
-        if self.rounding is not None and self.rounding.deviation > 0 and isinstance(path, Gait):
-            self.resting = _Task(path, self.limits)
+        rounds = self.rounding is not None and self.rounding.deviation > 0 and isinstance(path, Gait)
+        self.resting: _Task | None = _Task(path, self.limits) if rounds else None
 
     def timed(self, found: _Found, law: str, samples: int) -> LimitedGait:
         """Return the gait with a law found for it."""

@@ -1,7 +1,4 @@
-"""The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound.
-
-A rule is updated with runs of segments; see :class:`gaitgraph.validation.segments.Rule`.
-"""
+"""The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound."""
 
 from __future__ import annotations
 
@@ -247,8 +244,7 @@ class LevelSign(Rule):
         self.continuous = continuous
         # Which sign R has is known at the end: that of the largest |R| at a point.
         self.worst = {1.0: Worst(), -1.0: Worst()}
-        self.largest = 0.0
-        self.digits, self.slope = 0.0, 0.0
+        self.largest, self.digits, self.slope = 0.0, 0.0, 0.0
         self.found = {1.0: False, -1.0: False}  # whether a point has this sign for certain
 
     def update(self, run: Segments) -> None:
