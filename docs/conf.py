@@ -47,7 +47,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["_examples"],
     "gallery_dirs": ["gallery"],
     "filename_pattern": r".*\.py",
-    "within_subsection_order": "scratch.TellingOrder",
+    "within_subsection_order": "scratch.GalleryOrder",
     "notebook_extensions": set(),
     "reset_modules": ("matplotlib", "scratch.use_style"),
     "capture_repr": (),

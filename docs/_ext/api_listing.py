@@ -8,7 +8,7 @@ import re
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_origin
 
 from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
@@ -27,15 +27,16 @@ CODE = re.compile(r"(``.*?``|`[^`]*`)")
 
 
 def packages() -> list[str]:
-    """Return the packages in the order that the architecture page states."""
-    return re.findall(r"^\| `(\w+)` \|", ORDER.read_text(encoding="utf-8"), re.M)
+    """Return the public packages in the order that the architecture page states."""
+    order = re.findall(r"^\| `(\w+)` \|", ORDER.read_text(encoding="utf-8"), re.M)
+    return [name for name in order if name in dir(gaitgraph)]
 
 
 def names_of(package: str) -> list[tuple[str, str]]:
     """Return a package's public names and where they are found: classes first, then functions, then the rest."""
     here = import_module(f"gaitgraph.{package}")
     if hasattr(here, "__path__"):
-        names = dir(here)
+        names = dir(here) if hasattr(here, "__getattr__") else []  # a package without public names has no such function
     else:
         names = [name for name, value in vars(here).items() if getattr(value, "__module__", "") == here.__name__]
     top = set(dir(gaitgraph)) - set(packages())
@@ -66,7 +67,8 @@ def described(module: str, name: str, package: str) -> list[str]:
     home = home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}"
     about = ModuleAnalyzer.for_module(home).find_attr_docs().get(("", name), [])
     body = [f"   {line}" for line in about]
-    return [f".. py:data:: {name}", f"   :type: {type(value).__name__}", "", *body, ""]
+    kind = [] if get_origin(value) is Literal else [f"   :type: {type(value).__name__}"]
+    return [f".. py:data:: {name}", *kind, "", *body, ""]
 
 
 def section_of(package: str) -> list[str]:

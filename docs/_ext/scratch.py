@@ -33,8 +33,8 @@ NOTE = re.compile(r"\.\. only:: html\n\n    \.\. note::\n.*?(?=^\S)", re.M | re.
 ZIP = re.compile(r" +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*?$", re.M)
 
 
-class TellingOrder:
-    """Sorts examples as they are best read; those that are not listed come last, by name."""
+class GalleryOrder:
+    """Sorts examples in the order of reading; those that are not listed come last, by name."""
 
     def __init__(self, folder: str) -> None:
         self.folder = folder
