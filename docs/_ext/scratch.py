@@ -76,7 +76,7 @@ def draw_figures(app: Sphinx) -> None:
     folder = app.srcdir / "_figures"
     pages = "".join(page.read_text(encoding="utf-8") for page in sorted(app.srcdir.glob("*.md")))
     shown = set(SHOWN.findall(pages))
-    code = max(file.stat().st_mtime for file in Path(gaitgraph.__file__).parent.glob("*.py"))
+    code = max(file.stat().st_mtime for file in Path(gaitgraph.__file__).parent.rglob("*.py"))
     files = {figure.name: folder / f"{figure.stem}.png" for figure in FIGURES.values() if figure.stem in shown}
     due = [name for name, file in files.items() if not file.exists() or file.stat().st_mtime < code]
     if due:
