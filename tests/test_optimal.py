@@ -424,28 +424,28 @@ def test_answers_that_are_no() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
-        ({"waypoints": []}, "waypoints: none given"),
-        ({"waypoints": [(0, 0)] * 41}, "waypoints: 41 given; allowed are 40"),
-        ({"radius": -0.1}, "radius: -0.1"),
-        ({"radius": 6.3}, "radius: 6.3; allowed is an angle from 0 to 2π"),
-        ({"radius": [0.1, 0.2]}, "radius: 2 for 1 waypoints"),
-        ({"objective": "tilt"}, "objective: 'tilt'; allowed are singular_value"),
-        ({"sign": "both"}, "sign: 'both'"),
+        ({"waypoints": []}, "waypoints must be a list of [alpha1, alpha2]"),
+        ({"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
+        ({"radius": -0.1}, "radius must be an angle from 0 to 2π (rad), got -0.1"),
+        ({"radius": 6.3}, "radius must be an angle from 0 to 2π (rad), got 6.3"),
+        ({"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
+        ({"objective": "tilt"}, "objective must be singular_value, hover_reserve or tilt_rate, got 'tilt'; did"),
+        ({"sign": "both"}, "sign must be auto, positive or negative, got 'both'"),
         ({"floor": -1}, "floor must be a finite number ≥ 0, got -1"),
         ({"period": 0}, "period must be between 1e-6 and 1e9 s, got 0"),
-        ({"pieces": 7}, "pieces: 7; allowed is a whole number from 8"),
-        ({"pieces": True}, "pieces: True"),
-        ({"concession": 0}, "concession: 0"),
-        ({"vehicle": "paper"}, "vehicle: 'paper'"),
+        ({"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),
+        ({"pieces": True}, "pieces must be a whole number from 8 to 400, got True"),
+        ({"concession": 0}, "concession must be above 0 and at most 0.5, got 0"),
+        ({"vehicle": "paper"}, "vehicle must be a Vehicle, got 'paper'"),
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(options: dict[str, Any], told: str) -> None:
+def test_bad_input_is_refused_in_one_line(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as refused:
         optimal_gait(**{"waypoints": [(0, 0)], **options})
-    assert str(refused.value).startswith(told)
+    assert str(refused.value).startswith(message)
     assert "\n" not in str(refused.value)
 
 

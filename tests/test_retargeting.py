@@ -220,25 +220,25 @@ def test_why_there_is_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("source", "options", "told"),
+    ("source", "options", "message"),
     [
-        ([[0, 0, 0]], {}, "gait: an array of shape (1, 3)"),
-        ([], {}, "gait: an array of shape (0,)"),
-        ([[0, 0, 0, math.inf]], {}, "gait: inf"),
-        ([["a", 0, 0, 0]], {}, "gait: [['a', 0, 0, 0]]"),
-        (object(), {}, "gait: <object object"),
-        (np.zeros((MOST_ROWS + 1, 4)), {}, "gait: 200001 rows"),
-        ([[0, 0, 0, 0]], {"margin": -1}, "margin: -1"),
-        ([[0, 0, 0, 0]], {"sign": "both"}, "sign: 'both'"),
+        ([[0, 0, 0]], {}, "gait must have shape (n, 4) with n at least 1, got (1, 3)"),
+        ([], {}, "gait must have shape (n, 4) with n at least 1, got (0,)"),
+        ([[0, 0, 0, math.inf]], {}, "gait must be finite angles in radians, got inf"),
+        ([["a", 0, 0, 0]], {}, "gait must be rows of four angles, a table, a gait or a path, got [['a'"),
+        (object(), {}, "gait must be rows of four angles, a table, a gait or a path, got <object"),
+        (np.zeros((MOST_ROWS + 1, 4)), {}, "gait must have at most 200000 rows, got 200001"),
+        ([[0, 0, 0, 0]], {"margin": -1}, "margin must be a finite number ≥ 0 (rad), got -1"),
+        ([[0, 0, 0, 0]], {"sign": "both"}, "sign must be 'positive', 'negative' or None, got 'both'"),
         ([[0, 0, 0, 0]], {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
         ([[0, 0, 0, 0]], {"keep_in": [[(0, 0)]]}, "keep_in polygon 1"),
         ("no.csv", {}, "gait file: cannot read 'no.csv'"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(source: Any, options: dict[str, Any], told: str) -> None:
+def test_bad_input_is_refused_in_one_line(source: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises((InputError, OSError)) as refused:
         retarget(source, **options)
-    assert str(refused.value).startswith(told)
+    assert str(refused.value).startswith(message)
     assert "\n" not in str(refused.value)
 
 

@@ -77,7 +77,7 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     [False, True]
     """
     if not 0 <= number_of(share) < math.inf:
-        raise InputError(f"share: {shown(share)}; allowed is a finite number ≥ 0 (of m·g)")
+        raise InputError(f"share must be a finite number ≥ 0 (of m·g), got {shown(share)}")
     hover = hover_region(vehicle)
     delta = math.atan(vehicle.signed_drag_ratio)
     lacking = []

@@ -143,11 +143,11 @@ def optimal_gait(
     ):
         if not isinstance(value, str) or value not in known:
             hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
-            raise InputError(f"{name}: {shown(value)}; allowed are {', '.join(known)}{hint}")
+            raise InputError(f"{name} must be {', '.join(known[:-1])} or {known[-1]}, got {shown(value)}{hint}")
     if not 0 < number_of(concession) <= 0.5:
-        raise InputError(f"concession: {shown(concession)}; allowed is a number in (0, 0.5]")
+        raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
     if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle: {shown(vehicle)}; allowed is a Vehicle")
+        raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
     checked_limits(0.0, floor, None)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
@@ -155,7 +155,7 @@ def optimal_gait(
         pieces = min(max(36, 12 * len(discs.radii)), 240)
     whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
     if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
-        raise InputError(f"pieces: {shown(pieces)}; allowed is a whole number from {FEWEST_PIECES} to {_MOST_PIECES}")
+        raise InputError(f"pieces must be a whole number from {FEWEST_PIECES} to {_MOST_PIECES}, got {shown(pieces)}")
     polygons = Zones(keep_out=keep_out, keep_in=keep_in)
     search = _Search(
         discs=discs,
@@ -184,11 +184,11 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     centers = checked_waypoints(waypoints, _MOST_WAYPOINTS)
     each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(centers)
     if len(each) != len(centers):
-        raise InputError(f"radius: {len(each)} for {len(centers)} waypoints; allowed is one for all, or one for each")
+        raise InputError(f"radius must be one for all waypoints or one for each of {len(centers)}, got {len(each)}")
     radii = [angle_from_text(value, "radius") for value in each]
     for value, given in zip(radii, each, strict=True):
         if not 0 <= value <= 2 * math.pi:
-            raise InputError(f"radius: {shown(given)}; allowed is an angle from 0 to 2π (rad)")
+            raise InputError(f"radius must be an angle from 0 to 2π (rad), got {shown(given)}")
     kept: list[int] = []
     for k, center in enumerate(centers):
         if kept and center == centers[kept[-1]]:

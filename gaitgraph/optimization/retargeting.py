@@ -262,13 +262,13 @@ def retarget(
     """
     checked_limits(0.0, floor, None)
     if not 0 <= number_of(margin) < math.inf:
-        raise InputError(f"margin: {shown(margin)}; allowed is a finite number ≥ 0 (rad)")
+        raise InputError(f"margin must be a finite number ≥ 0 (rad), got {shown(margin)}")
     if sign not in (None, "positive", "negative"):
         hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
-        raise InputError(f"sign: {shown(sign)}; allowed are 'positive', 'negative' and None{hint}")
+        raise InputError(f"sign must be 'positive', 'negative' or None, got {shown(sign)}{hint}")
     table = _table_of(source, vehicle, coefficients)
     if len(table) > MOST_ROWS:
-        raise InputError(f"gait: {len(table)} rows; allowed are {MOST_ROWS} at most")
+        raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
     polygons = Zones(keep_out=keep_out, keep_in=keep_in)
     zones = polygons if polygons.keep_out or polygons.keep_in else None
@@ -379,13 +379,11 @@ def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -
     try:
         rows = np.array(source, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InputError(
-            f"gait: {shown(source)}; allowed are rows of four angles, a table, a gait or a path"
-        ) from error
+        raise InputError(f"gait must be rows of four angles, a table, a gait or a path, got {shown(source)}") from error
     if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows):
-        raise InputError(f"gait: an array of shape {rows.shape}; allowed is (n, 4) with n at least 1")
+        raise InputError(f"gait must have shape (n, 4) with n at least 1, got {rows.shape}")
     if not np.isfinite(rows).all():
-        raise InputError(f"gait: {float(rows[~np.isfinite(rows)][0])!r}; allowed are finite angles in radians")
+        raise InputError(f"gait must be finite angles in radians, got {float(rows[~np.isfinite(rows)][0])!r}")
     return Table(columns=dict(zip(ANGLES, rows.T.copy(), strict=True)) | columns, about=about)
 
 
