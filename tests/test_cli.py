@@ -388,7 +388,7 @@ class TestCycles:
             (["--max-length", "nan"], "--max-length must be an angle"),
             (["--keep-in", "0,0 1"], "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
             (["--divisions", "1"], "divisions must be a whole number from 2 to 256, got 1"),
-            (["--color", "green"], "color: 'green'; allowed"),
+            (["--color", "green"], "color must be one of auto, red, blue, got 'green'"),
             (["--effort", "0"], "--effort"),
         ):
             wrong = run("cycles", *options)
