@@ -296,7 +296,7 @@ def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, f
     largest = hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
     levels = [0.3, 0.4, 0.6]
     ax.contour(b1, b2, largest, levels=levels, colors="black", linewidths=0.7)
-    # Where all four thrusts are equal, 1/(4·cos α1) of the weight, each contour has a corner: room for its label.
+    # Where all four thrusts are equal, 1/(4·cos α1) of the weight, each contour has a corner: space for its label.
     side = 1.0 if first[0] > -HALF_PI else -1.0
     for level in levels:
         at = side * math.acos(0.25 / level)
