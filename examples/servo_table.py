@@ -7,7 +7,7 @@ one servo mounted the other way round, and wants pulse widths over milliseconds.
 """
 
 import gaitgraph as gg
-from gaitgraph.io.writing import write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.timed_gait import table_of
 
 plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])

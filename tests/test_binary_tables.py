@@ -25,8 +25,8 @@ import gaitgraph as gg
 from gaitgraph.errors import FileProblem
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
 from gaitgraph.io import binary_tables
+from gaitgraph.io.formats import write_pieces, write_tables
 from gaitgraph.io.reading import read_table
-from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations
 from tests.published import GAITS

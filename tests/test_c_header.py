@@ -15,10 +15,9 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.formats import FormatOptions
+from gaitgraph.io.formats import FormatOptions, write_tables
 from gaitgraph.io.reading import provenance_in
 from gaitgraph.io.servo_map import servo_map_named
-from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 

@@ -910,7 +910,7 @@ def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.M
         sizes.extend(map(len, pieces))
         path.write_text("")
 
-    monkeypatch.setattr("gaitgraph.io.csv_files.write_csv", taken)
+    monkeypatch.setattr("gaitgraph.io.text_files.write_csv", taken)
     rows, long = 70_000, ["--samples", "69999", "--output", "long.csv", "--force"]
     assert run("plan", *SQUARE, "--output", "gait.json").code == 0
     for command in (

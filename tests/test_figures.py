@@ -21,7 +21,7 @@ from matplotlib.text import Text
 
 import gaitgraph as gg
 from gaitgraph.cli import main
-from gaitgraph.gait.paper_gaits import paper_gait, printed_gait
+from gaitgraph.gait.gait import paper_gait, printed_gait
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
 from gaitgraph.timing.timed_gait import table_of

@@ -18,8 +18,7 @@ from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.record import COLUMNS, Flight
 from gaitgraph.flight.settings import ARMS, REFERENCES, FlightSettings, settings_from_mapping
 from gaitgraph.flight.simulation import Simulation, fly, gusts_of, gyroscopic_of, sensor_noise
-from gaitgraph.gait.gait import lift
-from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.invertibility.matrices import (
     arm_angles,
     coefficients_of,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.time_optimal import least_period

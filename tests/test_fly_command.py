@@ -16,7 +16,7 @@ import pytest
 from gaitgraph.flight.gait_file import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER
 from tests.published import GAITS

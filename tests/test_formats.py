@@ -21,11 +21,10 @@ from gaitgraph import files
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.rows import completed_pieces
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.io import binary_tables, json_files as jsons
-from gaitgraph.io.formats import FORMATS
-from gaitgraph.io.frames import table_from_frame
+from gaitgraph.io import binary_tables, text_files as jsons
+from gaitgraph.io.columns import table_from_frame
+from gaitgraph.io.formats import FORMATS, write_pieces
 from gaitgraph.io.reading import provenance_in, read_pieces, read_table
-from gaitgraph.io.writing import write_pieces
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import exporting
 from gaitgraph.timing.exporting import export

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph import files
 from gaitgraph.gait.gait import lift
-from gaitgraph.io import csv_files as csvs
+from gaitgraph.io import text_files as csvs
 from gaitgraph.io.reading import read_pieces, read_table
 from tests.published import GAITS
 

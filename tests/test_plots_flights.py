@@ -22,7 +22,7 @@ from gaitgraph.flight.engine import quaternion_of, rendered_frames
 from gaitgraph.flight.record import COLUMNS, OUTCOMES, Flight
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.plots.films import flight_frame_times, flight_view, provenance_of_gif, write_flight_film
 from gaitgraph.plots.flights import (

@@ -21,11 +21,10 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io import binary_tables, ros as bags
-from gaitgraph.io.formats import FORMATS, FormatOptions
+from gaitgraph.io.formats import FORMATS, FormatOptions, write_tables
 from gaitgraph.io.reading import provenance_in, read_table
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
-from gaitgraph.io.writing import write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations
 from tests.published import GAITS

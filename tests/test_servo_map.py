@@ -12,10 +12,19 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
+from gaitgraph.io.formats import write_tables
 from gaitgraph.io.reading import read_table
-from gaitgraph.io.servo_map import PRESETS, Joint, ServoMap, servo_map_from_mapping, servo_map_named
-from gaitgraph.io.servo_tables import clipped_rows, mapped_columns, mapped_table, tilts_from_joints
-from gaitgraph.io.writing import write_tables
+from gaitgraph.io.servo_map import (
+    PRESETS,
+    Joint,
+    ServoMap,
+    clipped_rows,
+    mapped_columns,
+    mapped_table,
+    servo_map_from_mapping,
+    servo_map_named,
+    tilts_from_joints,
+)
 from gaitgraph.timing.timed_gait import table_of
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ import pytest
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.files import write_whole
 from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.gait.paper_gaits import paper_gait
+from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.study import rows as rows_module, running
 from gaitgraph.study.design import read_study, study_from_mapping

@@ -17,9 +17,9 @@ import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table
-from gaitgraph.io import writing
+from gaitgraph.io import formats
+from gaitgraph.io.formats import write_pieces, write_tables
 from gaitgraph.io.reading import gait_of, read_gait, read_table
-from gaitgraph.io.writing import write_pieces, write_tables
 from gaitgraph.planning.planner import plan as planned
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.exporting import export
@@ -344,7 +344,7 @@ def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pyte
 
 def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "gait.csv"
-    monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: path.write_text("mine"))
+    monkeypatch.setattr(formats, "check_outputs", lambda *_, **__: path.write_text("mine"))
     with pytest.raises(gg.errors.OutputExists):
         lift(G3.angles, "red").parametrize().write(path)
     assert path.read_text() == "mine"
@@ -358,7 +358,7 @@ def test_without_hard_links_new_files_are_still_placed(tmp_path: Path, monkeypat
     timed = lift(G3.angles, "red").parametrize()
     timed.write(tmp_path / "gait.csv")
     assert len(read_table(tmp_path / "gait.csv")) == 101
-    monkeypatch.setattr(writing, "check_outputs", lambda *_, **__: None)
+    monkeypatch.setattr(formats, "check_outputs", lambda *_, **__: None)
     with pytest.raises(gg.errors.OutputExists):
         timed.write(tmp_path / "gait.csv")
 

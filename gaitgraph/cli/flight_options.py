@@ -136,7 +136,7 @@ def timed_gait(name: str, given: Mapping[str, Any]) -> TimedGait:
         As :func:`gaitgraph.flight.gait_file.timed_gait_from_file`; a paper's gait has T = 1 s and the law smooth.
     """
     from gaitgraph.flight.gait_file import timed_gait_from_file
-    from gaitgraph.gait.paper_gaits import paper_gait
+    from gaitgraph.gait.gait import paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import PAPER
 

@@ -244,7 +244,7 @@ def films_in(paths: Sequence[str]) -> list[str]:
 
 def check_outputs(paths: Sequence[str], *, force: bool) -> None:
     """Raise before any work is done if a gait cannot be written to one of these files, tables or films."""
-    from gaitgraph.io.writing import check_outputs
+    from gaitgraph.io.formats import check_outputs
     from gaitgraph.plots.films import check_films
 
     films = films_in(paths)
@@ -254,7 +254,7 @@ def check_outputs(paths: Sequence[str], *, force: bool) -> None:
 
 def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Sequence[str], *, force: bool) -> None:
     """Write a gait that comes piece by piece to files, tables and films."""
-    from gaitgraph.io.writing import write_pieces
+    from gaitgraph.io.formats import write_pieces
     from gaitgraph.plots.films import write_films
 
     films = films_in(paths)

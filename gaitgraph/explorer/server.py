@@ -28,7 +28,7 @@ from gaitgraph.explorer.plan_query import (
     state_of,
 )
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
-from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
+from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.request import CHOICES
 from gaitgraph.timing.timed_gait import LAWS

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.io.writing import write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.timed_gait import LAWS
 
 if TYPE_CHECKING:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.io.formats import FormatOptions as FormatOptions
-    from gaitgraph.io.frames import table_from_frame as table_from_frame
+    from gaitgraph.io.columns import table_from_frame as table_from_frame
+    from gaitgraph.io.formats import FormatOptions as FormatOptions, write_tables as write_tables
     from gaitgraph.io.reading import gait_of as gait_of, read_gait as read_gait, read_table as read_table
     from gaitgraph.io.servo_map import (
         Joint as Joint,
         ServoMap as ServoMap,
+        mapped_table as mapped_table,
         servo_map_from_mapping as servo_map_from_mapping,
         servo_map_named as servo_map_named,
+        tilts_from_joints as tilts_from_joints,
     )
-    from gaitgraph.io.servo_tables import mapped_table as mapped_table, tilts_from_joints as tilts_from_joints
-    from gaitgraph.io.writing import write_tables as write_tables
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -14,16 +14,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, did_you_mean, needs_extra, shown
-from gaitgraph.files import text_of
+from gaitgraph.errors import InputError, OutputExists, did_you_mean, needs_extra, shown
+from gaitgraph.files import check_new_files, text_of, write_whole
 from gaitgraph.gait.table import ANGLES, DEGREES, ORDER
-from gaitgraph.io.servo_map import check_choice, servo_map_from_mapping
+from gaitgraph.io.servo_map import check_choice, mapped_table, servo_map_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
     from gaitgraph.errors import MissingExtra
     from gaitgraph.gait.table import Table
+    from gaitgraph.io.servo_map import ServoMap
 
     Writer = Callable[[Iterable[Table], Path], None]
     Progress = Callable[[float], None] | None
@@ -142,13 +143,12 @@ class Format:
         What people call it.
     module
         The module that has its functions: ``write_SUFFIX(pieces, path)`` writes a new file or folder from the pieces of
-        a table; ``pieces_of_SUFFIX(path, progress)`` yields raw columns and what made them, piece by piece. A format
-        that is not read is text: the first line that begins with ``MARK`` states what made it, and its last line is
-        ``END``.
+        a table; ``pieces_of_SUFFIX(path, progress)`` yields raw columns and what made them, piece by piece.
     library, extra
         The library that it needs, and the extra that brings it, if it needs any.
-    reads
-        Whether its files are read as gait tables.
+    mark, end
+        Of a format that is not read as a table, and is text: how the line begins that states what made it, and the
+        last line.
     folder
         Whether it is a folder of files.
     options
@@ -160,9 +160,15 @@ class Format:
     module: str
     library: str | None = None
     extra: str | None = None
-    reads: bool = True
+    mark: str = ""
+    end: str = ""
     folder: bool = False
     options: tuple[str, ...] = ()
+
+    @property
+    def reads(self) -> bool:
+        """Whether its files are read as gait tables."""
+        return not self.mark
 
     def why_not(self) -> str | None:
         """Return what is missing here, or None if the format can be used."""
@@ -197,27 +203,26 @@ class Format:
         FileProblem, InputError
             If the file cannot be read, does not state it, or was cut off.
         """
-        module = import_module(self.module)
         lines = text_of(path, "gait file", f"a {self.name} that gaitgraph wrote").rstrip().splitlines()
-        line = next((line for line in lines if line.startswith(module.MARK)), None)
+        line = next((line for line in lines if line.startswith(self.mark)), None)
         if line is None:
             raise InputError(f"it does not state what made it; it must be a {self.name} that gaitgraph wrote")
-        if lines[-1].rstrip() != module.END:
-            raise InputError(f"it ends early: its last line must be {module.END!r}, got {shown(lines[-1])}")
-        return line.removeprefix(module.MARK)
+        if lines[-1].rstrip() != self.end:
+            raise InputError(f"it ends early: its last line must be {self.end!r}, got {shown(lines[-1])}")
+        return line.removeprefix(self.mark)
 
 
 _BAG_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic")
-_BINARY, _MATLAB, _ROS = "gaitgraph.io.binary_tables", "gaitgraph.io.matlab", "gaitgraph.io.ros"
+_BINARY, _CODE, _ROS = "gaitgraph.io.binary_tables", "gaitgraph.io.code_files", "gaitgraph.io.ros"
 
 FORMATS = {
     one.suffix: one
     for one in (
-        Format(suffix=".csv", name="CSV", module="gaitgraph.io.csv_files"),
-        Format(suffix=".json", name="JSON", module="gaitgraph.io.json_files"),
+        Format(suffix=".csv", name="CSV", module="gaitgraph.io.text_files"),
+        Format(suffix=".json", name="JSON", module="gaitgraph.io.text_files"),
         Format(suffix=".npz", name="NumPy archive", module=_BINARY),
-        Format(suffix=".mat", name="MATLAB file", module=_MATLAB),
-        Format(suffix=".m", name="MATLAB script", module=_MATLAB, reads=False),
+        Format(suffix=".mat", name="MATLAB file", module=_BINARY),
+        Format(suffix=".m", name="MATLAB script", module=_CODE, mark="% made by: ", end="% end"),
         Format(suffix=".parquet", name="Parquet", module=_BINARY, library="pyarrow", extra="table"),
         *(
             Format(
@@ -231,12 +236,20 @@ FORMATS = {
             )
             for suffix, storage in ((".mcap", "MCAP"), (".db3", "sqlite3"))
         ),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=_ROS, reads=False, options=("periods", "joint_names")),
+        Format(
+            suffix=".yaml",
+            name="ROS 2 trajectory",
+            module=_ROS,
+            mark="# made_by: ",
+            end="# end",
+            options=("periods", "joint_names"),
+        ),
         Format(
             suffix=".h",
             name="C header",
-            module="gaitgraph.io.c_header",
-            reads=False,
+            module=_CODE,
+            mark=" * made_by: ",
+            end="#endif",
             options=("joint_names", "number", "c_name"),
         ),
     )
@@ -311,3 +324,92 @@ def check_names(names: Iterable[str], own: Collection[str], suffix: str) -> None
                 f"column {name!r}: a {suffix} file has something else there; use another name than "
                 f"{', '.join(map(repr, own))}"
             )
+
+
+def write_tables(
+    table: Table,
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+    options: FormatOptions | None = None,
+    servos: ServoMap | None = None,
+) -> None:
+    """Write a table to files, each whole or not at all; the format follows from the suffix.
+
+    Parameters
+    ----------
+    table
+        What to write.
+    paths
+        Files, or folders for the formats that are folders; :data:`gaitgraph.io.formats.FORMATS` has the suffixes.
+    force
+        Overwrite files that exist.
+    options
+        Choices that some formats have; the others ignore them.
+    servos
+        What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
+        Pictures and MATLAB functions do not change.
+
+    Raises
+    ------
+    OutputExists
+        If a file exists and `force` is not set; then none is written.
+    FileProblem
+        If a file cannot be written; the old one, if any, is whole.
+    InputError
+        If a suffix is not known or a file is named twice.
+    MissingExtra
+        If a format needs a library that is not installed.
+    """
+    write_pieces(lambda: [table], paths, force=force, options=options, servos=servos)
+
+
+def write_pieces(
+    pieces: Callable[[], Iterable[Table]],
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+    options: FormatOptions | None = None,
+    servos: ServoMap | None = None,
+) -> None:
+    """Write a table that comes piece by piece, as :func:`write_tables` does.
+
+    Parameters
+    ----------
+    pieces
+        Called once a file; its pieces have the same columns, and the first states what made them.
+    paths, force, options, servos
+        As for :func:`write_tables`.
+    """
+    check_outputs(paths, force=force)
+
+    def write(form: Format, scratch: Path) -> None:
+        form.writer(options)(pieces() if servos is None else _for_servos(pieces(), servos, form), scratch)
+
+    write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
+
+
+def _for_servos(pieces: Iterable[Table], servos: ServoMap, form: Format) -> Iterator[Table]:
+    """Yield pieces as a format states joints: in its own radians, or in the columns of the map."""
+    rows = 0
+    for piece in pieces:
+        if "joint_names" in form.options:
+            yield mapped_table(piece, servos.in_radians(), rows_before=rows)
+        else:
+            yield mapped_table(piece, servos, rows_before=rows) if form.reads else piece
+        rows += len(piece)
+
+
+def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
+    folders = set()
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        form.writer()  # MissingExtra, if that is so
+        if form.folder:
+            folders.add(path)
+            for one in sorted(path.iterdir()) if path.is_dir() else ():
+                if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
+                    problem = f"is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
+                    raise OutputExists(f"output: {str(path)!r} {problem}")
+    check_new_files(paths, force=force, folders=folders)

@@ -11,19 +11,17 @@ from gaitgraph.errors import FileProblem, GaitgraphError, MissingExtra
 from gaitgraph.files import text_of
 from gaitgraph.gait.rows import closed_rows
 from gaitgraph.gait.table import Table, about_from_text, merged
-from gaitgraph.io.column_checks import TableBuilder
-from gaitgraph.io.csv_files import pieces_of_csv
+from gaitgraph.io.columns import TableBuilder, as_table
 from gaitgraph.io.formats import known_format
-from gaitgraph.io.frames import as_table
-from gaitgraph.io.json_files import table_of_json
+from gaitgraph.io.text_files import pieces_of_csv, table_of_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Kind
+    from gaitgraph.io.columns import Frame
     from gaitgraph.io.formats import Format
-    from gaitgraph.io.frames import Frame
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 

@@ -43,7 +43,7 @@ from gaitgraph.gait.table import (
     provenance_text,
 )
 from gaitgraph.io.binary_tables import check_size, gate
-from gaitgraph.io.formats import PROVENANCE_TOPIC
+from gaitgraph.io.formats import FORMATS, PROVENANCE_TOPIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -62,9 +62,6 @@ STRING = "std_msgs/msg/String"
 
 MOST_POINTS = 100_000
 """A trajectory for ROS 2 may have this many points at most."""
-
-MARK = "# made_by: "
-END = "# end"
 
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
@@ -154,7 +151,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
     times, rows = points_of(table, options.periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
-        MARK + provenance_text(table),
+        FORMATS[".yaml"].mark + provenance_text(table),
         "trajectory:",
         f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
         "  points:",
@@ -163,7 +160,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
         fields = [f"{what}: [{', '.join(map(_number, row))}]" for what, row in zip(rows, values, strict=True)]
         fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
-    path.write_text("\n".join([*lines, END]) + "\n", encoding="utf-8")
+    path.write_text("\n".join([*lines, FORMATS[".yaml"].end]) + "\n", encoding="utf-8")
 
 
 def _number(value: float) -> str:

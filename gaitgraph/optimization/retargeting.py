@@ -28,7 +28,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.rows import closing_time, is_closed, tilt_angles
 from gaitgraph.gait.table import ANGLES, Table, setting_of
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
-from gaitgraph.io.frames import Frame, as_table
+from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import gait_of, read_table
 from gaitgraph.optimization.result import red_columns
 from gaitgraph.planning.shortest_paths import ShortestPaths

@@ -25,7 +25,7 @@ from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
 from gaitgraph.graph.walks import allowed_edges
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.writing import write_pieces
+from gaitgraph.io.formats import write_pieces
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -149,7 +149,7 @@ class Transition:
             return
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
-        """Write the table of the path; see :func:`gaitgraph.io.writing.write_tables`."""
+        """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
         write_pieces(self.pieces, paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.paper_gaits import paper_gait, printed_gait
+from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of

@@ -407,7 +407,7 @@ def check_flight_outputs(
     Raises
     ------
     InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`gaitgraph.io.writing.check_outputs` does for gaits.
+        As :func:`gaitgraph.io.formats.check_outputs` does for gaits.
     """
     known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
     for path in map(Path, paths):

@@ -20,7 +20,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
-from gaitgraph.gait.paper_gaits import PAPER_GAITS, paper_gait
+from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.reading import gait_of, read_table

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 from gaitgraph.gait.rows import completed_pieces
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
-from gaitgraph.io.formats import check_options, known_format
+from gaitgraph.io.formats import check_options, check_outputs, known_format, write_pieces
 from gaitgraph.io.reading import gait_of, naming_file, read_pieces
-from gaitgraph.io.servo_tables import clipped_rows
-from gaitgraph.io.writing import check_outputs, write_pieces
+from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.timing.timed_gait import LAWS, parametrize, pieces_of
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def export(
     joints
         What the columns of a servo table from elsewhere are.
     servos, options
-        As for :func:`gaitgraph.io.writing.write_tables`; an option that none of the outputs has is refused.
+        As for :func:`gaitgraph.io.formats.write_tables`; an option that none of the outputs has is refused.
     force
         Overwrite files that exist.
     progress
@@ -88,7 +87,7 @@ def export(
     Raises
     ------
     InputError, FileProblem, OutputExists
-        As :func:`gaitgraph.io.reading.read_table` and :func:`gaitgraph.io.writing.write_tables` do.
+        As :func:`gaitgraph.io.reading.read_table` and :func:`gaitgraph.io.formats.write_tables` do.
     """
     paths = list(outputs)
     formats = [known_format(path, "output") for path in paths]

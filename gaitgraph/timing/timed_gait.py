@@ -259,12 +259,11 @@ class TimedGait:
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
-        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.writing.write_tables`.
+        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.formats.write_tables`.
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
-        from gaitgraph.io.formats import FILMS
-        from gaitgraph.io.writing import check_outputs, write_pieces
+        from gaitgraph.io.formats import FILMS, check_outputs, write_pieces
 
         films = [path for path in paths if str(path).lower().endswith(FILMS)]
         tables = [path for path in paths if path not in films]

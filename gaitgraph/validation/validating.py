@@ -23,7 +23,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.rows import CLOSED_GAP, closing_time, tilt_angles
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, setting_of
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
-from gaitgraph.io.frames import Frame, as_table
+from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings

@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.rows import is_closed
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, provenance_text
+from gaitgraph.io.binary_tables import is_matlab_name
+from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.ros import merged_up_to
 
 if TYPE_CHECKING:
@@ -31,8 +33,7 @@ FloatArray = npt.NDArray[np.float64]
 MOST_ROWS = 16_384
 """A C header may have this many rows at most: as floats with rates, half a megabyte."""
 
-MARK = " * made_by: "
-END = "#endif"
+_NOT_NAMES = re.compile(r"^%.*|(?<![\w)\]}.'])'(?:[^'\n]|'')*'|<<[\w ]+>>", re.MULTILINE)
 
 _LARGEST = 32_767
 _EVEN = 1e-6
@@ -113,7 +114,7 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
         "",
         *_tables(curve),
         _functions(curve),
-        END,
+        FORMATS[".h"].end,
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -185,7 +186,7 @@ def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> 
     else:
         off = step**2 * float(np.abs(curve.accelerations).max()) / 8
         between = f"the angles change evenly, which is off the gait by up to about {off:.1e} rad, and rounding."
-    return [*lines, f" * Between rows {between}", f"{MARK}{_harmless(provenance_text(table))}", " */"]
+    return [*lines, f" * Between rows {between}", FORMATS[".h"].mark + _harmless(provenance_text(table)), " */"]
 
 
 def _harmless(text: str) -> str:
@@ -252,3 +253,27 @@ def _functions(curve: _Curve) -> str:
         line for needed, _, line in (one.partition("|") for one in template) if kinds.issuperset(needed.split(","))
     ]
     return re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines)) + "\n"
+
+
+def write_m(pieces: Iterable[Table], path: Path) -> None:
+    """Write a new MATLAB function: it loads and plots the .mat, .csv or .json file of its own name.
+
+    Raises
+    ------
+    InputError
+        If the file's name is none that MATLAB can call, or one that the function itself calls.
+    """
+    name = path.stem
+    if not is_matlab_name(name):
+        raise InputError(
+            "output must be named by letters, digits and _, a letter first, and by no keyword, for a MATLAB function, "
+            f"got {shown(path.name)}"
+        )
+    text = Path(__file__).with_name("gait_function.m").read_text(encoding="ascii")
+    # In a file of the name of one of its functions or variables it would call itself.
+    if name in {"alpha", *re.findall(r"(?<![\w.])[A-Za-z]\w*", _NOT_NAMES.sub(" ", text))}:
+        raise InputError(
+            f"output must have another name than {shown(path.name)}: the script has a function or a variable {name}"
+        )
+    made = FORMATS[".m"].mark + provenance_text(next(iter(pieces)))
+    path.write_text(text.replace("<<name>>", name).replace("<<made by>>", made), encoding="ascii")
