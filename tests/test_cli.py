@@ -514,7 +514,7 @@ class TestRobustness:
             ("one.csv --scale 0", "scale"),
             ("one.csv --tilt -1deg", "--tilt must be an angle ≥ 0"),
             ("one.csv --tilt x", "--tilt must be an angle ≥ 0"),
-            ("one.csv --curves 10001", "curves: 10001"),
+            ("one.csv --curves 10001", "curves must be a whole number from 0 to 10000, got 10001"),
             ("one.csv --angle-rounding -1", "--angle-rounding must be an angle ≥ 0"),
             ("", "Missing argument 'GAIT_FILE'"),
         ],

@@ -30,6 +30,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_of_all,
     level_determinant_curvature,
     range_of_level_determinant,
+    singular_value_bound,
     thrust_shares_along,
     thrusts_push_up,
 )
@@ -228,14 +229,24 @@ class TestFloor:
     @three_vehicles
     @pytest.mark.parametrize("kind", KINDS)
     def test_keeping_the_singular_value_above_a_floor(self, vehicle: Vehicle, kind: str) -> None:
-        start, end = random_segments(kind, seed=13)
-        values = least_singular_value(points_of(start, end), vehicle)
+        start, end = random_segments(kind, seed=13, count=400 if kind == "red" else 10)
+        alpha = points_of(start, end)
+        if kind == "red":
+            values = np.asarray(least_singular_value_on_red(alpha[..., 0], alpha[..., 1], vehicle))
+        else:
+            values = least_singular_value(alpha, vehicle)
         least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
         for floor in (0.02, 0.05, 0.2, 0.5):
             keeps = keeps_singular_value_above(start, end, floor, vehicle)
             assert (least[keeps] >= floor).all()
             clear = np.abs(least - floor) > gap + 1e-6
             np.testing.assert_array_equal(keeps[clear], (least > floor)[clear])
+
+    def test_the_bound_between_two_points_falls_by_the_lipschitz_constant(self) -> None:
+        ends = np.zeros((1, 4)), np.array([[0.1, 0.0, 0.0, 0.0]])
+        bound = singular_value_bound(STRONG)(np.array([0.5]), np.array([0.4]), *ends)
+        assert bound == pytest.approx((0.9 - 0.1 * math.sqrt(2 + 0.8**2)) / 2)
+        assert singular_value_bound(STRONG)(np.array([0.01]), np.array([0.02]), *ends) == 0.0
 
     def test_a_decision_takes_less_work_than_a_bracket(self) -> None:
         start, end = random_segments("red", seed=10)

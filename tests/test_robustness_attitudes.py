@@ -194,7 +194,7 @@ class TestSingularCurve:
 
     @pytest.mark.parametrize("count", [1, 0, -1, 2.5, True])
     def test_wrong_counts_are_refused(self, count: Any) -> None:
-        with pytest.raises(InputError, match="count: "):
+        with pytest.raises(InputError, match="count must be a whole number, at least 2, got"):
             singular_curve(OBLIQUE, EXACT).points(count)
 
 
@@ -376,12 +376,15 @@ class TestReasons:
 @pytest.mark.parametrize(
     ("alpha", "options", "message"),
     [
-        ([[math.nan, 0, 0, 0]], {}, "allowed are finite angles"),
-        ([[0, 0, 0, 0], [0, math.inf, 0, 0]], {}, "allowed are finite angles"),
-        (np.zeros((0, 4)), {}, "n at least 1"),
-        ([0.0, 0, 0, 0], {}, r"allowed is \(n, 4\)"),
-        ([[0.0, 0, 0]], {}, r"allowed is \(n, 4\)"),
-        *(([[0.0, 0, 0, 0]], {"tolerance": wrong}, "tolerance: ") for wrong in (0, -1, math.nan, math.inf, "x", True)),
+        ([[math.nan, 0, 0, 0]], {}, "alpha must be finite angles in radians, got"),
+        ([[0, 0, 0, 0], [0, math.inf, 0, 0]], {}, "alpha must be finite angles in radians, got"),
+        (np.zeros((0, 4)), {}, "with n at least 1, got"),
+        ([0.0, 0, 0, 0], {}, r"alpha must be an array of shape \(n, 4\)"),
+        ([[0.0, 0, 0]], {}, r"alpha must be an array of shape \(n, 4\)"),
+        *(
+            ([[0.0, 0, 0, 0]], {"tolerance": wrong}, "tolerance must be a finite number above 0, got")
+            for wrong in (0, -1, math.nan, math.inf, "x", True)
+        ),
     ],
 )
 def test_wrong_input_is_refused(alpha: Any, options: dict[str, Any], message: str) -> None:

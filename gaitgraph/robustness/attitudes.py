@@ -1,14 +1,14 @@
 r"""Singular and acceptable attitudes in the roll–pitch diagram, in closed form.
 
-An attitude with |φ|, |θ| < π/2 is an upward vertical n in body axes with n_z > 0, one to one. A configuration is
+An attitude with |φ|, |θ| < π/2 corresponds to one upward vertical n in body axes with n_z > 0. A configuration is
 singular where v·n = 0, v = (−Rθ, Rφ, R): on half a great circle, one branch from border to border of the diagram,
 
     tan θ = −(Rφ·sin φ + R·cos φ)/Rθ.
 
-A gait is singular somewhere in its period at every n that some v(t) is across to. What remains has v(t)·n of one sign
-for all t: two convex cones, one of all n with v(t)·n > 0, and its mirror image. So the acceptable attitudes around
-(0, 0) are exactly those of the dual of the cone that v sweeps: a spherical polygon with one side for each extreme v,
-found by a convex hull in the plane. No raster and no root finding is needed.
+A gait is singular somewhere in its period at every n that is perpendicular to some v(t). At all other n, v(t)·n has one
+sign for all t: they form two convex cones, that of all n with v(t)·n > 0 and its mirror image. So the acceptable
+attitudes around (0, 0) are exactly those of the dual of the cone that v sweeps: a spherical polygon with one side for
+each extreme v, found by a convex hull in the plane. No raster and no root finding is needed.
 """
 
 from __future__ import annotations
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-__all__ = ["AcceptableAttitudes", "SingularCurve", "acceptable_attitudes", "singular_curve"]
-
 FloatArray = npt.NDArray[np.float64]
 
 DIAGRAM_AREA = math.pi**2
@@ -48,10 +46,10 @@ _MOST_HALVINGS = 40
 _FEW_RAYS = 64
 _SAME_RAY = 1e-9
 _SAG = 1e-6
-"""How far straight sides of a polygon may stray from the curves [rad]."""
+"""Largest distance of straight sides of a polygon from the curves [rad]."""
 
 _UP = np.array([0.0, 0.0, 1.0])
-_NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular at times"
+_NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular somewhere in the period"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,11 +70,11 @@ class SingularCurve:
     def points(self, count: int = 181) -> FloatArray:
         """Return points of the curve from border to border of the diagram, (roll, pitch), shape (count, 2) [rad].
 
-        They are spaced evenly on the unit sphere of verticals; both ends are on the border. Shape (0, 2) if there is
-        no curve.
+        The points are spaced evenly on the unit sphere of verticals; both ends are on the border. Without a curve the
+        shape is (0, 2).
         """
         if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-            raise InputError(f"count: {shown(count)}; allowed is a whole number from 2 on")
+            raise InputError(f"count must be a whole number, at least 2, got {shown(count)}")
         if self.kind != "curve":
             return np.zeros((0, 2))
         x, y, z = self.normal
@@ -87,7 +85,7 @@ class SingularCurve:
         return _attitudes_of(along * np.cos(turn) + highest * np.sin(turn), highest)
 
     def pitch_at(self, roll: npt.ArrayLike) -> FloatArray:
-        """Return the singular pitch at a roll in (−π/2, π/2) [rad]: one for each, NaN where there is none or any.
+        """Return the singular pitch at a roll in (−π/2, π/2) [rad], NaN if there is none or every pitch is singular.
 
         >>> from gaitgraph.invertibility.matrices import coefficients_of
         >>> curve = singular_curve([0.4, -1.1, 0.3, -0.9], coefficients_of(kind="exact"))
@@ -111,7 +109,7 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
     coefficients
         Those of formula (1).
     angle_rounding
-        What each angle may be off by [rad].
+        Assumed error of each angle [rad].
 
     Examples
     --------
@@ -121,7 +119,7 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
     """
     angles = np.asarray(alpha, dtype=float)
     if angles.shape != (4,) or not np.isfinite(angles).all():
-        raise InputError(f"alpha: {shown(alpha)}; allowed are four finite tilt angles [rad]")
+        raise InputError(f"alpha must be four finite tilt angles (rad), got {shown(alpha)}")
     normal = attitude_sensitivities(angles, coefficients)
     normal.flags.writeable = False
     if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
@@ -137,18 +135,18 @@ class AcceptableAttitudes:
     Parameters
     ----------
     polygon
-        Those connected with (0, 0), as (roll, pitch) [rad]; empty if there are none. Every attitude in it is
-        acceptable, between samples of the period too; its straight sides stray from the curves by 1e-6 rad at most.
+        Acceptable attitudes connected with (0, 0), as (roll, pitch) [rad]; empty if there are none. Every attitude in
+        it is acceptable, between samples of the period too; its straight sides are within 1e-6 rad of the curves.
     beyond
-        Those not connected with (0, 0), or empty.
+        Acceptable attitudes not connected with (0, 0); may be empty.
     error
-        Fraction of the diagram that `polygon` may lack, at most.
+        Upper bound of the fraction of the diagram that is acceptable around (0, 0) but missing in `polygon`.
     tolerance
-        The error asked for.
+        Requested bound of `error`.
     pieces
-        Into how many pieces the gait was cut.
+        Number of pieces into which the gait was cut.
     reason
-        Why there are none around (0, 0), or "".
+        Why no attitude around (0, 0) is acceptable, or "".
 
     Notes
     -----
@@ -170,7 +168,7 @@ class AcceptableAttitudes:
 
     @property
     def fraction(self) -> float:
-        """Part of (−π/2, π/2)² that the polygon takes."""
+        """Fraction of (−π/2, π/2)² that the polygon covers."""
         return min(self.area / DIAGRAM_AREA, 1.0)
 
     @property
@@ -196,14 +194,14 @@ def acceptable_attitudes(
     Parameters
     ----------
     alpha
-        Corners or rows of the gait, shape (n, 4), n ≥ 1, joined by straight segments; the way back is implied [rad].
+        Corners or rows of the gait, shape (n, 4), n ≥ 1, joined by straight segments and closed [rad].
     coefficients
         Those of formula (1); the physical answer takes exact ones.
     tolerance
-        Largest fraction of the diagram that the answer may lack. The gait is cut finer where it matters until that is
-        met, or :attr:`AcceptableAttitudes.error` says how far it came.
+        Requested bound of the missing fraction of the diagram. The gait is cut finer where it matters until the bound
+        is met. If it cannot be met, :attr:`AcceptableAttitudes.error` states the bound that was reached.
     angle_rounding
-        What each angle may be off by [rad]; it decides where v says nothing.
+        Assumed error of each angle [rad]; it decides where v cannot be distinguished from zero.
 
     Raises
     ------
@@ -221,11 +219,11 @@ def acceptable_attitudes(
     """
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
-        raise InputError(f"alpha: an array of shape {points.shape}; allowed is (n, 4) with n at least 1")
+        raise InputError(f"alpha must be an array of shape (n, 4) with n at least 1, got shape {points.shape}")
     if not np.isfinite(points).all():
-        raise InputError(f"alpha: {points[~np.isfinite(points)][0]!r}; allowed are finite angles in radians")
+        raise InputError(f"alpha must be finite angles in radians, got {points[~np.isfinite(points)][0]}")
     if not 0 < number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0")
+        raise InputError(f"tolerance must be a finite number above 0, got {shown(tolerance)}")
     sweep = _Sweep.of(points, coefficients)
     lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
     if lost.any():
@@ -253,7 +251,7 @@ def acceptable_attitudes(
             polygon, error, pieces = found
             reason = ""
         elif side == sign and around:
-            error, reason = 1.0, "R is too near to zero for a decision"
+            error, reason = 1.0, "R is too near to zero to be decided"
         elif found is not None:
             others.append(found[0])
     import shapely
@@ -328,8 +326,8 @@ def _narrowed(
 ) -> tuple[Polygon, float, int] | None:
     """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
 
-    None if there is none, or if that cannot be told. A piece inside the cone of the samples can add nothing, and is
-    laid aside; those that stick out of it are cut finer.
+    None if there is none, or if that cannot be decided. A piece inside the cone of the samples changes nothing and is
+    dropped; a piece that reaches beyond the cone is cut finer.
     """
     pieces = most = len(sweep.starts)
     most = max(_MOST_PIECES, 2 * most)
@@ -342,7 +340,7 @@ def _narrowed(
         doubtful = np.any(rays @ inside <= 0, axis=1)
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
-            out = ((sweep.across > 0) | (sweep.level > 0)) & _sticks_out(rays, outer, inside)
+            out = ((sweep.across > 0) | (sweep.level > 0)) & _reaches_beyond(rays, outer, inside)
             sweep, rays, core = sweep.only(out), rays[out], outer
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
             gap = _gap(extreme, outer)
@@ -361,15 +359,15 @@ def _narrowed(
         sweep = sweep.cut(doubtful, coefficients)
 
 
-def _sticks_out(rays: FloatArray, cone: FloatArray, inside: FloatArray) -> npt.NDArray[np.bool_]:
+def _reaches_beyond(rays: FloatArray, cone: FloatArray, inside: FloatArray) -> npt.NDArray[np.bool_]:
     """Return for rays of shape (m, k, 3) whether one of each k is outside a cone given by its extreme rays."""
     import shapely
 
     if len(cone) < 3:
         return np.ones(len(rays), dtype=bool)
-    hull = shapely.Polygon(_seen_from(cone, inside))
+    hull = shapely.Polygon(_projected(cone, inside))
     shapely.prepare(hull)
-    x, y = np.moveaxis(_seen_from(rays, inside), -1, 0)
+    x, y = np.moveaxis(_projected(rays, inside), -1, 0)
     return np.asarray(~shapely.contains_xy(hull, x, y).all(axis=1))
 
 
@@ -389,7 +387,7 @@ def _inside(rays: FloatArray) -> FloatArray | None:
 
     rows = np.vstack([_UP, rays])
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    # A few rays decide: begin with some, and add those that the best vertical so far is least inside of.
+    # A few rays decide. Start with some, and add those that the best vertical so far violates most.
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
     while True:
         found = linprog(
@@ -425,8 +423,8 @@ def _convex_hull(points: FloatArray) -> npt.NDArray[np.intp]:
         return np.unique([np.argmin(along), np.argmax(along)])
 
 
-def _seen_from(rays: FloatArray, inside: FloatArray) -> FloatArray:
-    """Return where rays pierce the plane that is one away along `inside`, shape (..., 2)."""
+def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the central projection of rays onto the plane at distance one along `inside`, shape (..., 2)."""
     first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
     first /= np.linalg.norm(first)
     return np.asarray(rays @ np.column_stack([first, np.cross(inside, first)]) / (rays @ inside)[..., None])
@@ -439,7 +437,7 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     """
     everything = np.vstack([_UP, rays])
     everything /= np.linalg.norm(everything, axis=1, keepdims=True)
-    index = _convex_hull(_seen_from(everything, inside))
+    index = _convex_hull(_projected(everything, inside))
     kept = [int(index[0])]
     for k in [*index[1:].tolist(), kept[0]]:
         if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
@@ -461,7 +459,7 @@ def _polygon_of(rays: FloatArray) -> Polygon:
 
 
 def _ring_of(rays: FloatArray) -> FloatArray:
-    """Return the border of the same as points (roll, pitch)."""
+    """Return the border of that polygon as points (roll, pitch)."""
     if len(rays) == 1:
         return HALF_PI * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     horizon = np.flatnonzero((rays == _UP).all(axis=1))

@@ -1,9 +1,9 @@
 """A gait's robustness to attitude, beside that of its biased gaits.
 
-One call answers for a gait, a timed one, a table or a file, on the surfaces or off them: the least tilt margin over the
-period with its place and direction, the acceptable attitudes around level flight, the least singular value at the worst
-attitude within a tilt, the singular curves, and the same for the gait scaled by any list of η. Judged with the exact
-coefficients of the vehicle unless published ones are asked for: the answer is about physics.
+A gait, a timed gait, a table or a file, on the surfaces or off them, gets one report: the least tilt margin over the
+period with its location and direction, the acceptable attitudes around level flight, the least singular value at the
+worst attitude within a tilt, the singular curves, and the same for the gait scaled by each η. The coefficients are the
+exact ones of the vehicle unless published ones are requested, because the report is about physics.
 """
 
 from __future__ import annotations
@@ -44,13 +44,11 @@ if TYPE_CHECKING:
     from gaitgraph.validation.segments import Place
     from gaitgraph.vehicle import Vehicle
 
-__all__ = ["Robustness", "RobustnessReport", "robustness_of"]
-
 FloatArray = npt.NDArray[np.float64]
 Scaling = Literal["none", "biased", "scaled"]
 
 DEFAULT_TILT = math.radians(30)
-"""Tilt within which the least singular value is asked for [rad]."""
+"""Tilt within which the least singular value is computed, by default [rad]."""
 
 _BRACKET = 5e-4
 _MOST_CURVES = 10_000
@@ -59,7 +57,7 @@ _POINTS_OF_A_CURVE = 61
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Robustness:
-    """What one gait, biased or not, can bear.
+    """The robustness of one gait, biased or not.
 
     Parameters
     ----------
@@ -68,22 +66,22 @@ class Robustness:
     eta
         η, 1 for the gait itself.
     margin
-        Bracket of the least tilt margin over the period, and why there is none.
+        Bracket of the least tilt margin over the period, and the reason if there is none.
     where, direction
-        Where it is met, and the (roll, pitch) of the singular attitude nearest to level there [rad]; None where no
-        direction is nearer than others, or there is no margin.
+        Location of the least margin, and (roll, pitch) of the singular attitude nearest to level there [rad]; None if
+        all directions are equally near, or if there is no margin.
     acceptable
         The attitudes at which the gait is never singular.
     tilt
-        Tilt within which the next is asked for [rad].
+        Largest tilt for `singular_value` [rad].
     singular_value
         Bracket (lower, upper) of the least singular value at the worst attitude within `tilt`, dimensionless.
     singular_where, singular_attitude
-        Where, and at which (roll, pitch) [rad].
+        Location of that value, and its (roll, pitch) [rad].
     curves
-        Singular curves at places spread evenly over the gait.
+        Singular curves at locations spread evenly over the gait.
     noun
-        What a point of the gait is called: "corner" or "row".
+        Word for a point of the gait in texts: "corner" or "row".
     """
 
     scaling: Scaling
@@ -106,7 +104,7 @@ class Robustness:
 
     @property
     def name(self) -> str:
-        """What it is the robustness of."""
+        """Name of the gait in texts: "the gait itself", or how it was scaled."""
         return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
 
     def as_mapping(self) -> dict[str, Any]:
@@ -159,11 +157,11 @@ class RobustnessReport:
     Parameters
     ----------
     gait
-        Of the gait itself.
+        Robustness of the gait itself.
     sweep
-        Of the biased gaits, then of the scaled ones, each in the order asked for.
+        Robustness of the biased gaits, then of the scaled ones, each in the given order.
     vehicle, coefficients
-        What it was judged for and with.
+        Vehicle and coefficients of the report.
     """
 
     gait: Robustness
@@ -190,18 +188,18 @@ class RobustnessReport:
         tilt = math.degrees(self.gait.tilt)
         columns = ("", "tilt margin", "acceptable", f"least singular value within {tilt:g}° of tilt")
         lines = [head, f"  {columns[0]:<16} {columns[1]:>12} {columns[2]:>12}   {columns[3]}"]
-        everyone = (self.gait, *self.sweep)
-        for one in everyone:
+        every_gait = (self.gait, *self.sweep)
+        for one in every_gait:
             margin = "none" if one.tilt_margin is None else f"{math.degrees(one.tilt_margin):.2f}°"
             part = f"{100 * one.acceptable.fraction:.2f} %"
             lines.append(f"  {one.name:<16} {margin:>12} {part:>12}   {one.singular_value[1]:.4f}")
-        for one in everyone:
-            lines += [f"{one.name}:", *(f"  {line}" for line in _told(one))]
+        for one in every_gait:
+            lines += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
         return "\n".join(lines)
 
 
-def _told(one: Robustness) -> list[str]:
-    """Return where the worst is met and why, in words."""
+def _details(one: Robustness) -> list[str]:
+    """Return where the least margin and the least singular value are, and why, as lines of text."""
     place = one.where.described(one.noun)
     if one.tilt_margin is None:
         return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
@@ -215,17 +213,16 @@ def _told(one: Robustness) -> list[str]:
     if acceptable.reason:
         lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
     else:
-        short = "" if acceptable.met else f"; asked for was {acceptable.tolerance:g}, this is as far as it came"
-        lines.append(
-            f"acceptable around level: {acceptable.area:.4f} rad², a fraction of {acceptable.fraction:.4f} of the "
-            f"roll–pitch diagram that may lack {_rounded_up(acceptable.error)}{short}"
-        )
+        unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
+        error = f" (error below {_rounded_up(100 * acceptable.error)} %{unmet})" if acceptable.error else ""
+        part = f"{100 * acceptable.fraction:.2f} % of attitudes{error}"
+        lines.append(f"acceptable around level: {part}, {acceptable.area:.4f} rad²")
     if one.singular_value[1] == 0:
-        lines.append(f"within {math.degrees(one.tilt):g}° of tilt there are singular attitudes")
+        lines.append(f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular")
     else:
         worst = one.singular_where.described(one.noun)
         lines.append(
-            f"least singular value {one.singular_value[1]:.4f} (certainly {one.singular_value[0]:.4f} or more) at "
+            f"least singular value {one.singular_value[1]:.4f} (proven lower bound {one.singular_value[0]:.4f}) at "
             f"{worst}, {_attitude(one.singular_attitude)}"
         )
     return lines
@@ -233,8 +230,6 @@ def _told(one: Robustness) -> list[str]:
 
 def _rounded_up(bound: float) -> str:
     """Return a bound with one digit, not below it."""
-    if not bound:
-        return "0"
     unit = 10.0 ** math.floor(math.log10(bound))
     return f"{math.ceil(bound / unit) * unit:.1g}"
 
@@ -257,32 +252,32 @@ def robustness_of(
     curves: int = 24,
     progress: Callable[[str], None] | None = None,
 ) -> RobustnessReport:
-    """Return how robust to attitude a gait is, and the same gait scaled by each η.
+    """Return how robust to attitude a gait is, and the same for the gait scaled by each η.
 
     Parameters
     ----------
     gait
-        A gait, a timed one, a table, a frame, or the path of a gait file, on the surfaces or off them; joined by
-        straight segments, closed.
+        A gait, a timed gait, a table, a data frame, or the path of a gait file, on the surfaces or off them. Its points
+        are joined by straight segments and closed.
     bias
         η by which α3 and α4 are scaled, equations (12) to (15), each in (0, 1]; one or any number.
     scale
         η by which all four angles are scaled.
     tilt
-        Tilt within which the least singular value is asked for, in [0, π/2) [rad].
+        Tilt within which the least singular value is computed, in [0, π/2) [rad].
     vehicle
-        For tables and files: the vehicle; by default what the table says, else the paper's.
+        Vehicle of a table or file; by default the one that the table states, else the paper's.
     coefficients
         Of formula (1), for margins and attitudes: "exact" by default. Singular values are always exact.
     tolerance
         Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
     angle_rounding
-        What each angle may be off by [rad]; by default inferred from the file, as in :func:`gaitgraph.validate`: what
-        a table's digits or the paper's coefficients leave open, and how far rows are from a sheet that they lie on.
+        Assumed error of each angle [rad]; by default inferred from the digits of the table, the rounding of the paper's
+        coefficients, and the distance of the rows from a sheet that they lie on, as in :func:`gaitgraph.validate`.
     curves
-        At how many places singular curves are given.
+        Number of locations for which singular curves are returned.
     progress
-        Called with a few words before each gait of the sweep, and the gait itself.
+        Called with a short text before each gait of the sweep, and before the gait itself.
 
     Raises
     ------
@@ -301,27 +296,31 @@ def robustness_of(
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     if isinstance(curves, bool) or not isinstance(curves, int) or not 0 <= curves <= _MOST_CURVES:
-        raise InputError(f"curves: {shown(curves)}; allowed is 0 to {_MOST_CURVES}")
+        raise InputError(f"curves must be a whole number from 0 to {_MOST_CURVES}, got {shown(curves)}")
     if angle_rounding is not None and not 0 <= number_of(angle_rounding) < math.inf:
-        raise InputError(f"angle_rounding: {shown(angle_rounding)}; allowed is a finite number ≥ 0 (rad)")
+        raise InputError(f"angle_rounding must be a finite number ≥ 0 (rad), got {shown(angle_rounding)}")
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
-        raise InputError(f"vehicle: {shown(vehicle)}; allowed is none beside a gait, which has its own")
-    stretch, vehicle, rounding, noun = _closed(gait, vehicle)
+        raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
+    segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)
     numbers = coefficients_of(vehicle, coefficients or "exact")
-    asked: dict[str, Any] = {
-        "vehicle": vehicle,
-        "coefficients": numbers,
-        "tilt": tilt,
-        "tolerance": tolerance,
-        "angle_rounding": rounding if angle_rounding is None else float(angle_rounding),
-        "curves": curves,
-        "noun": noun,
-    }
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:
         if progress is not None:
             progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
-        found.append(_of(stretch, scaling, eta, **asked))
+        found.append(
+            _of(
+                segments,
+                scaling,
+                eta,
+                vehicle=vehicle,
+                coefficients=numbers,
+                tilt=tilt,
+                tolerance=tolerance,
+                angle_rounding=rounding if angle_rounding is None else float(angle_rounding),
+                curves=curves,
+                noun=noun,
+            )
+        )
     return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=vehicle, coefficients=numbers)
 
 
@@ -330,17 +329,17 @@ def _etas(value: float | Iterable[float], name: str) -> list[float]:
     values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
     for eta in values:
         if not 0 < number_of(eta) <= 1:
-            raise InputError(f"{name}: η = {shown(eta)}; allowed is a number in (0, 1]")
+            raise InputError(f"{name} must be a number in (0, 1], got η = {shown(eta)}")
     return [number_of(eta) for eta in values]
 
 
-def _closed(
+def _closed_segments(
     gait: Gait | TimedGait | Table | Frame | str | Path, vehicle: Vehicle | None
 ) -> tuple[Segments, Vehicle, float, str]:
-    """Return a gait as one closed stretch, its vehicle, what its angles may be off by, and what a point is called."""
+    """Return the segments of a closed gait, its vehicle, the assumed error of its angles, and the word for a point."""
     if isinstance(gait, (Gait, TimedGait)):
         bare = gait if isinstance(gait, Gait) else gait.gait
-        rounding = max(bare.coefficients.sheet_rounding, _seen(bare.alpha, bare.coefficients))
+        rounding = max(bare.coefficients.sheet_rounding, _distance_from_sheet(bare.alpha, bare.coefficients))
         return segments_of(bare), bare.vehicle, rounding, "corner"
     gait = as_table(gait)
     if isinstance(gait, (str, Path)):
@@ -348,22 +347,24 @@ def _closed(
     elif isinstance(gait, Table):
         table = gait
     else:
-        raise InputError(f"gait: {shown(gait)}; allowed is a gait, a timed gait, a table, a frame or a file's path")
+        raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
     with naming_file(gait):
         rows, times = closed_rows(table, vehicle=vehicle)
-    rounding = max(table.rounding, rows.coefficients.sheet_rounding, _seen(rows.alpha, rows.coefficients))
+    rounding = max(
+        table.rounding, rows.coefficients.sheet_rounding, _distance_from_sheet(rows.alpha, rows.coefficients)
+    )
     segments = replace(segments_of(rows), t=times, after_t=None if times is None else float(times[0]))
     return segments, rows.vehicle, rounding, "row"
 
 
-def _seen(alpha: FloatArray, coefficients: Coefficients) -> float:
-    """Return how far rows are from the sheets that they all lie on, which is what they seem to be off by, or zero."""
+def _distance_from_sheet(alpha: FloatArray, coefficients: Coefficients) -> float:
+    """Return how far points are from the sheets that they all lie on, which shows their error; zero off the sheets."""
     near = family_distances(alpha, coefficients)[..., :2].min(axis=-1)
     return float(near.max()) if near.max() <= DEFAULT_TOLERANCE else 0.0
 
 
 def _of(
-    stretch: Segments,
+    segments: Segments,
     scaling: Scaling,
     eta: float,
     *,
@@ -376,7 +377,7 @@ def _of(
     noun: str,
 ) -> Robustness:
     factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
-    moved = replace(stretch, alpha=stretch.alpha * factor)
+    moved = replace(segments, alpha=segments.alpha * factor)
     margin = least_tilt_margin(moved.starts, moved.ends, coefficients, angle_rounding=angle_rounding)
     where = moved.place(margin.segment, margin.fraction)
     nearest = nearest_singular_attitude(where.alpha, coefficients)
@@ -402,7 +403,7 @@ def _of(
 
 
 def _singular_value(
-    stretch: Segments,
+    segments: Segments,
     margin: LeastMargin,
     where: Place,
     direction: tuple[float, float] | None,
@@ -417,20 +418,20 @@ def _singular_value(
         return least_singular_value_within(alpha, tilt, vehicle)[0]
 
     bound = singular_value_bound(vehicle)
-    matters = _near_the_least(stretch, value, bound)
-    found = least_along(stretch.starts[matters], stretch.ends[matters], value, bound, tolerance=_BRACKET)
+    matters = _near_the_least(segments, value, bound)
+    found = least_along(segments.starts[matters], segments.ends[matters], value, bound, tolerance=_BRACKET)
     lower, upper, segment, fraction = found.worst()
-    place = stretch.place(int(matters[segment]), fraction)
+    place = segments.place(int(matters[segment]), fraction)
     roll, pitch = least_singular_value_within(place.alpha, tilt, vehicle)[1]
     return (lower, upper), place, (float(roll), float(pitch))
 
 
-def _near_the_least(stretch: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
-    """Return the segments that may hold the least of a costly value, whose bound holds from any one place to another.
+def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
+    """Return the segments that may hold the least of a costly value, whose bound holds between any two points.
 
-    Most rows of a long table are near others: from a few of them, then from more, it is known which cannot matter.
+    Most rows of a long table are near others: values at a few rows, then at more, exclude most segments.
     """
-    starts, ends = stretch.starts, stretch.ends
+    starts, ends = segments.starts, segments.ends
     rows = np.arange(len(starts))
     least = math.inf
     for stride in (4096, 512, 64, 8):
@@ -450,17 +451,17 @@ def _near_the_least(stretch: Segments, value: Value, bound: Bound) -> npt.NDArra
     return rows
 
 
-def _spread(stretch: Segments, count: int) -> list[Place]:
-    """Return places spread evenly over a closed gait, by the length of its way; one if it is a point."""
-    size = np.linalg.norm(stretch.ends - stretch.starts, axis=1)
+def _spread(segments: Segments, count: int) -> list[Place]:
+    """Return locations spread evenly along a closed gait; one if the gait is a point."""
+    size = np.linalg.norm(segments.ends - segments.starts, axis=1)
     total = float(size.sum())
     if not total:
-        return [stretch.place(0)] if count else []
+        return [segments.place(0)] if count else []
     before = np.concatenate([[0.0], np.cumsum(size)])
     places = []
     for at in np.arange(count) * (total / max(count, 1)):
         segment = min(int(np.searchsorted(before, at, side="right")) - 1, len(size) - 1)
         places.append(
-            stretch.place(segment, min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0)
+            segments.place(segment, min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0)
         )
     return places
