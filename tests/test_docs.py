@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 import runpy
 import tomllib
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import click
 import matplotlib.pyplot as plt
 import pytest
 
-from gaitgraph.cli import main
+import gaitgraph as gg
+from gaitgraph.cli import cli, main
 from gaitgraph.io.reading import read_table
 from gaitgraph.plots.figures import FIGURES
 
@@ -22,6 +25,7 @@ pytestmark = pytest.mark.no_cover  # what pages show has tests of its own, which
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
 BLOCKS = [
@@ -59,7 +63,7 @@ EXPECTED = {
 
 @pytest.fixture(autouse=True)
 def pictures_without_windows() -> Iterator[None]:
-    """Pictures are drawn in memory, and let go after each test."""
+    """Draw pictures in memory, and close them after each test."""
     plt.switch_backend("agg")
     yield
     plt.close("all")
@@ -90,7 +94,7 @@ def test_python_blocks_run(block: str, tmp_path: Path, monkeypatch: pytest.Monke
     exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
 
 
-def test_links_between_pages_lead_somewhere() -> None:
+def test_links_between_pages_are_not_broken() -> None:
     broken = []
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()):
@@ -100,12 +104,43 @@ def test_links_between_pages_lead_somewhere() -> None:
     assert broken == []
 
 
-def test_the_version_is_told_once() -> None:
-    import gaitgraph
+def test_mutation_settings_name_what_there_is() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mutmut"]
+    assert all((ROOT / name).is_file() for name in settings["pytest_add_cli_args_test_selection"])
+    assert all(list(ROOT.glob(pattern)) for pattern in settings["only_mutate"])
 
+
+def test_pages_name_what_there_is() -> None:
+    commands = [cli.get_command(CONTEXT, name) for name in cli.list_commands(CONTEXT)]
+    options = {name for command in [cli, *commands] if command for one in command.params for name in one.opts}
+    strange = []
+    for page in PAGES:
+        text = page.read_text()
+        for call in re.findall(r"^(?:\$ |\.venv/bin/)?gaitgraph (?:.*\\\n)*.*$", text, re.M):
+            strange += [(page.name, name) for name in re.findall(r"(?<!\S)--[a-z-]+", call) if name not in options]
+        for name in set(re.findall(r"(?<![\w/])(?:gg|gaitgraph)\.([a-zA-Z_][\w.]*\w)", text)):
+            if not is_there(name):
+                strange.append((page.name, name))
+    assert strange == []
+
+
+def is_there(name: str) -> bool:
+    """Return whether the package has an attribute of that dotted name, in its modules too."""
+    found: Any = gg
+    for part in name.split("."):
+        if not hasattr(found, part):
+            try:
+                import_module(f"{found.__name__}.{part}")
+            except (AttributeError, ImportError):
+                return False
+        found = getattr(found, part)
+    return True
+
+
+def test_the_version_is_stated_once() -> None:
     citation = (ROOT / "CITATION.cff").read_text()
     changelog = (ROOT / "docs" / "changelog.md").read_text()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert "version" in project["dynamic"]
-    assert f"version: {gaitgraph.__version__}\n" in citation
-    assert f"## {gaitgraph.__version__}" in changelog
+    assert f"version: {gg.__version__}\n" in citation
+    assert f"## {gg.__version__}" in changelog
