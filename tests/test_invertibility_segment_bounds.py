@@ -17,6 +17,7 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
+    least_singular_value_on_red,
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
