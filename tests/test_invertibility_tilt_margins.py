@@ -42,6 +42,7 @@ from tests.samples import (
     closed,
     on_blue,
     on_red,
+    points_of,
     random_tilts,
     random_vehicle,
 )
@@ -249,6 +250,14 @@ class TestLeastTiltMargin:
             found = least_tilt_margin(*closed(other), EXACT)
             assert found.upper == pytest.approx(least.upper, abs=2e-7)
             assert found.reason == least.reason
+
+    def test_without_any_cut_the_bracket_holds(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 0)
+        starts, steps = random_tilts(7, 200, reach=1.5), random_tilts(8, 200, reach=0.3)
+        dense = tilt_margin(points_of(starts, starts + steps, 101), EXACT).min(axis=1)
+        lower = np.array([least_tilt_margin(p, p + d, EXACT).lower for p, d in zip(starts, steps, strict=True)])
+        assert (lower <= dense + 1e-12).all()
+        assert np.count_nonzero(lower) > 50
 
     def test_a_red_loop_through_zero_says_where(self) -> None:
         found = least_tilt_margin(*closed(THROUGH_ZERO), EXACT)
