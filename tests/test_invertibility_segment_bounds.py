@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from functools import partial
@@ -165,19 +164,6 @@ class TestBrackets:
             assert upper - tolerance <= lower <= least.min() + 1e-12
             assert upper <= least.min() + tolerance
             assert (upper, fraction) == (found.upper.min(), found.fraction[segment])
-
-    @pytest.mark.parametrize("name", QUANTITIES)
-    def test_direction_and_subdivision_do_not_matter(self, name: str) -> None:
-        quantity = QUANTITIES[name]
-        start, end = segments_for(quantity, "near red", seed=5)
-        middle = (start + end) / 2
-        cut = np.concatenate([start, middle]), np.concatenate([middle, end])
-        found = [
-            quantity.bracket(*ends, tolerance=quantity.tolerance).worst() for ends in ((start, end), (end, start), cut)
-        ]
-        # All three brackets hold the same number, so that any two of them overlap.
-        for one, other in itertools.combinations(found, 2):
-            assert max(one[0], other[0]) <= min(one[1], other[1]) + 1e-12
 
 
 class TestFloor:
@@ -409,19 +395,6 @@ class TestThrusts:
             assert (hover_thrust_shares([*side, *side], vehicle) > 0).all()
         assert float(least_singular_value([*line, *line], vehicle)) < 1e-14
         assert not thrusts_push_up(np.array([[*before, *before]]), np.array([[*after, *after]]), vehicle)[0]
-
-    @three_vehicles
-    def test_shares_beside_the_line_where_two_rotors_idle(self, vehicle: Vehicle) -> None:
-        # T1 ∝ |sin β2| and T2 ∝ |sin β1|, m·g = 2(T1 cos α1 + T2 cos α2): the least share is near zero, and known.
-        delta = math.atan(vehicle.signed_drag_ratio)
-        near, far = np.array([delta - 1e-3, -delta + 0.4]), np.array([delta - 0.4, -delta + 0.4])
-        upward, least, largest = thrust_shares_along([*near, *near], [*far, *far], vehicle, tolerance=1e-7)
-        assert upward.tolist() == [True]
-        odd, even = abs(math.sin(near[1] + delta)), abs(math.sin(near[0] - delta))
-        weight = 2 * (odd * math.cos(near[0]) + even * math.cos(near[1]))
-        assert least.worst()[1] == pytest.approx(even / weight, abs=1e-6)
-        assert least.worst()[3] == 0.0
-        assert -largest.worst()[0] >= odd / weight - 1e-12
 
     @three_vehicles
     def test_shares_that_are_extreme_between_the_ends(self, vehicle: Vehicle) -> None:

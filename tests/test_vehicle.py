@@ -121,6 +121,12 @@ class TestDragRatio:
         derived = float(re.findall(r"= (\S+) of", str(caught.value))[0])
         assert derived == pytest.approx({"drag_ratio": 0.2, "drag_to_thrust": 0.05}[name])
 
+    def test_its_range(self) -> None:
+        assert [Vehicle(drag_ratio=kappa).drag_ratio for kappa in (1e-9, 1e9)] == [1e-9, 1e9]
+        for kappa in (0.99e-9, 1.01e9):
+            with pytest.raises(InputError, match="^drag_ratio: .*; allowed is 1e-9 to 1e9"):
+                Vehicle(drag_ratio=kappa)
+
     def test_rounding_in_a_file_is_no_contradiction(self) -> None:
         vehicle = PAPER.as_mapping() | {"drag_ratio": 0.1686659, "drag_to_thrust": 0.03010686}
         assert vehicle_from_mapping(vehicle).drag_ratio == 0.1686659
