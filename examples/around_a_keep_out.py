@@ -2,9 +2,9 @@
 Around a keep-out
 =================
 
-A loop is straight wherever it can be, and bends only at corners of what is in its way. Here a cable must not be met:
-two polygons in the plane of tilt angles are forbidden. The paper's grid knows eight directions; the exact method knows
-all, and says by how much any loop could be shorter at most.
+The shortest loop is straight wherever it can be, and bends only at corners of obstacles. Here two polygons in the plane
+of tilt angles are forbidden. The paper's grid has eight directions. The exact method has all, and a lower bound of the
+length of any loop.
 """
 
 import matplotlib.pyplot as plt
@@ -18,7 +18,7 @@ cable = [(-0.9, 0.0), (-0.75, 0.0), (-0.7, 0.5), (-0.85, 0.6)]
 post = [(-0.5, 0.6), (-0.2, 0.65), (-0.15, 0.85), (-0.45, 0.9)]
 
 # %%
-# Both methods keep out of the polygons along the whole way, not only at corners. Touching them is allowed.
+# Both methods keep out of the polygons along the whole loop, not only at corners. Touching them is allowed.
 
 exact = gg.plan_loop(waypoints, color="red", keep_out=[cable, post])
 grid = gg.plan_loop(waypoints, color="red", keep_out=[cable, post], method="grid", divisions=32)
@@ -28,7 +28,7 @@ assert exact.loop is not None
 print(f"no loop through these waypoints in this order is shorter than {exact.loop.lower_bound:.4f} rad")
 
 # %%
-# With a wall across the region there is no loop, and the refusal says what separates which waypoints.
+# With a wall across the region there is no loop, and the refusal states what separates which waypoints.
 
 wall = [(-1.6, 0.65), (1.6, 0.65), (1.6, 0.75), (-1.6, 0.75)]
 print(gg.plan_loop(waypoints, color="red", sign="positive", keep_out=[wall]).reason)

@@ -2,16 +2,14 @@
 The basin of a gait
 ===================
 
-From which roll and pitch a gait levels out, found by flying from each, for a gait on the red sheet and for the same
+The roll and pitch from which a gait levels out, found by simulating each, for a gait on the red sheet and for the same
 gait biased. The paper compares the two by their determinant alone.
 """
 
 import matplotlib.pyplot as plt
 
 import gaitgraph as gg
-from gaitgraph.flight.basins import basins_of
-from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.plots.flights import basin_map
+from gaitgraph import plots
 
 gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
 timed = gait.parametrize(1.0)
@@ -21,8 +19,8 @@ timed = gait.parametrize(1.0)
 # Attitudes are *acceptable* where the gait is never singular; *singular once* are the others.
 
 (mass,) = gait.vehicle.require("mass", purpose="a share of the weight")
-settings = FlightSettings(thrust_limit=mass * gait.vehicle.gravity)
-red, biased = basins_of(timed, biases=[1.0, 0.8], settings=settings, resolution=4, extent="70deg")
+settings = gg.FlightSettings(thrust_limit=mass * gait.vehicle.gravity)
+red, biased = gg.basins_of(timed, biases=[1.0, 0.8], settings=settings, resolution=4, extent="70deg")
 for basin in (red, biased):
     print(basin)
 
@@ -32,4 +30,4 @@ for basin in (red, biased):
 
 figure, axes = plt.subplots(1, 2, figsize=(8, 6), layout="constrained")
 for ax, basin in zip(axes, (red, biased), strict=True):
-    basin_map(basin, ax=ax)
+    plots.basin_map(basin, ax=ax)

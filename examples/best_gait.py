@@ -2,8 +2,8 @@
 The best gait through discs
 ===========================
 
-Waypoints are often no more than places to be near. Among all loops that pass them within a radius, which one keeps the
-decoupling matrix farthest from singular, all the way round? And how much tilting does it take?
+Often a loop needs to pass only near its waypoints. Among all loops that pass them within a radius, which one keeps the
+decoupling matrix farthest from singular? And how much tilting does it need?
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 The best hover reserve
 ======================
 
-Tilted rotors waste thrust, and it is the largest thrust of one rotor that runs out. How much does Gait 4 take, what is
-the best loop near its waypoints, and where would a square of its size take least? Flown to check.
+Tilted rotors waste thrust, and the most loaded rotor limits the gait. How much thrust does Gait 4 need, which loop near
+its waypoints needs least, and where would a square of its size need least? The results are simulated.
 """
 
 import math
@@ -15,10 +15,8 @@ import numpy.typing as npt
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.flight.simulation import fly
 
-still = FlightSettings(duration=1.0, servo_lag=0.0)  # the arms do exactly as planned
+still = gg.FlightSettings(duration=1.0, servo_lag=0.0)  # the arms follow the gait exactly
 
 
 def square(center: float, side: float = math.pi / 4) -> npt.NDArray[np.float64]:
@@ -29,8 +27,8 @@ def square(center: float, side: float = math.pi / 4) -> npt.NDArray[np.float64]:
 
 def largest(corners: npt.NDArray[np.float64], vehicle: gg.Vehicle) -> float:
     """Return the largest hover thrust along a loop, in quarters of the weight; infinite where a rotor would idle."""
-    way = np.vstack([np.linspace(a, b, 41) for a, b in pairwise([*corners, corners[0]])])
-    shares = gg.invertibility.hover_thrust_shares(way[:, [0, 1, 0, 1]], vehicle)
+    points = np.vstack([np.linspace(a, b, 41) for a, b in pairwise([*corners, corners[0]])])
+    shares = gg.invertibility.hover_thrust_shares(points[:, [0, 1, 0, 1]], vehicle)
     return 4 * float(shares.max()) if shares.min() > 0 else math.inf
 
 
@@ -46,26 +44,26 @@ for name, mirror in (("paper", 1), ("beetle_omni", -1)):
     mass, gravity = strong.require("mass", "gravity", purpose="a quarter of the weight")
     vehicle = strong.replace(max_thrust=2.4 * mass * gravity / 4)
     corners = mirror * square(math.pi / 4)
-    print(f"{name}: {fly(gg.lift(corners, 'red', vehicle=vehicle).parametrize(1.0), settings=still).reason}")
+    print(f"{name}: {gg.fly(gg.lift(corners, 'red', vehicle=vehicle).parametrize(1.0), settings=still).reason}")
     best = gg.optimal_gait(corners, radius=0.2, objective="hover_reserve", vehicle=vehicle, pieces=24)
     assert best.value is not None
     assert best.bound is not None
     needed, bound = 2.4 - 4 * best.value, 2.4 - 4 * best.bound
     print(f"  best within 0.2 rad: {needed:.4f} quarters, any loop needs {bound:.4f}")
-    # The clock runs along the smooth curve itself.
+    # The timing law runs along the smooth curve itself.
     assert best.curve is not None
     along = gg.paced(best.curve, gg.Limits(acceleration=1000.0), 1.0).timed
     assert along is not None
 
     # A square of the same size may be moved along α2 = −α1. Farther out the tilt costs thrust, farther in two rotors
-    # take the load of all four.
+    # carry the load of all four.
     centers = np.linspace(math.pi / 8, math.pi / 4, 201)
     takes = [largest(mirror * square(center), vehicle) for center in centers]
     center = centers[int(np.argmin(takes))]
     moved = gg.lift(mirror * square(center), "red", vehicle=vehicle)
     before = gg.lift(corners, "red", vehicle=strong)
-    ways = (before.parametrize(1.0), along, moved.parametrize(1.0))
-    flown[name] = [fly(one, attitude=(0, 0), settings=still) for one in ways]
+    compared = (before.parametrize(1.0), along, moved.parametrize(1.0))
+    flown[name] = [gg.fly(one, attitude=(0, 0), settings=still) for one in compared]
     for what, flight in zip(("Gait 4", "within 0.2 rad", f"moved to {center:.3f} rad"), flown[name], strict=True):
         print(
             f"  {what}: peak in flight {flight.peak_thrust_share:.3f} quarters, "

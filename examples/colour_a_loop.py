@@ -40,7 +40,7 @@ print(gg.colorings([(pi / 16, -pi / 16)] * 100).count, "for 100 points that are 
 
 # %%
 # Left of α1 = 2δ − π/2 blue has R > 0, above the diagonal red has: with R < 0 no color fits both points, and the pair
-# that forbids it is told.
+# that forbids it is stated.
 
 found = gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative")
 print(found)

@@ -2,14 +2,13 @@
 Draw a gait
 ===========
 
-Every picture takes axes or makes its own, and returns them. What it shows is the package's own result.
+Every plot takes axes or makes its own, and returns them. It shows the package's own results.
 """
 
 import matplotlib.pyplot as plt
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.plots import figures
 
 gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
 
@@ -24,7 +23,7 @@ plots.gait_loop(gait, ax=plots.singular_value_map())
 plots.gait_in_four_dimensions(gait.parametrize(period=1.5))
 
 # %%
-# Pictures go onto axes of your own, side by side. The second one is the gait's loop among the nodes with R > 0.
+# Plots on your own axes, side by side. The second one is the gait's loop among the nodes with R > 0.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.5), layout="constrained")
 plots.vehicle_figure(gait.vehicle, ax=left)
@@ -34,5 +33,5 @@ plots.gait_loop(gait, ax=plots.type_map("positive", labels=False, ax=right))
 # The figures of the paper, and two that it lacks, are written by their names. Without ``force`` a file that exists is
 # refused; the same call gives the same bytes.
 
-for path in figures.write_figures("figures", only=["15", "regions"], formats=["svg"], force=True):
+for path in plots.write_figures("figures", only=["15", "regions"], formats=["svg"], force=True):
     print(path.name)

@@ -12,20 +12,20 @@ import gaitgraph as gg
 gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
 
 # %%
-# Rows are joined by cubics, or, in fixed point, by straight lines. The header says how far off that is, so one can
-# choose how many rows are enough.
+# Rows are joined by cubics, or, in fixed point, by straight lines. The header states the error, which helps to
+# choose the number of rows.
 
 for number, samples in (("float", 40), ("fixed", 100), ("fixed", 400)):
     timed = gait.parametrize(period=1.0, samples=samples)
     timed.write("gait3.h", force=True, options=gg.io.FormatOptions(number=number))
     lines = Path("gait3.h").read_text().splitlines()
     size = samples * (8 if number == "fixed" else 32)
-    (told,) = (line for line in lines if "off the gait by" in line)
+    (error,) = (line for line in lines if "off the gait by" in line)
     print(f"{number}, {samples} rows, {size} bytes:")
-    print(f"    off the gait by {told.split('off the gait by ')[1]}")
+    print(f"    off the gait by {error.split('off the gait by ')[1]}")
 
 # %%
-# What calls it looks like this::
+# A program calls it like this::
 #
 #     #include "gait3.h"
 #

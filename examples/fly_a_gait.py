@@ -9,33 +9,30 @@ import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.flight.course import from_hover
-from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.flight.simulation import fly
 
 corners = np.pi / 8 * np.array([(3, -3), (3, -1), (1, -1), (1, -3)])
 red = gg.lift(corners, "red")
 
 # %%
-# From a roll of 0.3 rad and a pitch of −0.2 rad it is to level out. The flight is truthy when it settled.
+# The vehicle starts with a roll of 0.3 rad and a pitch of −0.2 rad. The flight is truthy when it settled.
 
-flight = fly(red.parametrize(period=1.0))
+flight = gg.fly(red.parametrize(period=1.0))
 print(flight)
 
 # %%
-# The gait again with α3 and α4 scaled by 0.8: off the surfaces, but physics does not forbid to fly it.
+# The gait again with α3 and α4 scaled by 0.8: off the surfaces, but physics does not forbid it.
 
-biased = fly(red.biased(0.8).parametrize(period=1.0))
+biased = gg.fly(red.biased(0.8).parametrize(period=1.0))
 print(f"biased by 0.8: {biased.peak_thrust_share:.2f} shares, least singular value {biased.least_singular_value:.3f}")
 
 # %%
-# The blue sheet through the same corners is Gait 2 of the paper. Its matrix is singular but for rounding, and so it is
-# refused. Flown all the same, without the floor at which a flight stops, its rotors are asked for thousands of times
+# The blue sheet through the same corners is Gait 2 of the paper. Its matrix is singular but for rounding, so it is
+# refused. Flown all the same, without the floor at which a flight stops, its rotors would need thousands of times
 # their share of the weight.
 
 blue = gg.lift(corners, "blue").parametrize(period=1.0)
-print(fly(blue).reason)
-anyway = fly(blue, anyway=True, settings=FlightSettings(floor=0.0))
+print(gg.fly(blue).reason)
+anyway = gg.fly(blue, anyway=True, settings=gg.FlightSettings(floor=0.0))
 print(anyway.reason)
 
 # %%
@@ -47,5 +44,5 @@ plots.flights_side_by_side({"red": flight, "biased by 0.8": biased, "blue": anyw
 # Gait 4 has R > 0 as hover has, and can be entered from it; Gait 3 has R < 0, and cannot.
 
 for name, points in (("Gait 3", corners), ("Gait 4", corners[:, ::-1])):
-    course = from_hover(gg.lift(points, "red").parametrize(period=1.0))
-    print(f"{name}: {course if isinstance(course, str) else fly(course)!r}")
+    course = gg.flight.from_hover(gg.lift(points, "red").parametrize(period=1.0))
+    print(f"{name}: {course if isinstance(course, str) else gg.fly(course)!r}")

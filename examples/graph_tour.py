@@ -2,7 +2,7 @@
 A tour of the graph
 ===================
 
-The surfaces as a graph of plain networkx: look at it, cut it, search it with any algorithm, and plan on what is left.
+The surfaces as a plain networkx graph: inspect it, remove nodes, run any algorithm, and plan on the rest.
 """
 
 from collections import Counter
@@ -22,25 +22,25 @@ print((12, 6, "red"), graph.nodes[12, 6, "red"])
 plots.type_map("negative")
 
 # %%
-# An edge obeys Figure 15. Where it leaves the sheets it says by how much: no valid gait uses it.
+# An edge obeys Figure 15. Where it leaves the sheets it states the jump; no valid gait uses it.
 
 jumps = [(a, b, data["jump"]) for a, b, data in graph.edges(data=True) if not data["continuous"]]
 print(f"{len(jumps)} edges obey Figure 15 but jump, the least by {min(jump for *_, jump in jumps):.4f} rad")
 
 # %%
-# What can fly is one connected piece, all of it red.
+# The flyable part is connected, and all red.
 
 flyable = graph.edge_subgraph([(a, b) for a, b, data in graph.edges(data=True) if data["flyable"]])
 print(f"{nx.number_connected_components(flyable)} flyable component of {len(flyable)} nodes")
 print({color for _, color in flyable.nodes(data="color")})
 
 # %%
-# Any algorithm of networkx runs on it: the shortest way between two nodes, by length.
+# Any algorithm of networkx runs on it: the shortest path between two nodes, by length.
 
 print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length"))
 
 # %%
-# Take nodes away, have the contract checked, and plan on what is left.
+# Remove nodes, check the contract, and plan on the rest.
 
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
 gg.validate_graph(graph)

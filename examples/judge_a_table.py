@@ -2,7 +2,7 @@
 Judge a table
 =============
 
-A table that somebody else made: one angle is off, and the report says which, where, and what would help.
+In a given table one angle is wrong. The report states which, where, and what would help.
 """
 
 from pathlib import Path
@@ -31,10 +31,10 @@ print(report)
 print("first reason:", report.reason)
 place = report["on_surface"].where
 if place:
-    print(f"row {place['row']}, {place['fraction']:.2f} of the way to the next, t = {place['t']:.3f} s")
+    print(f"row {place['row']}, {place['fraction']:.2f} of the segment to the next, t = {place['t']:.3f} s")
 
 # %%
-# What should have been there: the roots above (α1, α2) of row 2.
+# The correct values are among the roots above (α1, α2) of row 2.
 
 for root in gg.roots(1.178, -0.393, gg.invertibility.coefficients_of()):
     print(f"{root.color:5}{root.types}  α3 = {root.alpha3:+.3f}, α4 = {root.alpha4:+.3f}, R = {root.R:+.4f}")

@@ -2,7 +2,7 @@
 The least period of a gait
 ==========================
 
-How quickly can servos run Gait 3? Its corners are rounded, and the fastest law runs at one of the limits all the time.
+How fast can servos run Gait 3? Its corners are rounded, and the fastest law is at one of the limits all the time.
 """
 
 import matplotlib.pyplot as plt
@@ -34,7 +34,7 @@ assert timed is not None
 print(gg.timing.servo_response(timed, 0.02))
 
 # %%
-# The limits, and where the law runs at them.
+# The limits, and where the law reaches them.
 
 t = np.linspace(0, timed.period, 2001)
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), layout="constrained")

@@ -10,7 +10,6 @@ from itertools import islice
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.graph.build import nodes_above
-from gaitgraph.surface.region import Zones
 
 square = [("pi/8", "-3pi/8"), ("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8")]
 waypoints = [[gg.angles.angle_from_text(text) for text in point] for point in square]
@@ -18,7 +17,7 @@ waypoints = [[gg.angles.angle_from_text(text) for text in point] for point in sq
 # %%
 # The graph of a region, R < 0. Cycles come one by one, the shortest first, each with its verdict.
 
-region = gg.surface_graph("negative", zones=Zones(keep_in=[square]))
+region = gg.surface_graph("negative", zones=gg.surface.Zones(keep_in=[square]))
 found = gg.cycles(region, use="flyable", max_length=0.8)
 ax = plots.singular_value_map()
 for cycle in islice(found, 3):
@@ -31,7 +30,7 @@ for cycle in islice(found, 3):
 print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, all of them: {found.complete}")
 
 # %%
-# Through given nodes, none twice. The order may be left open; the answer says whether it is proven to be the shortest.
+# Through given nodes, none twice, in any order. The answer states whether it is proven to be the shortest.
 
 graph = gg.surface_graph("negative")
 answer = gg.graph.simple_cycle(graph, nodes_above(graph, waypoints), any_order=True)

@@ -22,18 +22,18 @@ gait = plan.gait
 print(gait.color, gait.types, f"{gait.length:.4f} rad")
 
 # %%
-# The loop among the regions of the red sheet. It keeps to the side of R < 0, and hover at the cross is on the other.
+# The loop among the regions of the red sheet. It lies on the side of R < 0; hover, the cross, is on the other.
 
 plots.gait_loop(gait, ax=plots.regions_map())
 
 # %%
-# Other loops through the same waypoints stand beside the chosen one, with their own verdicts.
+# Other loops through the same waypoints are alternatives, with their own verdicts.
 
 for other in plan.alternatives:
     print(other.color, other.sign, "valid" if other.report.valid else "not valid", "·", other.report.reason)
 
 # %%
-# A clock makes it a function of time. The vertices are those that the paper prints, by equations (16) to (19).
+# Timing makes it a function of time. The vertices are those that the paper prints, by equations (16) to (19).
 
 timed = gait.parametrize(period=1.0, rate=50)
 print(timed.vertices().round(3))

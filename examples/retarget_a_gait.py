@@ -2,15 +2,14 @@
 Retarget a gait
 ===============
 
-A motion of four angles that an animal, or a hand, made up is on none of the surfaces. Which flyable gait is nearest to
-it, and what had to change?
+A motion of four angles that is copied from an animal is on none of the surfaces. Which flyable gait is nearest to it,
+and by how much does it differ?
 """
 
 import numpy as np
 
 import gaitgraph as gg
 from gaitgraph import plots
-from gaitgraph.gait.table import Table
 
 # %%
 # Four legs that swing one after another, as in a walk: opposite arms are half a period apart.
@@ -19,15 +18,15 @@ t = np.linspace(0.0, 2.0, 41)
 swing = [0.4 * np.sin(np.pi * t - phase) for phase in (0.0, np.pi / 2, np.pi, 3 * np.pi / 2)]
 middle = (-0.3, 0.5, -0.1, 0.1)
 columns = {f"alpha{k + 1}": middle[k] + swing[k] for k in range(4)}
-walk = Table(columns={"t": t, **columns})
+walk = gg.Table(columns={"t": t, **columns})
 print(gg.validate(walk).valid)
 
 # %%
-# Opposite arms have to move together on the red sheet, so what is left of a walk is what opposite legs have in common:
-# here a point. In a trot they move together, but for their middles; most of it survives.
+# Opposite arms must move together on the red sheet, so only the mean motion of opposite legs remains: of a walk
+# a point. In a trot opposite legs move together, but for their mean positions, and most of the motion remains.
 
 print(gg.retarget(walk))
-trot = Table(columns={"t": t, **{f"alpha{k + 1}": middle[k] + 1.5 * swing[k % 2] for k in range(4)}})
+trot = gg.Table(columns={"t": t, **{f"alpha{k + 1}": middle[k] + 1.5 * swing[k % 2] for k in range(4)}})
 answer = gg.retarget(trot)
 print(answer)
 

@@ -2,16 +2,14 @@
 A table for the servos of an X frame
 ====================================
 
-A gait tells tilt angles about arms numbered as in the paper. The vehicle has motors numbered as PX4 and ArduPilot do,
-one servo mounted the other way round, and wants pulse widths over milliseconds.
+A gait has tilt angles about arms numbered as in the paper. This vehicle has motors numbered as in PX4 and ArduPilot,
+one servo mounted the other way round, and takes pulse widths over milliseconds.
 """
 
 import gaitgraph as gg
-from gaitgraph.io.formats import write_tables
-from gaitgraph.timing.timed_gait import table_of
 
 plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
-table = table_of(plan.gait.parametrize(period=2.0, samples=8))
+table = gg.timing.table_of(plan.gait.parametrize(period=2.0, samples=8))
 
 # %%
 # The map could stand in a TOML file for ``gaitgraph export --servos``. Motor 2 turns the other way.
@@ -36,8 +34,8 @@ for name, values in mapped.columns.items():
     print(f"{name:>15}", *(f"{value:7.1f}" for value in values))
 
 # %%
-# The file tells its map, so that reading it gives tilt angles again, and it is judged as any gait file.
+# The file states its map, so that reading it gives tilt angles again, and it is judged like any gait file.
 
-write_tables(mapped, ["servos.csv"], force=True)
+gg.io.write_tables(mapped, ["servos.csv"], force=True)
 error = abs(gg.read_table("servos.csv").alpha - table.alpha).max()
 print(f"read back to {'1e-12' if error < 1e-12 else error} rad; flyable {gg.validate('servos.csv').flyable}")

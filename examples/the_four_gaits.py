@@ -40,8 +40,8 @@ for name, gait in gaits.items():
     print(f"        {report.reason or 'nothing against it'}")
 
 # %%
-# Why Gaits 1 and 2 have a sign of R at all: the paper's coefficients have four digits, and what they leave on the
-# blue sheet is smaller than what they carry. The sign is undecided, ``??``, and with exact coefficients it is gone.
+# Gaits 1 and 2 have a sign of R only because the paper's coefficients have four digits: on the blue sheet |R| is below
+# their rounding. The sign is undecided, ``??``; with exact coefficients R is zero.
 
 sign = gg.validate(gaits["Gait 2"])["R_sign"]
 print(sign.mark, f"R nearest to 0 is {sign.value:.1e}; the digits carry {sign.limit:.1e}")

@@ -2,26 +2,24 @@
 Where a waypoint lies
 =====================
 
-The admissible regions of the red sheet are polygons whose borders come from closed forms. They tell in which
+The admissible regions of the red sheet are polygons whose borders come from closed forms. They show in which
 component a waypoint lies, whether two can be joined, why one cannot be used, and which usable point is nearest.
 """
 
 import math
 
 import gaitgraph as gg
-from gaitgraph.surface.components import sign_components
-from gaitgraph.surface.region import Zones
 
 # %%
-# R = 0 divides the sheet into seven components, told apart by the signs of the three factors of R.
+# R = 0 divides the sheet into seven components, which differ in the signs of the three factors of R.
 
-for part in sign_components():
+for part in gg.surface.sign_components():
     print(f"{part.label!s:12} R {'>' if part.sign > 0 else '<'} 0, area {part.region.area:.4f} rad²")
 
 # %%
 # What is flyable: R of one sign, well invertible, all rotors pushing up at hover, and out of a keep-out polygon.
 
-zones = Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
+zones = gg.surface.Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
 region = gg.admissible_region(gg.PAPER, zones=zones)
 print("\n".join(f"component {k}: {part.area:.4f} rad²" for k, part in enumerate(region.components)))
 

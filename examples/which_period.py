@@ -2,8 +2,8 @@
 Which period a servo allows
 ===========================
 
-Servos limit a gait twice: they cannot move faster than their rate and acceleration, and they lag. How short may the
-period of Gait 3 be, and what does a flight make of periods that are too short?
+Servos limit a gait by their rate and acceleration, and by their lag. How short may the period of Gait 3 be, and what
+happens in flight if it is too short?
 """
 
 import math
@@ -12,8 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
-from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.flight.simulation import fly
 
 gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]).gait
 rate, lag = math.radians(300), 0.05
@@ -30,8 +28,8 @@ for name, pacing in (
     print(f"least period {name}: {pacing.least:.3f} s")
 
 # %%
-# What a lag of 50 ms makes of shorter and shorter periods, settled: the loop shrinks towards its centre. It stays on
-# the sheet, since opposite servos err alike; one servo that lags by 60 ms takes it off.
+# With a lag of 50 ms and shorter and shorter periods the settled loop shrinks towards its centre. It stays on the
+# sheet, since opposite servos have the same error; one servo with a lag of 60 ms takes it off.
 
 for period in (2.0, 1.0, 0.5, 0.25):
     alike = gg.timing.servo_response(gait.parametrize(period), lag)
@@ -43,14 +41,14 @@ for period in (2.0, 1.0, 0.5, 0.25):
     )
 
 # %%
-# Flown from roll 0.3 and pitch −0.2 rad with that lag and no more than 300°/s. The controller of the simulation knows
-# where the arms are. With the law smooth T ≤ 1 s wants more than 300°/s and is refused, so it is flown anyway, the
-# servos following as they can. All settle; the peak is at once, since the gait begins in its worst corner. Shares are
-# of a quarter of the weight.
+# Flown from roll 0.3 and pitch −0.2 rad with that lag and no more than 300°/s. The controller of the simulation is
+# given the arms' actual angles. With the law smooth T ≤ 1 s needs more than 300°/s and is refused, so it is flown with
+# anyway=True, and the servos follow at their limit. All settle; the peak is at once, since the gait begins in its worst
+# corner. Shares are quarters of the weight.
 
-settings = FlightSettings(duration=3.0, servo_lag=lag, servo_rate=rate)
+settings = gg.FlightSettings(duration=3.0, servo_lag=lag, servo_rate=rate)
 quarter = 0.25 * 0.429 * 9.8  # of the weight of the paper's vehicle [N]
-flights = {period: fly(gait.parametrize(period), settings=settings, anyway=True) for period in (2.0, 1.0, 0.5, 0.25)}
+flights = {period: gg.fly(gait.parametrize(period), settings=settings, anyway=True) for period in (2.0, 1.0, 0.5, 0.25)}
 for period, flight in flights.items():
     later = flight.column("t") >= 1.0
     span = np.ptp(flight.column("alpha1")[later])

@@ -30,7 +30,7 @@ for vehicle in (gg.PAPER, mine):
     print(f"{vehicle.name:6}", *(f"{value:8.4f}" for value in (numbers.attitude, numbers.single, numbers.double)))
 
 # %%
-# Too fast for its arms at first: the plan has the reason, and the period that would do.
+# At first too fast for its arms: the plan has the reason, and the period that is long enough.
 
 waypoints = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
 for period in (1.0, 2.0):

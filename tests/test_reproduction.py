@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reproduction.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be told")
+VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be decided")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
 
 
