@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -82,6 +83,7 @@ def returned_by_conveniences(known: dict[str, Path]) -> set[tuple[str, str, str]
     }
 
 
+@cache
 def counted() -> list[Import]:
     """Return the imports that the order holds for."""
     known = modules()
