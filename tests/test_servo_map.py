@@ -19,7 +19,6 @@ from gaitgraph.io.servo_map import (
     Joint,
     ServoMap,
     clipped_rows,
-    mapped_columns,
     mapped_table,
     servo_map_from_mapping,
     servo_map_named,
@@ -56,6 +55,10 @@ name = "rear_right"
 rotor = 3
 neutral_us = 1480
 """
+
+
+def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> dict[str, Any]:
+    return mapped_table(table, servo_map, rows_before=rows_before).columns
 
 
 @pytest.fixture(scope="module")

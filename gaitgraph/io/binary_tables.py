@@ -1,4 +1,4 @@
-"""NumPy archives and Parquet, each read and written by its own library, and what binary formats share.
+"""NumPy archives, Parquet and MATLAB files (.mat, level 5), each read and written by its own library.
 
 Libraries believe what a file says of itself. So all of them read behind :func:`gate`, which looks at stated sizes
 first and turns any failure into one line.
@@ -15,7 +15,6 @@ import warnings
 import zipfile
 import zlib
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[Any]
 
-PROVENANCE = "provenance"
+_PROVENANCE = "provenance"
 """The array of an archive, and the field of a struct, that state what made the file."""
 
 
@@ -55,21 +54,8 @@ PROVENANCE = "provenance"
 def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
     """Let a library read a file or the files of a folder, and give their size in bytes.
 
-    Parameters
-    ----------
-    path
-        The file or folder.
-    what
-        What it must be, for messages.
-    most
-        How many bytes it may have; by default :data:`gaitgraph.files.MOST_BYTES`.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it is too large, or if the library fails, whatever it raises.
+    Raises FileProblem if it cannot be read, and InputError if it has more than `most` bytes (by default
+    :data:`gaitgraph.files.MOST_BYTES`) or if the library fails, whatever it raises; `what` it must be, for messages.
     """
     try:
         size = sum(one.stat().st_size for one in (path.iterdir() if path.is_dir() else [path]))
@@ -79,7 +65,7 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
         raise
     except Exception as error:  # libraries raise errors of many kinds on broken bytes, and each has its own
         if isinstance(error, OSError) and error.filename is not None:
-            raise FileProblem(f"gait file: cannot read {shown(str(path))}: {error.strerror}") from error
+            raise FileProblem(f"gait file: cannot read {str(path)!r}: {error.strerror}") from error
         reason = shown(" ".join(str(error).split()) or type(error).__name__)[1:-1]
         raise InputError(f"it is not {what}, or it is broken ({reason})") from error
 
@@ -91,7 +77,7 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def as_column(array: object, name: str) -> Array | InputError:
+def _as_column(array: object, name: str) -> Array | InputError:
     """Return an array as a column of floats or texts; if it is none, the error that a needed column raises."""
     if not isinstance(array, np.ndarray):
         return InputError(f"{name} must be a column, got a {type(array).__name__}")
@@ -103,7 +89,7 @@ def as_column(array: object, name: str) -> Array | InputError:
     return np.char.rstrip(values.astype(np.str_)) if array.dtype.kind in "US" else values.astype(np.float64)
 
 
-def column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, Any], progress: Progress) -> RawPieces:
+def _column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, Any], progress: Progress) -> RawPieces:
     """Yield columns some rows at a time: first their names alone, so that these are checked first.
 
     Columns of a gait table must be columns of one length; a single text counts for all rows. Others are None where they
@@ -137,14 +123,9 @@ def column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, An
             progress(stop / rows)
 
 
-def about_of_array(array: object) -> dict[str, Any]:
+def _about_of_array(array: object) -> dict[str, Any]:
     """Return what made a file, if an array of it is a text of ours that states it."""
     return about_from_text(array.item()) if isinstance(array, np.ndarray) and array.size == 1 else {}
-
-
-def array_of(values: Any) -> Array:
-    """Return a column of a table as an array, of texts too."""
-    return values if isinstance(values, np.ndarray) else np.array(list(values))
 
 
 # -- NumPy archives
@@ -154,16 +135,11 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
-
-    Raises
-    ------
-    InputError
-        If a column has the name of that text.
     """
     table = merged(pieces)
-    check_names(table.columns, [PROVENANCE], ".npz")
-    arrays = {name: array_of(values) for name, values in table.columns.items()}
-    arrays[PROVENANCE] = np.array(provenance_text(table))
+    check_names(table.columns, [_PROVENANCE], ".npz")
+    arrays: dict[str, Array] = {name: np.asarray(values) for name, values in table.columns.items()}
+    arrays[_PROVENANCE] = np.array(provenance_text(table))
     with zipfile.ZipFile(path, "w") as archive:
         for name, array in arrays.items():  # numpy.savez would write the time
             member = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
@@ -184,10 +160,10 @@ def pieces_of_npz(path: Path, progress: Progress) -> RawPieces:
             check_size(sum(member.file_size for member in archive.zip.infolist()), "its arrays")
             for name in archive.files:
                 try:
-                    columns[name] = as_column(archive[name], name)
+                    columns[name] = _as_column(archive[name], name)
                 except ValueError as error:  # objects, say, which are not loaded
                     columns[name] = InputError(f"{name} must be real numbers or texts ({error})")
-        yield from column_pieces(columns, about_of_array(columns.pop(PROVENANCE, None)), progress)
+        yield from _column_pieces(columns, _about_of_array(columns.pop(_PROVENANCE, None)), progress)
 
 
 # -- Parquet: numbers are 64-bit floats, `color` and `types` dictionaries of texts; every field states its unit. pandas
@@ -312,13 +288,15 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
     return {}
 
 
-GAIT = "gait"
+# -- MATLAB files
+
+_GAIT = "gait"
 """The struct of a MATLAB file."""
 
 _GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}
 """Matrices with one column for each rotor."""
 
-_NO_COLUMNS = ("names", "units", PROVENANCE)
+_NO_COLUMNS = ("names", "units", _PROVENANCE)
 """Fields of the struct that are no columns."""
 
 _MAT = "a MAT-file of level 5, as save -v7 or save -v6 write it"
@@ -331,7 +309,6 @@ _PARTS = {4: 1, 5: 3} | dict.fromkeys(range(6, 16), 1)
 _MOST_VARIABLES = 1000
 _DEEPEST = 100
 
-
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 _KEYWORDS = frozenset(
     {"break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global", "if"}
@@ -340,11 +317,7 @@ _KEYWORDS = frozenset(
 
 
 def is_matlab_name(name: str) -> bool:
-    """Return whether MATLAB takes a name for a variable or a function.
-
-    >>> is_matlab_name("gait3"), is_matlab_name("3rd-gait"), is_matlab_name("end")
-    (True, False, False)
-    """
+    """Return whether MATLAB takes a name for a variable or a function."""
     return bool(_NAME.fullmatch(name)) and name not in _KEYWORDS
 
 
@@ -355,22 +328,16 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     there are any the rates and accelerations, are there as matrices with four columns too: `alpha`, `alpha_rate`,
     `alpha_acceleration`. The struct `gait` has `t`, the matrices and the other columns, `names` and `units` of the
     columns, and `provenance`.
-
-    Raises
-    ------
-    InputError
-        If a column's name is none for MATLAB, or that of something else in the file, or if the table is too long for
-        such a file.
     """
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
     table = merged(pieces)
-    check_names(table.columns, [GAIT, *_GROUPS, *_NO_COLUMNS], ".mat")
+    check_names(table.columns, [_GAIT, *_GROUPS, *_NO_COLUMNS], ".mat")
     for name in table.columns:
         if not is_matlab_name(name):
             raise InputError(f"column must be letters, digits and _ and no keyword in a .mat file, got {shown(name)}")
-    columns = {name: array_of(values) for name, values in table.columns.items()}
+    columns = {name: np.asarray(values) for name, values in table.columns.items()}
     groups = {
         group: np.column_stack([columns[name] for name in names])
         for group, names in _GROUPS.items()
@@ -380,9 +347,9 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     fields: dict[str, Any] = {name: values for name, values in columns.items() if name not in grouped}
     fields = {"t": fields["t"], **groups, **fields} if "t" in fields else {**groups, **fields}
     fields["names"], fields["units"] = np.array(list(columns)), np.array(list(table.units.values()))
-    fields[PROVENANCE] = provenance_text(table)
+    fields[_PROVENANCE] = provenance_text(table)
     try:
-        savemat(path, {**columns, **groups, GAIT: fields}, oned_as="column", long_field_names=True)
+        savemat(path, {**columns, **groups, _GAIT: fields}, oned_as="column", long_field_names=True)
     except MatWriteError as error:
         raise InputError(f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file") from error
     with path.open("r+b") as stream:  # scipy writes the time and the system there
@@ -397,16 +364,16 @@ def pieces_of_mat(path: Path, progress: Progress) -> RawPieces:
         arrays = {name: one for name, one in variables.items() if isinstance(one, np.ndarray)}
         structs = {name: one for name, one in arrays.items() if one.dtype.names and one.size == 1}
         plain = {name: one for name, one in variables.items() if name not in structs}
-        chosen = [GAIT] if GAIT in structs else list(structs)
+        chosen = [_GAIT] if _GAIT in structs else list(structs)
         if len(chosen) > 1 and not any(one.dtype.kind in "fiu" and one.size > 1 for one in arrays.values()):
             names = ", ".join(map(repr, chosen[:4])) + (", …" if len(chosen) > 4 else "")
-            raise InputError(f"it must have one struct, or one called {GAIT!r}, got {len(chosen)}, {names}")
+            raise InputError(f"it must have one struct, or one called {_GAIT!r}, got {len(chosen)}, {names}")
         fields = {}
         if len(chosen) == 1:
             fields = {name: structs[chosen[0]][name].item() for name in structs[chosen[0]].dtype.names}
-        about = about_of_array({**plain, **fields}.get(PROVENANCE))
+        about = _about_of_array({**plain, **fields}.get(_PROVENANCE))
         inside = fields and (not plain or (_has_angles(fields) and not _has_angles(plain)))
-        yield from column_pieces(_mat_columns(fields if inside else plain), about, progress)
+        yield from _column_pieces(_mat_columns(fields if inside else plain), about, progress)
 
 
 def _has_angles(found: Mapping[str, Any]) -> bool:
@@ -422,12 +389,12 @@ def _mat_columns(found: Mapping[str, Any]) -> dict[str, Array | InputError]:
             is_matrix = isinstance(one, np.ndarray) and one.ndim == 2 and one.shape[1] == len(group)
             for k, angle in enumerate(group):
                 if is_matrix:
-                    columns[angle] = as_column(one[:, k], angle)
+                    columns[angle] = _as_column(one[:, k], angle)
                 else:
                     got = f"shape {one.shape}" if isinstance(one, np.ndarray) else type(one).__name__
                     columns[angle] = InputError(f"{angle}: {name} must be a matrix of 4 columns, got {got}")
         elif not group and name not in _NO_COLUMNS:
-            columns[name] = as_column(one, name)
+            columns[name] = _as_column(one, name)
     return columns
 
 
@@ -478,12 +445,7 @@ def _array_at(content: memoryview, place: int, order: str, depth: int = 0) -> tu
     """Return the name of an array of a MATLAB file and where it ends, without looking at values.
 
     scipy follows types, counts and nested arrays in C as a file states them; unknown types, or thousands of levels, end
-    the process. So they are checked here, in the order in which scipy goes through them.
-
-    Raises
-    ------
-    InputError, struct.error
-        If the array is broken or nested too deeply.
+    the process. So they are checked here, in the order in which scipy goes through them; struct.error is raised too.
     """
 
     def part() -> memoryview:

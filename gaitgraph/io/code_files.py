@@ -1,7 +1,11 @@
-"""A gait as one C header: a table of its angles, and a function that returns them at any time.
+"""A gait as source code: a C header, and a function for MATLAB and Octave.
 
-The header is C99 and C++11, needs no library but <stdint.h>, allocates nothing, and takes any time: before 0, after
-many periods, not a number. Its first comment states what made it.
+The header has a table of the angles, and a function that returns them at any time. It is C99 and C++11, needs no
+library but <stdint.h>, allocates nothing, and takes any time: before 0, after many periods, not a number. Its first
+comment states what made it. Its functions are in `gait_header.h.txt`.
+
+The MATLAB function loads and plots the .mat, .csv or .json file of its own name, without toolbox or Python. Its text is
+`gait_function.m`.
 """
 
 from __future__ import annotations
@@ -57,10 +61,6 @@ class _Curve:
     even: bool
 
     @property
-    def period(self) -> float:
-        return float(self.times[-1])
-
-    @property
     def rows(self) -> int:
         return len(self.times) - self.closed
 
@@ -96,37 +96,16 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     """Write a new C header.
 
     Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
-
-    Raises
-    ------
-    InputError
-        If the table has no clock, has too many rows, or has what the numbers asked for cannot hold.
     """
     table = merged_up_to(pieces, MOST_ROWS + 1, "a C header")
-    name = options.c_name or _identifier(path.stem)
+    name = options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
+    if not name[:1].isalpha():
+        name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     curve = _curve_of(table, name, options.number)
-    lines = [
-        *_comment(path.name, table, options, curve),
-        f"#ifndef GAITGRAPH_{name.upper()}_H",
-        f"#define GAITGRAPH_{name.upper()}_H",
-        "",
-        "#include <stdint.h>",
-        "",
-        *_tables(curve),
-        _functions(curve),
-        FORMATS[".h"].end,
-    ]
+    guard = f"GAITGRAPH_{name.upper()}_H"
+    head = [*_comment(path.name, table, options, curve), f"#ifndef {guard}", f"#define {guard}", ""]
+    lines = [*head, "#include <stdint.h>", "", *_tables(curve), _functions(curve), FORMATS[".h"].end]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _identifier(stem: str) -> str:
-    """Return what names in C may begin with, from a file's name.
-
-    >>> _identifier("gait-3 b"), _identifier("3rd")
-    ('gait_3_b', 'gait_3rd')
-    """
-    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[:60]
-    return name if name[:1].isalpha() else f"gait_{name.strip('_')}"[:60].rstrip("_")
 
 
 def _curve_of(table: Table, name: str, number: str) -> _Curve:
@@ -142,29 +121,20 @@ def _curve_of(table: Table, name: str, number: str) -> _Curve:
         raise InputError("number must be float or double for rows that are not evenly spaced, got 'fixed'")
     if number == "float" and not even and np.diff(times.astype(np.float32)).min() <= 0:
         raise InputError("number must be double for rows so near in time, got 'float'")
-    return _Curve(
-        name=name,
-        number=number,
-        times=times,
-        angles=angles,
-        rates=rates,
-        accelerations=accelerations,
-        closed=closed,
-        even=even,
-    )
+    motion = {"times": times, "angles": angles, "rates": rates, "accelerations": accelerations}
+    return _Curve(name=name, number=number, **motion, closed=closed, even=even)
 
 
 def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> list[str]:
     """Return what the header is of, how far it is off, and what made it."""
-    name, period = curve.name, "period" if curve.closed else "path"
+    name, seconds = curve.name, f"{curve.times[-1]:g} s [rad]."
     names, rotors = options.joints_of(table)
-    ends = "Before it and after it the angles are those of its ends."
+    over, ends = f"a path of {seconds}", "Before it and after it the angles are those of its ends."
     if curve.closed:
-        digits = "7" if curve.real == "float" else "16"
+        over, digits = f"over its period of {seconds}", "7" if curve.real == "float" else "16"
         ends = f"It repeats for ever; a {curve.real} has {digits} digits, so let t stay within some periods of 0."
     lines = [
-        f"/* {_harmless(file)}: the angles of the joints that tilt four rotors through a gait, "
-        + (f"over its period of {curve.period:g} s [rad]." if curve.closed else f"a path of {curve.period:g} s [rad]."),
+        f"/* {_harmless(file)}: the angles of the joints that tilt four rotors through a gait, {over}",
         " *",
         f" * {name}_at(t, alpha) sets alpha[0] to alpha[3] to the angles at time t [s] of the joints",
         f" * {_harmless(json.dumps(names))}, which tilt rotors {', '.join(map(str, rotors))}.",
@@ -175,7 +145,7 @@ def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> 
         lines += [
             f" * Its table is in units of 2^-{curve.bits} rad: at the rows it is off by {off:.1e} rad at most.",
             f" * {name}_at_phase(phase, angle) sets angle[0] to angle[3] in these units with whole numbers alone;",
-            f" * the phase is the part of the {period} that is over, times 2^32.",
+            f" * the phase is the part of the {'period' if curve.closed else 'path'} that is over, times 2^32.",
         ]
     step = float(np.diff(curve.times).max())
     if curve.accelerations is None:
@@ -190,11 +160,7 @@ def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> 
 
 
 def _harmless(text: str) -> str:
-    r"""Return JSON, or a name, such that it ends no comment, begins none, and has no trigraph; JSON reads the same.
-
-    >>> _harmless('{"name": "a*/b?"}')
-    '{"name": "a\\u002a/b\\u003f"}'
-    """
+    """Return JSON, or a name, such that it ends no comment, begins none, and has no trigraph; JSON reads the same."""
     plain = text.replace("*", "\\u002a").replace("?", "\\u003f")
     return plain.encode("ascii", "backslashreplace").decode()
 
@@ -202,7 +168,7 @@ def _harmless(text: str) -> str:
 def _tables(curve: _Curve) -> list[str]:
     """Return the definitions of the period, the number of rows and the scale, and the tables."""
     name, upper = curve.name, curve.name.upper()
-    lines = [f"#define {upper}_PERIOD {curve.literal(curve.period)}", f"#define {upper}_ROWS {curve.rows}"]
+    lines = [f"#define {upper}_PERIOD {curve.literal(curve.times[-1])}", f"#define {upper}_ROWS {curve.rows}"]
     found: list[tuple[str, str, list[list[str]]]] = []
     if curve.number == "fixed":
         lines.append(f"#define {upper}_SCALE {curve.literal(2.0**-curve.bits)}")
@@ -226,7 +192,7 @@ def _functions(curve: _Curve) -> str:
 
     A line of `gait_header.h.txt` states, before a bar, what the curve must be.
     """
-    rows, real = f"{curve.name.upper()}_ROWS", curve.real
+    rows, real, upper = f"{curve.name.upper()}_ROWS", curve.real, curve.name.upper()
     kinds = {
         "",
         "closed" if curve.closed else "open",
@@ -234,41 +200,24 @@ def _functions(curve: _Curve) -> str:
         "cubic" if curve.cubic else "straight",
         "fixed" if curve.number == "fixed" else "floating",
     }
-    words = {
-        "name": curve.name,
-        "NAME": curve.name.upper(),
-        "real": real,
-        "far": "9.0e15" if real == "double" else "1.0e9f",
-        "whole": "int64_t" if real == "double" else "int32_t",
-        "zero": curve.literal(0.0),
-        "one": curve.literal(1.0),
-        "two": curve.literal(2.0),
-        "three": curve.literal(3.0),
-        "step": curve.literal(curve.period / (len(curve.times) - 1)),
-        "intervals": rows if curve.closed else f"({rows} - 1)",
-        "next": f"i + 1 < {rows} ? i + 1 : 0" if curve.closed else "i + 1",
-    }
+    words = {"name": curve.name, "NAME": upper, "real": real}
+    words |= {"far": "9.0e15", "whole": "int64_t"} if real == "double" else {"far": "1.0e9f", "whole": "int32_t"}
+    words |= {word: curve.literal(value) for value, word in enumerate(("zero", "one", "two", "three"))}
+    words["step"] = curve.literal(curve.times[-1] / (len(curve.times) - 1))
+    words["intervals"] = rows if curve.closed else f"({rows} - 1)"
+    words["next"] = f"i + 1 < {rows} ? i + 1 : 0" if curve.closed else "i + 1"
     template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
-    lines = [
-        line for needed, _, line in (one.partition("|") for one in template) if kinds.issuperset(needed.split(","))
-    ]
+    parts = (one.partition("|") for one in template)
+    lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]
     return re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines)) + "\n"
 
 
 def write_m(pieces: Iterable[Table], path: Path) -> None:
-    """Write a new MATLAB function: it loads and plots the .mat, .csv or .json file of its own name.
-
-    Raises
-    ------
-    InputError
-        If the file's name is none that MATLAB can call, or one that the function itself calls.
-    """
+    """Write a new MATLAB function, under a name that MATLAB can call and that the function itself does not call."""
     name = path.stem
     if not is_matlab_name(name):
-        raise InputError(
-            "output must be named by letters, digits and _, a letter first, and by no keyword, for a MATLAB function, "
-            f"got {shown(path.name)}"
-        )
+        wanted = "letters, digits and _, a letter first, and by no keyword, for a MATLAB function"
+        raise InputError(f"output must be named by {wanted}, got {shown(path.name)}")
     text = Path(__file__).with_name("gait_function.m").read_text(encoding="ascii")
     # In a file of the name of one of its functions or variables it would call itself.
     if name in {"alpha", *re.findall(r"(?<![\w.])[A-Za-z]\w*", _NOT_NAMES.sub(" ", text))}:

@@ -1,6 +1,8 @@
-"""The columns of a table by name: which there must be, what each may hold, and how far its values may go.
+"""Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
-Messages name the row, counted from 1 over the whole table, the column, the value and what is allowed.
+Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
+`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the row, counted from 1 over the
+whole table, the column, the value and what is allowed.
 """
 
 from __future__ import annotations
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.io.servo_map import ServoMap
 
-
 FloatArray = npt.NDArray[np.float64]
 
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
@@ -49,11 +50,6 @@ class TableBuilder:
         Whether alpha1 and alpha2 are enough.
     joints
         What the columns of a servo table are; columns with the usual names of angles are then ignored.
-
-    Raises
-    ------
-    InputError
-        If a column is missing or there twice.
     """
 
     def __init__(
@@ -70,7 +66,6 @@ class TableBuilder:
             if count > 1:
                 times = "twice" if count == 2 else f"{count} times"
                 raise InputError(f"column {name!r} appears {times}; allowed is once")
-        self.dtype = [(f"f{k}", self._dtype(name)) for k, name in enumerate(names)]
         if joints is not None:
             check_joint_columns(names, joints)
             return
@@ -87,25 +82,21 @@ class TableBuilder:
                 wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
                 raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
 
-    def _dtype(self, name: str) -> str:
-        """Return what numpy reads a column as; one that is ignored is read as one character."""
-        if self.joints is not None and name in self.joints.columns:
-            return "f8"
-        if name in TEXTS:
-            return "U8"
-        return "f8" if name in ORDER or (name in DEGREES and self.joints is None) else "U1"
+    @property
+    def dtype(self) -> list[tuple[str, str]]:
+        """What numpy reads each column as; one that is ignored is read as one character."""
+        numbers = self.joints.columns if self.joints is not None else tuple(DEGREES)
+        kinds = [
+            "f8" if name in numbers else "U8" if name in TEXTS else "f8" if name in ORDER else "U1"
+            for name in self.names
+        ]
+        return [(f"f{k}", kind) for k, kind in enumerate(kinds)]
 
     def pieces(self, raw: Sequence[Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
-        Parameters
-        ----------
-        raw
-            The values of each column: an array, a list, or None for what is no column of one value a row.
-        rounding
-            As for :class:`gaitgraph.gait.table.Table`.
-        angle_texts
-            Whether texts such as "3pi/8" are angles, in radians.
+        A raw column is an array, a list, or None for what is no column of one value a row. With `angle_texts` texts
+        such as "3pi/8" are angles, in radians.
         """
         lengths = {len(values) for values in raw if values is not None}
         if len(lengths) > 1:
@@ -121,8 +112,17 @@ class TableBuilder:
                 limit = f"−π/2 to π/2 (±{HALF_PI!r})" if largest == HALF_PI else f"up to {largest:g}"
                 raise InputError(f"row {self.rows + k + 1}: {name} is {which}; allowed is {limit}")
         if "t" in found:
-            _check_times(found["t"], self._last_time, self.rows)
-            self._last_time = found["t"][-1]
+            times = found["t"]
+            step = np.diff(times, prepend=self._last_time)
+            for wrong, why in (
+                (np.abs(times) > _LONGEST_TIME, f"; allowed are times up to {_LONGEST_TIME:g} s"),
+                (step <= 0, " does not increase; allowed are increasing times"),
+                (step < _SHORTEST_STEP, f" follows at once; allowed are steps of {_SHORTEST_STEP:g} s and more"),
+            ):
+                if wrong.any():
+                    k = int(np.argmax(wrong))
+                    raise InputError(f"row {self.rows + k + 1}: t = {float(times[k])!r}{why}")
+            self._last_time = times[-1]
         self.rows += len(found["alpha1"])
         yield Table(columns={name: found[name] for name in ORDER if name in found}, about=self.about, rounding=rounding)
 
@@ -152,28 +152,6 @@ class TableBuilder:
             raise InputError("it has no rows; allowed is at least one")
 
 
-def table_from_columns(
-    columns: list[tuple[str, Any]],
-    about: dict[str, Any] | None = None,
-    *,
-    plane_only: bool = False,
-    joints: ServoMap | None = None,
-) -> Table:
-    """Return a table of whole columns from elsewhere, names with arrays or lists; angles in radians may be texts.
-
-    Parameters, errors and checks are those of :class:`TableBuilder`.
-
-    Examples
-    --------
-    >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
-    array([-0.3927])
-    """
-    builder = TableBuilder([name for name, _ in columns], about or {}, plane_only=plane_only, joints=joints)
-    tables = list(builder.pieces([values for _, values in columns], angle_texts=True))
-    builder.check_rows()
-    return tables[0]
-
-
 def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
     """Return the values of a column as finite numbers, in an array of their own."""
     if isinstance(values, np.ndarray) and values.dtype.kind == "f":
@@ -191,9 +169,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         k = int(np.argmax(odd))
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
         allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
-        raise InputError(
-            f"row {row + k + 1}: {name} is {'missing' if value is None else shown(value)}; allowed is {allowed}"
-        )
+        what = "missing" if value is None else shown(value)
+        raise InputError(f"row {row + k + 1}: {name} is {what}; allowed is {allowed}")
     return numbers
 
 
@@ -224,27 +201,35 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
         distinct = texts
     for text in distinct:
         try:
-            if name == "color" and text not in FAMILIES:
-                which = "missing" if text is None else shown(text)
-                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
             if name == "types":
                 types_from_text(text)
+            elif text not in FAMILIES:
+                which = "missing" if text is None else shown(text)
+                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
     return tuple(texts)
 
 
-def _check_times(times: FloatArray, before: float, row: int) -> None:
-    """Raise InputError unless times increase; `before` is the time of the row before these."""
-    step = np.diff(times, prepend=before)
-    for wrong, why in (
-        (np.abs(times) > _LONGEST_TIME, f"; allowed are times up to {_LONGEST_TIME:g} s"),
-        (step <= 0, " does not increase; allowed are increasing times"),
-        (step < _SHORTEST_STEP, f" follows at once; allowed are steps of {_SHORTEST_STEP:g} s and more"),
-    ):
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            raise InputError(f"row {row + k + 1}: t = {float(times[k])!r}{why}")
+def table_from_columns(
+    columns: list[tuple[str, Any]],
+    about: dict[str, Any] | None = None,
+    *,
+    plane_only: bool = False,
+    joints: ServoMap | None = None,
+) -> Table:
+    """Return a table of whole columns from elsewhere, names with arrays or lists; angles in radians may be texts.
+
+    >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
+    array([-0.3927])
+    """
+    builder = TableBuilder([name for name, _ in columns], about or {}, plane_only=plane_only, joints=joints)
+    tables = list(builder.pieces([values for _, values in columns], angle_texts=True))
+    builder.check_rows()
+    return tables[0]
+
+
+# -- Frames
 
 
 class HasColumns(Protocol):
@@ -265,11 +250,7 @@ Frame = HasColumns | Mapping[str, Any]
 
 
 def as_table(value: Any) -> Any:
-    """Return a frame as a table, and anything else as it is; InputError for a lazy frame.
-
-    >>> as_table("gait.csv"), len(as_table({"alpha1": [0.4], "alpha2": [-0.4], "color": "red"}))
-    ('gait.csv', 1)
-    """
+    """Return a frame as a table, and anything else as it is; InputError for a lazy frame."""
     return table_from_frame(value) if _is_lazy(value) or _is_frame(value) else value
 
 
@@ -313,7 +294,14 @@ def table_from_frame(frame: Frame) -> Table:
     if not _is_frame(frame):
         raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
     names = list(frame) if isinstance(frame, Mapping) else list(getattr(frame, "column_names", None) or frame.columns)
-    about = _about(getattr(frame, "attrs", None))
+    attributes = getattr(frame, "attrs", None)
+    stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
+    try:
+        about = about_from_text(json.dumps(stated, allow_nan=False))
+    except (RecursionError, TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
     columns: list[tuple[str, Any]] = []
     for name in names:
         if isinstance(name, str):  # one that is there twice is refused by its name
@@ -347,12 +335,3 @@ def _values(column: Any, name: str) -> Any:
     if name not in KNOWN:
         return None
     raise InputError(f"{name} must hold numbers or texts, got values of the type {values.dtype}")
-
-
-def _about(attributes: object) -> dict[str, Any]:
-    stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
-    try:
-        text = json.dumps(stated, allow_nan=False)
-    except (RecursionError, TypeError, ValueError) as error:
-        raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
-    return about_from_text(text)

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, OutputExists, did_you_mean, needs_extra, shown
+from gaitgraph.errors import InputError, MissingExtra, OutputExists, did_you_mean, needs_extra, shown
 from gaitgraph.files import check_new_files, text_of, write_whole
 from gaitgraph.gait.table import ANGLES, DEGREES, ORDER
 from gaitgraph.io.servo_map import check_choice, mapped_table, servo_map_from_mapping
@@ -22,7 +22,6 @@ from gaitgraph.io.servo_map import check_choice, mapped_table, servo_map_from_ma
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
-    from gaitgraph.errors import MissingExtra
     from gaitgraph.gait.table import Table
     from gaitgraph.io.servo_map import ServoMap
 
@@ -64,15 +63,9 @@ class FormatOptions:
     c_name
         What the names in a C header begin with; by default the file's name.
 
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
-
     Examples
     --------
-    >>> FormatOptions(periods=3, joint_names=("a", "b", "c", "d")).chosen()
-    ['periods', 'joint_names']
+    >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
     """
 
     periods: int = 1
@@ -86,8 +79,16 @@ class FormatOptions:
         periods = self.periods
         if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
             raise InputError(f"periods must be a whole number from 1 to {_MOST_PERIODS}, got {shown(periods)}")
-        if self.joint_names is not None:
-            self._check_joint_names(self.joint_names)
+        names: Any = ANGLES if self.joint_names is None else self.joint_names
+        if not isinstance(names, tuple) or len(names) != len(ANGLES):
+            raise InputError(f"joint_names must be four names, for rotors 1 to 4, got {shown(names)}")
+        for name in names:
+            printable = isinstance(name, str) and name.isprintable() and name == name.strip()
+            if not printable or not 0 < len(name) <= _LONGEST_NAME:
+                wanted = f"printable texts of up to {_LONGEST_NAME} characters"
+                raise InputError(f"joint_names must be {wanted}, got {shown(name)}")
+        if len(set(names)) < len(names):
+            raise InputError(f"joint_names must differ, got {shown(names)}")
         for name in ("trajectory_topic", "states_topic"):
             topic = getattr(self, name)
             if not (isinstance(topic, str) and len(topic) <= 255 and _TOPIC.fullmatch(topic)):
@@ -98,37 +99,17 @@ class FormatOptions:
             raise InputError(f"states_topic must differ from trajectory_topic, got {self.states_topic!r} for both")
         check_choice(self.number, NUMBERS, "number")
         if self.c_name is not None and not (isinstance(self.c_name, str) and _IDENTIFIER.fullmatch(self.c_name)):
-            raise InputError(
-                f"c_name must be up to 60 letters, digits and underscores, a letter first, got {shown(self.c_name)}"
-            )
-
-    def _check_joint_names(self, names: object) -> None:
-        if not isinstance(names, tuple) or len(names) != len(ANGLES):
-            raise InputError(f"joint_names must be four names, for rotors 1 to 4, got {shown(names)}")
-        for name in names:
-            printable = isinstance(name, str) and name.isprintable() and name == name.strip()
-            if not printable or not 0 < len(name) <= _LONGEST_NAME:
-                raise InputError(
-                    f"joint_names must be printable texts of up to {_LONGEST_NAME} characters, got {shown(name)}"
-                )
-        if len(set(names)) < len(names):
-            raise InputError(f"joint_names must differ, got {shown(names)}")
+            allowed = "up to 60 letters, digits and underscores, a letter first"
+            raise InputError(f"c_name must be {allowed}, got {shown(self.c_name)}")
 
     def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return the names of a table's four joints, and which rotor each of them tilts.
-
-        A table of joints states both; names that were chosen replace those.
-        """
+        """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
         names: tuple[str, ...] = ANGLES
         rotors: tuple[int, ...] = (1, 2, 3, 4)
         if "servos" in table.about:
             servo_map = servo_map_from_mapping(table.about["servos"])
             names, rotors = servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
         return names if self.joint_names is None else self.joint_names, rotors
-
-    def chosen(self) -> list[str]:
-        """Return the names of the options that are not at their default."""
-        return [one.name for one in fields(self) if getattr(self, one.name) != one.default]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,22 +153,13 @@ class Format:
 
     def why_not(self) -> str | None:
         """Return what is missing here, or None if the format can be used."""
-        missing = self._missing()
-        return None if missing is None else str(missing)
-
-    def _missing(self) -> MissingExtra | None:
         if self.library is None or self.extra is None or find_spec(self.library):
             return None
-        return needs_extra(self.library, self.name, self.extra)
-
-    def _function(self, task: str) -> Any:
-        if missing := self._missing():
-            raise missing
-        return getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
+        return str(needs_extra(self.library, self.name, self.extra))
 
     def writer(self, options: FormatOptions | None = None) -> Writer:
         """Return what writes a new file or folder from the pieces of a table; MissingExtra if it cannot."""
-        found = self._function("write")
+        found: Any = self._function("write")
         return partial(found, options=options or FormatOptions()) if self.options else found
 
     def reader(self) -> Reader:
@@ -195,14 +167,13 @@ class Format:
         found: Reader = self._function("pieces_of")
         return found
 
-    def provenance(self, path: Path) -> str:
-        """Return the text of what made a file of a format that is not read as a table.
+    def _function(self, task: str) -> Any:
+        if missing := self.why_not():
+            raise MissingExtra(missing)
+        return getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
 
-        Raises
-        ------
-        FileProblem, InputError
-            If the file cannot be read, does not state it, or was cut off.
-        """
+    def provenance(self, path: Path) -> str:
+        """Return the text of what made a file of a format that is not read as a table; InputError if it is cut off."""
         lines = text_of(path, "gait file", f"a {self.name} that gaitgraph wrote").rstrip().splitlines()
         line = next((line for line in lines if line.startswith(self.mark)), None)
         if line is None:
@@ -212,8 +183,11 @@ class Format:
         return line.removeprefix(self.mark)
 
 
-_BAG_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic")
 _BINARY, _CODE, _ROS = "gaitgraph.io.binary_tables", "gaitgraph.io.code_files", "gaitgraph.io.ros"
+_BAG_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic")
+_BAG: Any = {"module": _ROS, "library": "rosbags", "extra": "ros", "folder": True, "options": _BAG_OPTIONS}
+_GOAL: Any = {"mark": "# made_by: ", "end": "# end", "options": ("periods", "joint_names")}
+_HEADER: Any = {"mark": " * made_by: ", "end": "#endif", "options": ("joint_names", "number", "c_name")}
 
 FORMATS = {
     one.suffix: one
@@ -224,34 +198,10 @@ FORMATS = {
         Format(suffix=".mat", name="MATLAB file", module=_BINARY),
         Format(suffix=".m", name="MATLAB script", module=_CODE, mark="% made by: ", end="% end"),
         Format(suffix=".parquet", name="Parquet", module=_BINARY, library="pyarrow", extra="table"),
-        *(
-            Format(
-                suffix=suffix,
-                name=f"ROS 2 bag ({storage})",
-                module=_ROS,
-                library="rosbags",
-                extra="ros",
-                folder=True,
-                options=_BAG_OPTIONS,
-            )
-            for suffix, storage in ((".mcap", "MCAP"), (".db3", "sqlite3"))
-        ),
-        Format(
-            suffix=".yaml",
-            name="ROS 2 trajectory",
-            module=_ROS,
-            mark="# made_by: ",
-            end="# end",
-            options=("periods", "joint_names"),
-        ),
-        Format(
-            suffix=".h",
-            name="C header",
-            module=_CODE,
-            mark=" * made_by: ",
-            end="#endif",
-            options=("joint_names", "number", "c_name"),
-        ),
+        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", **_BAG),
+        Format(suffix=".db3", name="ROS 2 bag (sqlite3)", **_BAG),
+        Format(suffix=".yaml", name="ROS 2 trajectory", module=_ROS, **_GOAL),
+        Format(suffix=".h", name="C header", module=_CODE, **_HEADER),
     )
 }
 """The formats by suffix."""
@@ -260,36 +210,14 @@ FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
 
 
-def readable_suffixes() -> list[str]:
-    """Return the suffixes of files that are read as gait tables.
-
-    >>> readable_suffixes()[:3]
-    ['.csv', '.json', '.npz']
-    """
-    return [suffix for suffix, one in FORMATS.items() if one.reads]
-
-
 def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
-    """Return the format of a gait file by its suffix.
+    """Return the format of a gait file by its suffix; InputError if it has none, or is not read where that is needed.
 
-    Parameters
-    ----------
-    path
-        The file; capitals in its suffix do not matter. A folder to be read may have another name, if the files in it
-        are those of a bag.
-    what
-        What messages call it.
-    reads
-        Whether it is to be read as a table.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not known.
+    A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it.
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    known = readable_suffixes() if reads else list(FORMATS)
+    known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
     is_folder = reads and path.is_dir()
     if is_folder and suffix not in FORMATS:
         try:
@@ -307,23 +235,18 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
 def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
     """Raise InputError if an option is chosen that none of the formats has."""
     there = {name for one in formats for name in one.options}
-    for name in options.chosen():
-        if name not in there:
+    for name, default in ((one.name, one.default) for one in fields(options)):
+        if name not in there and (value := getattr(options, name)) != default:
             suffixes = ", ".join(suffix for suffix, one in FORMATS.items() if name in one.options)
-            raise InputError(f"{name} needs an output {suffixes}, got {shown(getattr(options, name))} without one")
+            raise InputError(f"{name} needs an output {suffixes}, got {shown(value)} without one")
 
 
 def check_names(names: Iterable[str], own: Collection[str], suffix: str) -> None:
-    """Raise InputError if a column of joints has a name that a format gives to something of its own.
-
-    >>> check_names(["t", "alpha1"], ["made_by"], ".csv")
-    """
+    """Raise InputError if a column of joints has a name that a format gives to something of its own."""
     for name in names:
         if name in own:
-            raise InputError(
-                f"column {name!r}: a {suffix} file has something else there; use another name than "
-                f"{', '.join(map(repr, own))}"
-            )
+            other = f"use another name than {', '.join(map(repr, own))}"
+            raise InputError(f"column {name!r}: a {suffix} file has something else there; {other}")
 
 
 def write_tables(
@@ -352,14 +275,10 @@ def write_tables(
 
     Raises
     ------
-    OutputExists
-        If a file exists and `force` is not set; then none is written.
-    FileProblem
-        If a file cannot be written; the old one, if any, is whole.
-    InputError
-        If a suffix is not known or a file is named twice.
-    MissingExtra
-        If a format needs a library that is not installed.
+    OutputExists, FileProblem
+        If a file exists and `force` is not set, or if one cannot be written; then none is, and old ones are whole.
+    InputError, MissingExtra
+        If a suffix is not known, a file is named twice, or a format needs a library that is not installed.
     """
     write_pieces(lambda: [table], paths, force=force, options=options, servos=servos)
 
@@ -374,30 +293,24 @@ def write_pieces(
 ) -> None:
     """Write a table that comes piece by piece, as :func:`write_tables` does.
 
-    Parameters
-    ----------
-    pieces
-        Called once a file; its pieces have the same columns, and the first states what made them.
-    paths, force, options, servos
-        As for :func:`write_tables`.
+    `pieces` is called once a file; its pieces have the same columns, and the first states what made them.
     """
     check_outputs(paths, force=force)
 
+    def stated_in(form: Format) -> Iterator[Table]:
+        # Formats of robots state joints in their own radians, tables in the columns of the map.
+        in_format = servos if form.reads else None
+        if servos is not None and "joint_names" in form.options:
+            in_format = servos.in_radians()
+        rows = 0
+        for piece in pieces():
+            yield piece if in_format is None else mapped_table(piece, in_format, rows_before=rows)
+            rows += len(piece)
+
     def write(form: Format, scratch: Path) -> None:
-        form.writer(options)(pieces() if servos is None else _for_servos(pieces(), servos, form), scratch)
+        form.writer(options)(stated_in(form), scratch)
 
     write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
-
-
-def _for_servos(pieces: Iterable[Table], servos: ServoMap, form: Format) -> Iterator[Table]:
-    """Yield pieces as a format states joints: in its own radians, or in the columns of the map."""
-    rows = 0
-    for piece in pieces:
-        if "joint_names" in form.options:
-            yield mapped_table(piece, servos.in_radians(), rows_before=rows)
-        else:
-            yield mapped_table(piece, servos, rows_before=rows) if form.reads else piece
-        rows += len(piece)
 
 
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:

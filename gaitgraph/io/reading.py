@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.io.columns import Frame
-    from gaitgraph.io.formats import Format
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 
@@ -44,8 +43,7 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     Returns
     -------
     Gait
-        It keeps the request that made the table, if the table states one and no other vehicle or coefficients are
-        given.
+        It keeps the request that the table states, if no other vehicle or coefficients are given.
 
     Raises
     ------
@@ -98,19 +96,8 @@ def read_pieces(
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; the first states what made it.
 
-    Parameters
-    ----------
-    path, joints
-        As for :func:`read_table`.
-    progress
-        Called with the fraction of the file that is read.
-    plane_only
-        Whether alpha1 and alpha2 are enough.
-
-    Raises
-    ------
-    FileProblem, InputError
-        As :func:`read_table` does, when the piece in question is reached.
+    `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
+    Errors are those of :func:`read_table`, when the piece in question is reached.
     """
     path = Path(path)
     form = known_format(path, _WHAT, reads=True)
@@ -120,29 +107,17 @@ def read_pieces(
         elif form.suffix == ".csv":
             yield from pieces_of_csv(path, progress, plane_only, joints)
         else:
-            yield from _pieces_of(form, path, progress, plane_only, joints)
-
-
-def _pieces_of(
-    form: Format, path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
-) -> Iterator[Table]:
-    """Check the raw columns that the module of a format yields."""
-    builder: TableBuilder | None = None
-    for columns, about in form.reader()(path, progress):
-        builder = builder or TableBuilder([name for name, _ in columns], about, plane_only=plane_only, joints=joints)
-        yield from builder.pieces([values for _, values in columns])
-    assert builder is not None  # noqa: S101 - readers yield the names before any row
-    builder.check_rows()
+            builder: TableBuilder | None = None
+            for columns, about in form.reader()(path, progress):  # the first has the names, and may have no rows
+                if builder is None:
+                    builder = TableBuilder([name for name, _ in columns], about, plane_only=plane_only, joints=joints)
+                yield from builder.pieces([values for _, values in columns])
+            if builder is not None:
+                builder.check_rows()
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
-    """Return what made a gait file of any format, also of those that are not read as tables: its `about`.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If the file cannot be read or does not state it.
-    """
+    """Return what made a gait file of any format, also of those that are not read as tables: its `about`."""
     path = Path(path)
     form = known_format(path, _WHAT)
     if form.reads:

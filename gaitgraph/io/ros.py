@@ -70,9 +70,6 @@ _SHORTEST_STEP = 2
 _PLAIN_PATH = re.compile(r"[\w./ -]*", re.ASCII)
 
 
-# -- Points of a gait over several periods
-
-
 def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
     """Return the pieces of a table with a clock as one; InputError as soon as there are more rows than `most`."""
     held: list[Table] = []
@@ -90,32 +87,8 @@ def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
 def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], dict[str, FloatArray]]:
     """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
 
-    Parameters
-    ----------
-    table
-        With t, alpha1 to alpha4, and the rates and accelerations if it has them.
-    periods
-        How often.
-
-    Returns
-    -------
-    times
-        Since the first point, shape (n,) [ns], strictly increasing.
-    rows
-        `positions`, and `velocities` and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
-
-    Raises
-    ------
-    InputError
-        If the table is not closed, or if there are too many points, or points too near in time.
-
-    Examples
-    --------
-    >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.timing.timed_gait import table_of
-    >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(2.0, samples=2))
-    >>> points_of(table, 2)[0].tolist()
-    [0, 1000000000, 2000000000, 3000000000, 4000000000]
+    Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
+    and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
     if periods > 1 and not is_closed(table):
         raise InputError(f"periods must be 1 for a table that does not end where it starts, got {periods}")
@@ -143,10 +116,7 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
 
 
 def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
-    """Write a new file with the goal of an action.
-
-    ``ros2 action send_goal`` takes it as its argument. Times are whole nanoseconds.
-    """
+    """Write a new file with the goal of an action, as ``ros2 action send_goal`` takes it; times are in nanoseconds."""
     table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 trajectory")
     times, rows = points_of(table, options.periods)
     lines = [
@@ -164,11 +134,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
 
 
 def _number(value: float) -> str:
-    """Return a number as YAML 1.1 reads it: an exponent without a point before it would be a text.
-
-    >>> _number(1e-05), _number(-0.25)
-    ('1.0e-05', '-0.25')
-    """
+    """Return a number as YAML 1.1 reads it: an exponent without a point before it would be a text."""
     text = repr(value)
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 

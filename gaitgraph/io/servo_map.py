@@ -25,14 +25,13 @@ if TYPE_CHECKING:
 
     from gaitgraph.vehicle import Vehicle
 
+FloatArray = npt.NDArray[np.float64]
 
-TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}
+_TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}
 """Units of time in one second."""
 
 _COLUMN_ENDS = {"rad": "", "deg": "_deg", "us": "_us"}
-DERIVATIVE_ENDS = ("_rate", "_acceleration")
-"""What follows the name of a joint's column in those of its rates and accelerations."""
-
+_DERIVATIVE_ENDS = ("_rate", "_acceleration")
 _LONGEST_PULSE = 1e6
 _LONGEST_NAME = 64
 _ROUNDING = 1e-9
@@ -79,15 +78,10 @@ class Joint:
     limits_us
         Least and largest pulse width [µs], for the unit us.
 
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
-
     Examples
     --------
     >>> servo = Joint(name="servo1", rotor=2, column="servo1_us", unit="us", sign=-1, us_per_rad=600.0)
-    >>> servo.value_of(0.5), servo.tilt_of(1200.0)
+    >>> servo.value_of(-0.5), servo.tilt_of(1200.0)
     (1200.0, 0.5)
     """
 
@@ -153,30 +147,22 @@ class Joint:
         low, high = self.limits or (-math.inf, math.inf)
         return (math.degrees(low), math.degrees(high)) if self.unit == "deg" else (low, high)
 
-    def value_of(self, alpha: Any) -> Any:
-        """Return the values of the column, in its unit, at tilt angles [rad], whatever the limits."""
-        return self.value_of_angle(self.sign * alpha + self.zero)
-
-    def value_of_angle(self, angle: Any) -> Any:
-        """Return the values of the column, in its unit, at angles q of the joint [rad]."""
+    def value_of(self, angle: Any) -> Any:
+        """Return the values of the column, in its unit, at angles q of the joint [rad], whatever the limits."""
         return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * angle
 
     def angle_of(self, value: Any) -> Any:
-        """Return the angle q [rad] of values of the column: the inverse of :meth:`value_of_angle`."""
+        """Return the angle q [rad] of values of the column: the inverse of :meth:`value_of`."""
         if self.unit == "us":
             return (value - self.neutral_us) / self.per_radian
         return np.radians(value) if self.unit == "deg" else value
 
     def tilt_of(self, value: Any) -> Any:
-        """Return the tilt angle [rad] of values of the column: the inverse of :meth:`value_of`."""
+        """Return the tilt angle α [rad] of values of the column."""
         return self.sign * (self.angle_of(value) - self.zero)
 
     def is_beyond(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Return which values of the column exceed the limits by more than rounding.
-
-        >>> Joint(name="a", rotor=1, column="a", limits=(-0.5, 0.5)).is_beyond(np.array([0.5 + 1e-12, 0.6])).tolist()
-        [False, True]
-        """
+        """Return which values of the column exceed the limits by more than rounding."""
         low, high = self.bounds
         near = _ROUNDING * np.maximum(1.0, np.abs(values))
         return (values < low - near) | (values > high + near)
@@ -185,11 +171,8 @@ class Joint:
         """Return the fields that its unit has, as plain values."""
         left_out = ("limits",) if self.unit == "us" else ("us_per_rad", "neutral_us", "limits_us")
         stated = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in left_out}
-        return {
-            name: list(value) if isinstance(value, tuple) else value
-            for name, value in stated.items()
-            if value is not None
-        }
+        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in stated.items()}
+        return {name: value for name, value in plain.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,11 +195,6 @@ class ServoMap:
         The vehicle that the order of rotors is meant for, as :class:`~gaitgraph.vehicle.Vehicle` has them [rad]; None
         if it fits any.
 
-    Raises
-    ------
-    InputError
-        If the joints are not one on each rotor, a column is named twice, or a value is not allowed.
-
     Examples
     --------
     >>> [joint.rotor for joint in servo_map_named("x_frame").joints]
@@ -235,7 +213,7 @@ class ServoMap:
         if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
             raise InputError(f"name must be a printable text that is not empty, got {shown(self.name)}")
         _check_name(self.time, "time")
-        check_choice(self.time_unit, TIME_UNITS, "time_unit")
+        check_choice(self.time_unit, _TIME_UNITS, "time_unit")
         if not isinstance(self.clip, bool):
             raise InputError(f"clip must be true or false, got {shown(self.clip)}")
         if self.first_rotor_spin is not None:
@@ -259,7 +237,7 @@ class ServoMap:
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, then rates and accelerations of joints that are not in pulse widths."""
-        derived = (joint.column + end for end in DERIVATIVE_ENDS for joint in self.joints if joint.unit != "us")
+        derived = (joint.column + end for end in _DERIVATIVE_ENDS for joint in self.joints if joint.unit != "us")
         return (self.time, *(joint.column for joint in self.joints), *derived)
 
     @property
@@ -268,11 +246,7 @@ class ServoMap:
         return tuple(joint.name for joint in self.joints)
 
     def in_radians(self) -> ServoMap:
-        """Return the same joints as alpha1 to alpha4, in their order [rad], for formats that name joints on their own.
-
-        >>> servo_map_named("x_frame").in_radians().joints[0].column
-        'alpha1'
-        """
+        """Return the same joints as alpha1 to alpha4, in their order [rad], for formats that name joints themselves."""
         joints = []
         for column, joint in zip(ANGLES, self.joints, strict=True):
             low, high = (float(joint.angle_of(value)) for value in joint.bounds)
@@ -308,10 +282,7 @@ class ServoMap:
 
 
 def check_choice(value: object, allowed: Iterable[str], what: str) -> None:
-    """Raise InputError unless a value is one of the texts allowed.
-
-    >>> check_choice("deg", ("rad", "deg"), "unit")
-    """
+    """Raise InputError unless a value is one of the texts allowed."""
     known = list(allowed)
     if value not in known:
         hint = did_you_mean(value, known) if isinstance(value, str) else ""
@@ -319,9 +290,11 @@ def check_choice(value: object, allowed: Iterable[str], what: str) -> None:
 
 
 def _check_name(value: object, what: str) -> None:
-    """Raise InputError unless a value can name a joint or a column."""
     if not (isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= _LONGEST_NAME):
         raise InputError(f"{what} must be a printable text of 1 to {_LONGEST_NAME} characters, got {shown(value)}")
+
+
+# -- Maps as plain values
 
 
 _JOINT_FIELDS = tuple(one.name for one in fields(Joint))
@@ -412,14 +385,7 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
     """Return a preset by name, or the map in a TOML file.
 
     The file holds what :func:`servo_map_from_mapping` takes, at the top level or in a ``[servos]`` table, with joints
-    as ``[[joint]]``.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown or the file holds something else.
-    FileProblem
-        If the file cannot be read.
+    as ``[[joint]]``. Raises InputError, or FileProblem if the file cannot be read.
     """
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return servo_map_from_mapping({"preset": name_or_file})
@@ -436,13 +402,14 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
         raise InputError(f"servos file {str(path)!r}: {error}") from error
 
 
-FloatArray = npt.NDArray[np.float64]
-
-_SHOWN_UNIT = {"rad": "rad", "deg": "°", "us": "µs"}
+# -- Tables of joints
 
 
-def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> dict[str, FloatArray]:
-    """Return the columns of a servo table: time, then each joint, then rates and accelerations if the table has them.
+def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
+    """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
+
+    These are time, then each joint, then rates and accelerations if the table has them: ``_rate`` and
+    ``_acceleration`` of a joint in its unit per second and per second squared. Pulse widths have neither.
 
     Parameters
     ----------
@@ -453,12 +420,6 @@ def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -
     rows_before
         Rows of the same table that came before these, for messages.
 
-    Returns
-    -------
-    dict
-        Columns by the map's names, in its units; ``_rate`` and ``_acceleration`` of a joint in its unit per second and
-        per second squared. Pulse widths have neither.
-
     Raises
     ------
     InputError
@@ -468,41 +429,29 @@ def mapped_columns(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -
     --------
     >>> from gaitgraph.gait.gait import lift
     >>> from gaitgraph.timing.timed_gait import table_of
-    >>> from gaitgraph.io.servo_map import servo_map_from_mapping
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=2))
     >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 500, "time_unit": "ms"})
-    >>> for name, values in mapped_columns(table, servos).items():
-    ...     print(name, values.tolist())
-    t [0.0, 500.0, 1000.0]
-    tilt1_us [1300.0, 1100.0, 1300.0]
-    tilt2_us [1300.0, 1100.0, 1300.0]
-    tilt3_us [1700.0, 1900.0, 1700.0]
-    tilt4_us [1700.0, 1900.0, 1700.0]
+    >>> servo_table = mapped_table(table, servos)
+    >>> servo_table["t"].tolist(), servo_table["tilt1_us"].tolist()
+    ([0.0, 500.0, 1000.0], [1300.0, 1100.0, 1300.0])
     """
     servo_map.check_vehicle(setting_of(table)[0])
     columns: dict[str, FloatArray] = {}
     if "t" in table:
-        columns[servo_map.time] = np.asarray(table["t"]) * TIME_UNITS[servo_map.time_unit]
+        columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
     for joint in servo_map.joints:
-        alpha = np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float)
-        angle, values = joint.sign * alpha + joint.zero, np.asarray(joint.value_of(alpha))
+        angle = joint.sign * np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float) + joint.zero
+        values = joint.value_of(angle)
         if servo_map.clip:
             inside = np.clip(values, *joint.bounds)
             angle = np.where(inside == values, angle, joint.angle_of(inside))
         else:
             _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
-        columns[joint.column] = np.asarray(joint.value_of_angle(angle + 0.0) + 0.0)
-    for end, names in zip(DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
-        if all(name in table for name in names):
-            for joint in servo_map.joints:
-                if joint.unit != "us":
-                    columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
-    return columns
-
-
-def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
-    """Return :func:`mapped_columns` as a table that states its map in ``about["servos"]``."""
-    columns = mapped_columns(table, servo_map, rows_before=rows_before)
+        columns[joint.column] = joint.value_of(angle + 0.0) + 0.0
+    for end, names in zip(_DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
+        for joint in servo_map.joints if all(name in table for name in names) else ():
+            if joint.unit != "us":
+                columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
     return Table(columns=columns, about={**table.about, "servos": servo_map.as_mapping()}, rounding=table.rounding)
 
 
@@ -510,8 +459,8 @@ def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
     """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
     beyond = {}
     for joint in servo_map.joints:
-        values = np.asarray(joint.value_of(np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float)))
-        beyond[joint.name] = int(joint.is_beyond(values).sum())
+        angle = joint.sign * np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float) + joint.zero
+        beyond[joint.name] = int(joint.is_beyond(joint.value_of(angle)).sum())
     return {name: count for name, count in beyond.items() if count}
 
 
@@ -520,7 +469,7 @@ def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_be
     beyond = joint.is_beyond(values)
     if beyond.any():
         k = int(np.argmax(beyond))
-        (low, high), unit = joint.bounds, _SHOWN_UNIT[joint.unit]
+        (low, high), unit = joint.bounds, {"rad": "rad", "deg": "°", "us": "µs"}[joint.unit]
         tilt = float(np.degrees(joint.tilt_of(values[k])))
         raise InputError(
             f"servos {servo_map.name!r}: row {rows_before + k + 1}: joint {joint.name!r} must be between {low:.6g} and "
@@ -529,7 +478,7 @@ def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_be
 
 
 def check_joint_columns(names: Sequence[str], servo_map: ServoMap) -> None:
-    """Raise InputError unless a table with these columns has those of all joints, and the time if that is named."""
+    """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
     wanted = [(joint.column, f"of joint {joint.name!r}") for joint in servo_map.joints]
     if servo_map.time != "t":
         wanted.insert(0, (servo_map.time, "of time"))
@@ -542,27 +491,14 @@ def check_joint_columns(names: Sequence[str], servo_map: ServoMap) -> None:
 def tilts_from_joints(
     columns: Mapping[str, npt.ArrayLike], servo_map: ServoMap, *, rows_before: int = 0
 ) -> dict[str, FloatArray]:
-    """Return the columns of a gait table from those of a servo table: the inverse of :func:`mapped_columns`.
+    """Return the columns of a gait table from those of joints: the inverse of :func:`mapped_table`.
 
     These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them.
 
-    Parameters
-    ----------
-    columns
-        Finite numbers by the map's names; others are ignored.
-    servo_map
-        What the columns are.
-    rows_before
-        Rows of the same table that came before these, for messages.
-
-    Raises
-    ------
-    InputError
-        If a column is missing or a joint is beyond its limits.
+    Other columns are ignored. Raises InputError if one is missing or a joint is beyond its limits.
 
     Examples
     --------
-    >>> from gaitgraph.io.servo_map import servo_map_from_mapping
     >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "deg"})
     >>> found = tilts_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos)
     >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]
@@ -572,15 +508,15 @@ def tilts_from_joints(
     found: dict[str, FloatArray] = {}
     by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:
-        found["t"] = np.asarray(columns[servo_map.time], dtype=float) / TIME_UNITS[servo_map.time_unit]
+        found["t"] = np.asarray(columns[servo_map.time], dtype=float) / _TIME_UNITS[servo_map.time_unit]
     for name, joint in zip(ANGLES, by_rotor, strict=True):
         values = np.asarray(columns[joint.column], dtype=float)
         _check_limits(servo_map, joint, values, rows_before)
-        tilt = np.asarray(joint.tilt_of(values) + 0.0)
+        tilt = joint.tilt_of(values) + 0.0
         # π/2 in another unit may come back a digit beyond it.
         near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
-    for end, names in zip(DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
+    for end, names in zip(_DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
         if all(joint.unit != "us" and joint.column + end in columns for joint in by_rotor):
             for name, joint in zip(names, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)

@@ -1,7 +1,8 @@
-"""CSV files of gait tables: read in pieces of any number, fast where nothing is unusual, and written row by row.
+"""CSV and JSON files of gait tables.
 
-A CSV file has one more column than the table, `made_by`: what made it, in the first row and, since the last row is the
-first again, there. A comment line would be in the way of everything else that reads CSV.
+A CSV file is read in pieces, fast where nothing is unusual, and written row by row. It has one more column than the
+table, `made_by`: what made it, in the first row and in the last, which is the first again. Other readers of CSV would
+stumble over a comment line.
 """
 
 from __future__ import annotations
@@ -50,18 +51,7 @@ _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 def pieces_of_csv(
     path: Path, progress: Callable[[float], None] | None, plane_only: bool, joints: ServoMap | None
 ) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
-
-    Parameters
-    ----------
-    path, progress, plane_only, joints
-        As for :func:`gaitgraph.io.reading.read_pieces`.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If the file cannot be read, or a line or a value is wrong; the message names the line or the row.
-    """
+    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed."""
     names: list[str] = []
     builder: TableBuilder | None = None
     line = 0  # lines before these
@@ -73,7 +63,7 @@ def pieces_of_csv(
             if start == len(lines):
                 line += start
                 continue
-            names = _names_of(lines[start], line + start)
+            names = _names_of(lines[start], line + start + 1)
             start += 1
         about = _provenance_taken_out(lines, start, names)
         builder = builder or TableBuilder(names, about, plane_only=plane_only, joints=joints)
@@ -113,17 +103,15 @@ def _split(content: bytes, path: Path) -> list[str]:
     return text.removesuffix("\n").split("\n")
 
 
-def _names_of(text: str, offset: int) -> list[str]:
+def _names_of(text: str, line: int) -> list[str]:
     """Return the names in the header line."""
-    reader = csv.reader([text], strict=True)
     try:
-        names = [name.strip() for name in next(reader)]
+        names = [name.strip() for name in next(csv.reader([text], strict=True))]
     except csv.Error as error:
-        raise _no_csv(offset + 1, error) from error
-    if len(names) == 1:
-        for mark, what in ((";", "semicolons"), ("\t", "tabs")):
-            if mark in text:
-                raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
+        raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
+    for mark, what in ((";", "semicolons"), ("\t", "tabs")):
+        if len(names) == 1 and mark in text:
+            raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
     return names
 
 
@@ -133,16 +121,14 @@ def _provenance_taken_out(lines: list[str], start: int, names: list[str]) -> dic
     Then all rows are alike, and the first and the last are read as fast as the others.
     """
     about: dict[str, Any] = {}
-    if MADE_BY not in names:
-        return about
-    column = names.index(MADE_BY)
-    for k in {start, len(lines) - 1}:
+    for k in {start, len(lines) - 1} if MADE_BY in names else ():
         if not start <= k < len(lines) or FORMAT not in lines[k]:
             continue
         try:
             fields = next(csv.reader([lines[k]], strict=True), [])
         except csv.Error:
             continue  # reading the line as a row says what is wrong
+        column = names.index(MADE_BY)
         if len(fields) == len(names) and FORMAT in fields[column]:
             about = about_from_text(fields[column])
             fields[column] = ""
@@ -181,12 +167,8 @@ def _text_columns(lines: list[str], builder: TableBuilder, offset: int) -> list[
             if row:
                 rows.append(row)
     except csv.Error as error:
-        raise _no_csv(offset + reader.line_num, error) from error
+        raise InputError(f"line {offset + reader.line_num}: {error}; allowed is comma-separated text") from error
     return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in builder.names]
-
-
-def _no_csv(line: int, error: csv.Error) -> InputError:
-    return InputError(f"line {line}: {error}; allowed is comma-separated text")
 
 
 def _rounding_of(lines: list[str], builder: TableBuilder) -> float:
@@ -206,26 +188,26 @@ def _rounding_of(lines: list[str], builder: TableBuilder) -> float:
 
 def write_csv(pieces: Iterable[Table], path: Path) -> None:
     """Write a new CSV file, piece by piece; InputError if a column of joints is named `made_by`."""
+
+    def rows() -> Iterator[Iterable[Any]]:
+        stated = mark = ""
+        before: tuple[Any, ...] | None = None  # a row is written when the next has come: the last one has a mark too
+        for piece in pieces:
+            if before is None:
+                check_names(piece.columns, [MADE_BY], ".csv")
+                stated = mark = provenance_text(piece)
+                yield (*piece.columns, MADE_BY)
+            columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
+            for row in zip(*columns, strict=True):
+                if before is not None:
+                    yield (*before, mark)
+                    mark = ""
+                before = row
+        if before is not None:
+            yield (*before, stated)
+
     with path.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows(_rows_to_write(pieces))
-
-
-def _rows_to_write(pieces: Iterable[Table]) -> Iterator[Iterable[Any]]:
-    stated = mark = ""
-    before: tuple[Any, ...] | None = None  # a row is written when the next has come: the last one has a mark too
-    for piece in pieces:
-        if before is None:
-            check_names(piece.columns, [MADE_BY], ".csv")
-            stated = mark = provenance_text(piece)
-            yield (*piece.columns, MADE_BY)
-        columns = (values.tolist() if isinstance(values, np.ndarray) else values for values in piece.columns.values())
-        for row in zip(*columns, strict=True):
-            if before is not None:
-                yield (*before, mark)
-                mark = ""
-            before = row
-    if before is not None:
-        yield (*before, stated)
+        csv.writer(stream, lineterminator="\n").writerows(rows())
 
 
 _JSON = "allowed is an object of columns, a list of rows, or a plan"
@@ -233,22 +215,8 @@ _MOST_BRACKETS = 5_000_000
 
 
 def table_of_json(text: str, plane_only: bool, joints: ServoMap | None) -> Table:
-    """Return the table that a JSON text holds.
+    """Return the table in a JSON text: of columns (beside or around them what made them), of rows, or of a plan.
 
-    Parameters
-    ----------
-    text
-        An object of columns (beside them, or around them, what made them), a list of rows, or a plan.
-    plane_only, joints
-        As for :func:`gaitgraph.io.reading.read_pieces`; a plan is always of tilt angles.
-
-    Raises
-    ------
-    InputError
-        If it is no JSON, or no gait table.
-
-    Examples
-    --------
     >>> table_of_json('[{"alpha1": "pi/4", "alpha2": 0, "color": "red"}]', False, None).columns["alpha1"].round(4)
     array([0.7854])
     """
@@ -263,7 +231,15 @@ def table_of_json(text: str, plane_only: bool, joints: ServoMap | None) -> Table
     except ValueError as error:
         raise InputError(f"it is not JSON ({str(error).splitlines()[0]}); {_JSON}") from error
     if isinstance(content, list):
-        return table_from_columns(_columns_of_rows(content), plane_only=plane_only, joints=joints)
+        if not all(isinstance(row, dict) for row in content):
+            raise InputError(f"a list whose entries are not all objects; {_JSON}")
+        if not content:
+            raise InputError(f"it has no rows; {_JSON}")
+        for number, row in enumerate(content, start=1):
+            if row.keys() != content[0].keys():
+                raise InputError(f"row {number} has other fields than row 1; {_JSON}")
+        raw = [(name, [row[name] for row in content]) for name in content[0]]
+        return table_from_columns(raw, plane_only=plane_only, joints=joints)
     if not isinstance(content, dict):
         raise InputError(f"it holds {shown(content)}; {_JSON}")
     if "path" in content:
@@ -291,17 +267,6 @@ def _refused_constant(name: str) -> None:
     raise ValueError(f"{name} is no number of JSON")
 
 
-def _columns_of_rows(rows: list[Any]) -> list[tuple[str, Any]]:
-    if not all(isinstance(row, dict) for row in rows):
-        raise InputError(f"a list whose entries are not all objects; {_JSON}")
-    if not rows:
-        raise InputError(f"it has no rows; {_JSON}")
-    for number, row in enumerate(rows, start=1):
-        if row.keys() != rows[0].keys():
-            raise InputError(f"row {number} has other fields than row 1; {_JSON}")
-    return [(name, [row[name] for row in rows]) for name in rows[0]]
-
-
 def _table_of_plan(content: dict[str, Any]) -> Table:
     if content.get("status") == "infeasible":
         raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
@@ -326,12 +291,10 @@ def _table_of_plan(content: dict[str, Any]) -> Table:
 def write_json(pieces: Iterable[Table], path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
     table = merged(pieces)
-    heads = [
-        f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in provenance_of(table).items()
-    ]
-    columns = []
-    for name, values in table.columns.items():
-        plain = values.tolist() if isinstance(values, np.ndarray) else list(values)
-        columns.append(f"    {json.dumps(name)}: {json.dumps(plain, allow_nan=False)}")
+    plain = {name: one.tolist() if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}
+    heads, columns = (
+        [f"{indent}{json.dumps(name)}: {json.dumps(value, allow_nan=False)}" for name, value in content.items()]
+        for indent, content in (("  ", provenance_of(table)), ("    ", plain))
+    )
     heads.append('  "columns": {\n' + ",\n".join(columns) + "\n  }")
     path.write_text("{\n" + ",\n".join(heads) + "\n}\n", encoding="utf-8")
