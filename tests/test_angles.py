@@ -95,6 +95,10 @@ def test_multiples_of_a_thirtysecond_of_pi_are_written_as_such(count: int, ascii
         assert math.gcd(int({"": "1", "-": "-1"}.get(factor, factor)), int(divisor)) == 1
 
 
+def test_a_multiple_is_one_to_within_a_billionth() -> None:
+    assert [text_from_angle(PI / 8 + off) for off in (0.9e-9, 1.1e-9, -1.1e-9)] == ["π/8", "0.3927", "0.3927"]
+
+
 @settings(deadline=None, max_examples=60)
 @given(angle=moderate)
 def test_any_other_angle_is_written_to_four_decimals(angle: float) -> None:
