@@ -121,6 +121,9 @@ def test_pages_name_what_there_is() -> None:
         for name in set(re.findall(r"(?<![\w/])(?:gg|gaitgraph)\.([a-zA-Z_][\w.]*\w)", text)):
             if not is_there(name):
                 strange.append((page.name, name))
+        for name in re.findall(r"`((?:\w+/)+\w+\.py)`", text):
+            if not any((folder / name).exists() for folder in (ROOT, ROOT / "gaitgraph", page.parent)):
+                strange.append((page.name, name))
     assert strange == []
 
 

@@ -76,7 +76,7 @@ def outputs(notebook: Any) -> dict[str, tuple[str, str]]:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebooks_run_and_show_what_they_promise(path: Path, kernel: Any) -> None:
+def test_notebooks_run_and_show_what_they_state(path: Path, kernel: Any) -> None:
     if path.stem == "export_to_ros2":
         pytest.importorskip("rosbags", reason="the extra 'ros' is not installed")
     notebook = nbformat.read(path, as_version=4)

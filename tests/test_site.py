@@ -163,5 +163,5 @@ def test_examples_show_what_they_print_and_no_times(site: Path) -> None:
 def test_the_same_sources_give_the_same_site(site: Path) -> None:
     for path in site.glob("**/*.html"):
         text = path.read_text()
-        for told in (str(ROOT), str(site.parent), "Last updated"):
-            assert told not in text, path.name
+        for private in (str(ROOT), str(site.parent), "Last updated"):
+            assert private not in text, path.name
