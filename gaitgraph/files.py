@@ -27,19 +27,8 @@ _DEEPEST = 100
 def text_of(path: Path, what: str, allowed: str) -> str:
     """Return the text of a UTF-8 file, with or without a byte-order mark.
 
-    Parameters
-    ----------
-    path
-        The file.
-    what, allowed
-        What messages call the file, and what it may be.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it is no text, or larger than :data:`MOST_BYTES`.
+    Raises FileProblem if the file cannot be read, and InputError if it is no text or larger than :data:`MOST_BYTES`;
+    `what` messages call it, and what is `allowed`.
     """
     size, blocks = 0, []
     for block, _ in blocks_of(path, what, allowed):
@@ -92,19 +81,9 @@ def table_from_toml(text: str) -> dict[str, Any]:
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
     """Write every file or folder beside its target first, then put all in place, each in one step.
 
-    Parameters
-    ----------
-    contents
-        Paths, each with the bytes of a file, or with what writes a new file or folder at the path that it is given.
-    force
-        Replace what is there.
-
-    Raises
-    ------
-    OutputExists
-        If something has the name by now and `force` is not set.
-    FileProblem
-        If the file system refuses; what was there is whole.
+    Contents are paths, each with the bytes of a file, or with what writes a new file or folder at the path that it is
+    given. Raises OutputExists if something has the name by now and `force` is not set, and FileProblem if the file
+    system refuses; what was there is then whole.
     """
     scratches: list[Path] = []
     path = Path()
@@ -137,25 +116,10 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
 
 
 def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()) -> None:
-    """Raise before any work is done if one of these files cannot be written.
+    """Raise before any work is done if one of these files cannot be written; `folders` are those to be folders.
 
-    Parameters
-    ----------
-    paths
-        The files.
-    force
-        Whether files that exist are replaced.
-    folders
-        Which of the paths are to be folders.
-
-    Raises
-    ------
-    InputError
-        If a file is named twice.
-    OutputExists
-        If something has the name, and is no file or `force` is not set.
-    FileProblem
-        If the folder does not exist, or the file system refuses the name.
+    Raises InputError if a file is named twice, OutputExists if something has the name and is no file or `force` is not
+    set, and FileProblem if the folder does not exist or the file system refuses the name.
     """
     seen: set[Path] = set()
     for path in map(Path, paths):
@@ -217,9 +181,7 @@ def _place_new(whole: Path, path: Path) -> None:
         return
     try:
         os.link(whole, path)
-    except FileExistsError:
-        raise
-    except OSError:  # a file system without hard links
-        if path.exists():
+    except OSError:  # the name is taken, or the file system has no hard links
+        if os.path.lexists(path):
             raise FileExistsError(str(path)) from None
         whole.replace(path)

@@ -31,10 +31,8 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
-
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -175,12 +173,7 @@ class Gait:
         return replace(self, alpha=points[corner], colors=kept, request={})
 
     def reversed(self) -> Gait:
-        """Return the gait run the other way from the same start.
-
-        >>> gait = lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], "red")
-        >>> np.array_equal(gait.reversed().reversed().alpha, gait.alpha)
-        True
-        """
+        """Return the gait run the other way from the same start."""
         return self._reordered([0, *range(len(self.alpha) - 1, 0, -1)])
 
     def started_at(self, corner: int) -> Gait:
@@ -213,11 +206,8 @@ class Gait:
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`.
-
-        A polyline takes its least and largest angles at corners, so corners suffice.
-        """
-        return vertices(self.alpha, tolerance)
+        """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
+        return vertices(self.alpha, tolerance)  # a polyline has its least and largest angles at corners
 
     def parametrize(
         self, period: float = 1.0, *, law: str = "smooth", samples: int | None = None, rate: float | None = None
@@ -322,11 +312,7 @@ def lift(
 def points_on_sheets(
     alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, colors: Sequence[str], coefficients: Coefficients
 ) -> FloatArray:
-    """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad].
-
-    >>> points_on_sheets([0.4, 0.4], [-0.4, -0.4], ["red", "blue"], coefficients_of()).round(3).tolist()
-    [[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, -0.066, 0.066]]
-    """
+    """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
@@ -391,12 +377,7 @@ PAPER_GAITS = tuple(_LOOPS)
 
 
 def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
-    """Return Gait 1 to 4 for a vehicle; its loop is mirrored in the origin, as all regions are, if the spin is.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> paper_gait(3, PAPER, coefficients_of()).alpha[0].round(3).tolist()
-    [1.178, -1.178, 1.178, -1.178]
-    """
+    """Return Gait 1 to 4 for a vehicle; its loop is mirrored in the origin, as all regions are, if the spin is."""
     color, points = _LOOPS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
     return lift(side * np.array(points) * (math.pi / 16), color, vehicle=vehicle, coefficients=coefficients)

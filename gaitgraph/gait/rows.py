@@ -46,19 +46,8 @@ measured loop that comes back to within its own tolerance, but then keeps the la
 def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 0) -> FloatArray:
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
-    Parameters
-    ----------
-    table
-        Rows with all four angles, or with alpha1, alpha2 and color.
-    coefficients
-        The coefficients of the surfaces.
-    rows_before
-        Rows of the same table before these, for messages.
-
-    Raises
-    ------
-    InputError
-        If a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]².
+    Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
+    counts the rows of the same table before these, for messages.
     """
     if "alpha3" in table:
         return table.alpha
@@ -94,14 +83,8 @@ def closed_rows(
     """Return the closed polyline through a table's rows, each row a corner, and when it passes them.
 
     Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
-    keeps the request that made the table, if no other vehicle or coefficients are given.
-
-    Parameters
-    ----------
-    table
-        At least one row.
-    vehicle, coefficients
-        What it is for; by default what the table states, else the paper's vehicle.
+    keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
+    table states, else the paper's vehicle.
 
     Returns
     -------
@@ -157,7 +140,7 @@ def completed_pieces(
     pieces
         Yields the same pieces each time: at least two rows in all, with `t`.
     vehicle, coefficients
-        What the table is for; by default what it states, else the paper's vehicle.
+        As for :func:`closed_rows`.
 
     Examples
     --------
@@ -177,9 +160,9 @@ class _Completion:
 
     def __init__(self, pieces: Iterable[Table], vehicle: Vehicle | None, coefficients: Kind | None) -> None:
         self.rows = 0
-        self.has_colors = self.keeps_R = self.keeps_types = True
         rest = iter(pieces)
         first = next(rest)
+        self.has_colors, self.keeps_R, self.keeps_types = True, "R" in first, "types" in first
         stated, self.numbers, self.crossing_tolerance = setting_of(first, vehicle, coefficients)
         self.about = {**first.about, "vehicle": stated.as_mapping(), "coefficients": self.numbers.kind}
         if not isinstance(self.about.get("request"), dict) or vehicle is not None or coefficients is not None:
@@ -187,8 +170,13 @@ class _Completion:
         for piece, alpha, codes in self._placed(chain([first], rest)):
             self.rows += len(alpha)
             self.has_colors = self.has_colors and bool(codes.all())
-            self.keeps_R = self.keeps_R and self._agrees_in_R(piece, alpha)
-            self.keeps_types = self.keeps_types and _agrees_in_types(piece, codes)
+            if self.keeps_R:
+                digits = 2 * level_determinant_resolution(alpha, self.numbers)
+                self.keeps_R = not (np.abs(piece["R"] - self._R(alpha)) > digits).any()
+            if self.keeps_types:
+                known = {text: types_from_text(text) for text in set(piece["types"])}
+                stated_types = np.array([known[text] for text in piece["types"]]).reshape(-1, 2)
+                self.keeps_types = not types_contradict(stated_types, codes).any()
 
     def _placed(self, pieces: Iterable[Table]) -> Iterator[tuple[Table, FloatArray, CodeArray]]:
         """Yield each piece with its tilt angles and each row's family, as stated or as it lies; 0 for none."""
@@ -201,10 +189,6 @@ class _Completion:
                 codes = families_along(alpha, self.numbers, DEFAULT_TOLERANCE, before=code)
             rows, code = rows + len(alpha), int(codes[-1])
             yield piece, alpha, codes
-
-    def _agrees_in_R(self, piece: Table, alpha: FloatArray) -> bool:
-        digits = 2 * level_determinant_resolution(alpha, self.numbers)
-        return "R" in piece and not (np.abs(piece["R"] - self._R(alpha)) > digits).any()
 
     def _R(self, alpha: FloatArray) -> FloatArray:
         rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row in another way
@@ -244,14 +228,6 @@ class _Completion:
                 pairs = zip(*family_types(alpha, codes, self.numbers, self.crossing_tolerance), strict=True)
                 columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
         return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=self.about)
-
-
-def _agrees_in_types(piece: Table, codes: CodeArray) -> bool:
-    if "types" not in piece:
-        return False
-    known = {text: types_from_text(text) for text in set(piece["types"])}
-    stated = np.array([known[text] for text in piece["types"]]).reshape(-1, 2)
-    return not types_contradict(stated, codes).any()
 
 
 def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:

@@ -105,37 +105,22 @@ class Table:
         return replace(self, columns={name: values[start:stop] for name, values in self.columns.items()})
 
     def to_pandas(self) -> Any:
-        """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
+        """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
         pandas = _library("pandas")
-        columns = {
-            name: pandas.Categorical(list(values)) if name in TEXTS else values for name, values in self.columns.items()
-        }
-        frame = pandas.DataFrame(columns)
+        texts = {name: pandas.Categorical(list(self.columns[name])) for name in TEXTS if name in self.columns}
+        frame = pandas.DataFrame({**self.columns, **texts})
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
 
     def to_polars(self) -> Any:
-        """Return the table as a polars frame: floats, and categories for texts. What made it is not kept.
-
-        Raises
-        ------
-        MissingExtra
-            If polars is not installed.
-        """
+        """Return the table as a polars frame: floats, and categories for texts. What made it is not kept."""
         polars = _library("polars")
-        series = [
-            polars.Series(name, list(values), dtype=polars.Categorical)
-            if name in TEXTS
-            else polars.Series(name, values)
-            for name, values in self.columns.items()
-        ]
-        return polars.DataFrame(series)
+        texts = {
+            name: polars.Series(list(self.columns[name]), dtype=polars.Categorical)
+            for name in TEXTS
+            if name in self.columns
+        }
+        return polars.DataFrame({**self.columns, **texts})
 
 
 def _library(name: str) -> ModuleType:
@@ -176,11 +161,7 @@ def setting_of(
 
 
 def provenance_of(table: Table) -> dict[str, Any]:
-    """Return what a file states about the making of its table, as plain values: format, version, and `about`.
-
-    >>> provenance_of(Table(columns={}, about={"period": 1.0}))["about"]
-    {'period': 1.0}
-    """
+    """Return what a file states about the making of its table, as plain values: format, version, and `about`."""
     return {"format": FORMAT, "version": __version__, "about": table.about}
 
 
@@ -192,20 +173,8 @@ def provenance_text(table: Table) -> str:
 def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
     """Return the `about` of a text that :func:`provenance_text` wrote, or nothing if the text is from elsewhere.
 
-    Parameters
-    ----------
-    text
-        What stands where a format keeps the provenance.
-    required
-        Whether a text from elsewhere is refused.
+    Raises InputError if the text names the format and is broken; with `required` also if it is from elsewhere.
 
-    Raises
-    ------
-    InputError
-        If the text names the format of :func:`provenance_text` and is broken.
-
-    Examples
-    --------
     >>> about_from_text("measured on Monday")
     {}
     """
@@ -221,11 +190,7 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
 
 
 def checked_about(content: object) -> dict[str, Any]:
-    """Return what made a table if it is plain values, as JSON holds them and nested up to 100 levels; else InputError.
-
-    >>> checked_about({"period": 1.0})
-    {'period': 1.0}
-    """
+    """Return what made a table if it is plain values as JSON holds them, nested up to 100 levels; else InputError."""
     if not isinstance(content, dict):
         raise InputError(f"about must be an object, got {shown(content)}")
     level: list[Any] = [content]
