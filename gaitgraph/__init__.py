@@ -60,8 +60,8 @@ if TYPE_CHECKING:
     from gaitgraph.robustness.biased import robustness_of as robustness_of
     from gaitgraph.study.running import run_study as run_study
     from gaitgraph.surface.admissible import admissible_region as admissible_region
-    from gaitgraph.surface.closed_form_roots import roots as roots
     from gaitgraph.surface.loop_colorings import colorings as colorings
+    from gaitgraph.surface.sheets import roots as roots
     from gaitgraph.timing.exporting import export as export
     from gaitgraph.timing.limits import Limits as Limits
     from gaitgraph.timing.time_optimal import least_period as least_period, paced as paced

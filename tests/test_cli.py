@@ -278,7 +278,7 @@ def test_unforeseen_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> No
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("gaitgraph.surface.closed_form_roots.roots", broken)
+    monkeypatch.setattr("gaitgraph.surface.sheets.roots", broken)
     with pytest.raises(ZeroDivisionError):
         main(["roots", "0", "0"])
 

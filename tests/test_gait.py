@@ -10,8 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift, vertices
-from gaitgraph.surface.closed_form_roots import roots
-from gaitgraph.surface.sheets import COLORS
+from gaitgraph.surface.sheets import COLORS, roots
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)

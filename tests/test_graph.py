@@ -15,9 +15,8 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.graph.build import checked_divisions, grid_axis, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
-from gaitgraph.surface.closed_form_roots import roots
 from gaitgraph.surface.region import Zones
-from gaitgraph.surface.sheets import red_label
+from gaitgraph.surface.sheets import red_label, roots
 
 
 @pytest.fixture(scope="module")

@@ -35,14 +35,16 @@ from gaitgraph.invertibility.segment_bounds import (
 from gaitgraph.surface import admissible
 from gaitgraph.surface.admissible import (
     admissible_region,
+    certain_determinant,
     hover_region,
+    sign_components,
+    sign_region,
     singular_value_region,
     thrust_region,
     tilt_region,
     why_empty,
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
-from gaitgraph.surface.components import certain_determinant, sign_components, sign_region
 from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.checks import check_gait

@@ -28,7 +28,7 @@ def roots_command(
 
     from gaitgraph.angles import angle_from_text, text_from_angle
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.surface.closed_form_roots import roots
+    from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
     numbers = coefficients_of(vehicle or PAPER, coefficients)

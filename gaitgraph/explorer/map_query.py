@@ -124,8 +124,7 @@ def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
     """Return a region as rings, or None where the vehicle's flyable region is unknown."""
     import shapely
 
-    from gaitgraph.surface.admissible import admissible_region, hover_region
-    from gaitgraph.surface.components import sign_region
+    from gaitgraph.surface.admissible import admissible_region, hover_region, sign_region
 
     if name == "hover":
         region = hover_region(vehicle)

@@ -48,8 +48,7 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.closed_form_roots import root_arrays, sheet_grid
-from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles
+from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid
 from gaitgraph.validation.rules import jumps
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 

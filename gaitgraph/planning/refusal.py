@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gaitgraph.invertibility.matrices import Coefficients, noise_of
-from gaitgraph.surface.closed_form_roots import RootArrays, root_arrays
-from gaitgraph.surface.sheets import RELATION, Sign, separating_factor
+from gaitgraph.surface.sheets import RELATION, RootArrays, Sign, root_arrays, separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

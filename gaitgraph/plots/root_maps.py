@@ -26,8 +26,7 @@ from gaitgraph.plots.axes import (
     space_axes,
 )
 from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.closed_form_roots import root_arrays
-from gaitgraph.surface.sheets import COLORS, Sign
+from gaitgraph.surface.sheets import COLORS, Sign, root_arrays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,23 +9,16 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.surface.adjacency import types_may_be_adjacent as types_may_be_adjacent
     from gaitgraph.surface.admissible import (
+        SignComponent as SignComponent,
         admissible_region as admissible_region,
+        certain_determinant as certain_determinant,
         hover_region as hover_region,
+        sign_components as sign_components,
+        sign_region as sign_region,
         singular_value_region as singular_value_region,
         thrust_region as thrust_region,
         tilt_region as tilt_region,
         why_empty as why_empty,
-    )
-    from gaitgraph.surface.closed_form_roots import (
-        root_arrays as root_arrays,
-        roots as roots,
-        sheet_grid as sheet_grid,
-    )
-    from gaitgraph.surface.components import (
-        SignComponent as SignComponent,
-        certain_determinant as certain_determinant,
-        sign_components as sign_components,
-        sign_region as sign_region,
     )
     from gaitgraph.surface.loop_colorings import (
         Coloring as Coloring,
@@ -44,7 +37,10 @@ if TYPE_CHECKING:
         Sign as Sign,
         family_distances as family_distances,
         red_label as red_label,
+        root_arrays as root_arrays,
+        roots as roots,
         sheet_angles as sheet_angles,
+        sheet_grid as sheet_grid,
     )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -1,12 +1,20 @@
-"""Where a gait may be: each condition on the red sheet as a region, and all of them in one."""
+"""Where a gait may be: the sign of R, each condition of flight on the red sheet, and all of them in one region.
+
+On the red sheet the components of R ≠ 0 are labelled by the signs of the three factors of R
+(:func:`gaitgraph.surface.sheets.red_label`). The sign of R on a grid cannot separate them: it joins them across the
+saddles, where a line and the curve cross and R vanishes to second order.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+import shapely
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
@@ -15,47 +23,245 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value_on_red,
+    level_determinant,
     noise_of,
 )
-from gaitgraph.surface.components import (
-    certain_determinant,
-    checked_sign,
-    determinant_condition,
-    determinant_falls_below,
-    sign_region,
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
+from gaitgraph.surface.borders import (
+    blue_determinant_below,
+    bracket_negative,
+    determinant_below,
+    mirrored,
+    thrust_above,
+    weak_block,
 )
-from gaitgraph.surface.outlines import mirrored, thrust_above, weak_block
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
-    OPEN_MARGIN,
     TOUCH,
     Condition,
     Region,
     Zones,
-    centered_square,
     checked_accuracy,
     checked_number,
     chord_tolerance,
     offset,
+    polygons_of,
     rectangle,
     region_between,
     square_without,
     union_of,
     zones_region,
 )
-from gaitgraph.surface.sheets import COLORS, Color, Sign, red_label
+from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, red_label, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from shapely import Polygon
+    from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
 Use = Literal["valid", "flyable"]
 
+_EPSILON = float(np.finfo(float).eps)
+_OPEN_MARGIN = 1e-9  # how far inside an open condition its straight border is drawn [rad]
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
+
+
+def _checked_sign(sign: object) -> int:
+    if not isinstance(sign, str) or sign not in SIGNS:
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    return 1 if sign == "positive" else -1
+
+
+# --- the sign of R ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignComponent:
+    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]²; `sign` is that of R, the product of the label's.
+
+    `label` holds the signs of cos β1, cos β2 and the bracket, see :func:`gaitgraph.surface.sheets.red_label`.
+    """
+
+    label: tuple[int, int, int]
+    sign: int
+    region: Region
+
+
+def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> tuple[SignComponent, ...]:
+    """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
+
+    Parameters
+    ----------
+    vehicle, accuracy
+        As for :func:`sign_region`. R = 0 is excluded: `inner` keeps 1e-9 from straight borders.
+
+    Examples
+    --------
+    >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
+    [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
+    """
+    return _components(vehicle, checked_accuracy(accuracy), _OPEN_MARGIN)
+
+
+def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
+    """Return the components; `inner` keeps a margin to straight borders."""
+    kappa = vehicle.signed_drag_ratio
+    border = math.atan(kappa) - math.copysign(HALF_PI, kappa)
+    spin = 1 if kappa > 0 else -1
+    exact = coefficients_of(vehicle, "exact")
+    half = accuracy / 2
+    negative = bracket_negative(kappa, chord_tolerance(accuracy))
+    wide, narrow = offset(negative, half), offset(negative, -half)
+    # The bracket vanishes in two corners of the square too.
+    corners = union_of(rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI))
+    found = []
+    for first, second, third in product((1, -1), repeat=3):
+        within, around = (_cell(border, first * spin, second * spin, kept) for kept in (margin, 0.0))
+        # The third sign is positive on the side of α = 0, whichever way the rotors spin.
+        if third * spin > 0:
+            inner, outer = within.difference(wide), around.difference(narrow)
+        else:
+            inner, outer = within.intersection(narrow), around.intersection(wide)
+        inner = inner.difference(corners)
+        if not inner.is_empty:
+            sign = first * second * third
+            region = region_between(inner, outer, accuracy, _determinant_condition([sign], 0.0, "red", exact))
+            found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
+    return tuple(found)
+
+
+def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
+    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise."""
+    spans = {1: (border + margin, HALF_PI), -1: (-HALF_PI, border - margin)}
+    (low, high), (left, right) = spans[first], spans[second]
+    return rectangle(low, -right, high, -left)
+
+
+def sign_region(
+    sign: Sign,
+    vehicle: Vehicle = PAPER,
+    *,
+    color: Color = "red",
+    coefficients: Coefficients | None = None,
+    least: float | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Region:
+    """Return where R has a sign, and at least a size, on a sheet.
+
+    Parameters
+    ----------
+    vehicle
+        The vehicle, of which κ and the spin sense count.
+    color
+        On blue R is zero with exact coefficients, and the region empty; with published ones it is
+        what their rounding leaves, and where α3 or α4 wraps by π the region is cut.
+    coefficients
+        The coefficients of R on blue; on red R is exact. By default those of :func:`coefficients_of`.
+    least
+        The least |R|. By default 0 on red, where R ≠ 0 is meant, and what floating point can tell from 0 on blue.
+    accuracy
+        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
+
+    Raises
+    ------
+    InputError
+        If the sign, the color, `least` or the accuracy is not allowed.
+
+    Examples
+    --------
+    >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
+    (4.52, 5.35)
+    >>> sign_region("negative", color="blue", coefficients=coefficients_of(kind="exact")).area
+    0.0
+    """
+    wanted, accuracy = _checked_sign(sign), checked_accuracy(accuracy)
+    if color not in COLORS:
+        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
+    least = 0.0 if least is None else checked_number("least", least)
+    tolerance = chord_tolerance(accuracy)
+    if color == "red":
+        exact = coefficients_of(vehicle, "exact")
+        margin = accuracy if least else _OPEN_MARGIN
+        regions = [part.region for part in _components(vehicle, accuracy, margin) if part.sign == wanted]
+        inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
+        if least and _determinant_falls_below(least, wanted, inner, exact):
+            forbidden = determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance)
+            inner, outer = square_without(forbidden, accuracy / 2)
+        return region_between(inner, outer, accuracy, _determinant_condition([wanted], least, "red", exact))
+    coefficients = coefficients or coefficients_of(vehicle)
+    least = least or noise_of(coefficients)
+    border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
+    side = 1 if coefficients.delta > 0 else -1
+    kept = {
+        turn: square_without(blue_determinant_below(least, turn * wanted, coefficients, tolerance), accuracy / 2)
+        for turn in (1, -1)
+    }
+    parts: list[list[BaseGeometry]] = [[], []]
+    for first, second in product((1, -1), repeat=2):
+        # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
+        for k, margin in enumerate((_OPEN_MARGIN, 0.0)):
+            cell = _cell(border, first * side, second * side, margin)
+            parts[k].append(cell.intersection(kept[first * second][k]))
+    condition = _determinant_condition([wanted], least, "blue", coefficients)
+    return region_between(union_of(parts[0]), union_of(parts[1]), accuracy, condition)
+
+
+def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
+    """Return whether |R| may be below a value in polygons on which R has one sign.
+
+    |R| is least on a border. Proof: but for a factor R is the product of P = cos β1·cos β2 and D, with ΔP = −2P and
+    ΔD = −2D. Where the gradient of R vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R: |R|
+    has no least value inside.
+    """
+    if shape.is_empty:
+        return False
+    rings = shapely.get_rings(shapely.get_parts(polygons_of(shape)))
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    follows = ring[1:] == ring[:-1]
+    ends = corners[:, [0, 1, 0, 1]]
+    found = least_level_determinant(ends[:-1][follows], ends[1:][follows], exact, sign=sign, tolerance=0.0, floor=least)
+    return bool(found.lower.min() < least)
+
+
+def _determinant_condition(signs: list[int], least: float, color: Color, coefficients: Coefficients) -> Condition:
+    """Return the condition that R has one of some signs and at least a size on a sheet."""
+    symbols = {1: "≥", -1: "≤"} if least > 0 else {1: ">", -1: "<"}
+    wanted = " or ".join(f"R {symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs)
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
+        value = float(level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
+        if value != 0 and any(sign * value >= least for sign in signs):
+            return None
+        return f"R = {value:.4g} at level attitude, wanted is {wanted}"
+
+    return Condition(name=wanted, broken_at=broken_at)
+
+
+def certain_determinant(coefficients: Coefficients) -> float:
+    """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
+
+    It covers the difference between the given coefficients and the exact ones, and more than
+    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
+    features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
+
+    >>> round(certain_determinant(coefficients_of()), 4)
+    0.0035
+    """
+    form = coefficients.bilinear_form
+    size = float(np.linalg.norm(form))
+    _, single, double, triple = coefficients.rounding
+    # Each rounded number is off by no more than its rounding, and R with it.
+    parts = 2 * single + double + 2 * triple
+    derived = coefficients.sheet_rounding
+    turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
+    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
+
+
+# --- the conditions of flight ----------------------------------------------------------------------------------------
 
 
 def hover_region(vehicle: Vehicle = PAPER) -> Region:
@@ -80,7 +286,7 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
         return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
 
     condition = Condition(name="hover thrusts > 0", broken_at=broken_at)
-    return region_between(rectangles(OPEN_MARGIN), rectangles(0.0), OPEN_MARGIN, condition)
+    return region_between(rectangles(_OPEN_MARGIN), rectangles(0.0), _OPEN_MARGIN, condition)
 
 
 def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
@@ -91,7 +297,7 @@ def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = D
     share
         The largest thrust of one rotor in units of m·g; 0.25 at α = 0, below that the region is small or empty.
     vehicle, accuracy
-        As for :func:`gaitgraph.surface.components.sign_region`.
+        As for :func:`sign_region`.
 
     Examples
     --------
@@ -117,7 +323,9 @@ def _thrust_polygons(share: float, kappa: float, accuracy: float) -> tuple[BaseG
     return square_without(thrust_above(share, kappa, chord_tolerance(accuracy)), accuracy / 2)
 
 
-def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
+def singular_value_region(
+    floor: float, vehicle: Vehicle = PAPER, *, block: float | None = None, accuracy: float = DEFAULT_ACCURACY
+) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
     Two of the singular values bound straight strips; the border of the third is explicit in u = α1 − α2.
@@ -126,30 +334,24 @@ def singular_value_region(floor: float, vehicle: Vehicle = PAPER, *, accuracy: f
     ----------
     floor
         The floor, dimensionless; above 2·√((1+κ²)/3) nothing reaches it.
+    block
+        What the third singular value is at least in `inner`; the floor by default, and not below it.
     vehicle, accuracy
-        As for :func:`gaitgraph.surface.components.sign_region`.
+        As for :func:`sign_region`.
 
     Examples
     --------
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
     """
-    floor, accuracy = checked_number("floor", floor, "a finite number ≥ 0", zero=True), checked_accuracy(accuracy)
-    return _two_floor_region(floor, floor, vehicle, accuracy)
-
-
-def _two_floor_region(floor: float, block: float, vehicle: Vehicle, accuracy: float) -> Region:
-    """Return where the least singular value is at least `floor`, with `inner` keeping more.
-
-    There the third singular value is at least `block`, which is not below `floor`; both are taken as checked.
-    """
+    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     kappa = vehicle.signed_drag_ratio
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
         return None if value >= floor else f"least singular value {value:.3g}, wanted is ≥ {floor:.3g}"
 
-    inner = _singular_value_polygon(floor, block, kappa, accuracy, inside=True)
+    inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
     condition = Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at)
     return region_between(inner, outer, accuracy, condition)
@@ -188,8 +390,11 @@ def tilt_region(limit: float) -> Region:
         tilt = max(abs(alpha1), abs(alpha2))
         return None if tilt <= within else f"tilt {tilt:.4f} rad, wanted is ≤ {within:.4f}"
 
-    square = centered_square(within)
+    square = rectangle(-within, -within, within, within)
     return region_between(square, square, 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
+
+
+# --- all of them -----------------------------------------------------------------------------------------------------
 
 
 def admissible_region(
@@ -242,13 +447,12 @@ def admissible_region(
     if color not in COLORS:
         raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
     if sign is not None:
-        checked_sign(sign)
+        _checked_sign(sign)
     coefficients = coefficients or coefficients_of(vehicle)
     if least is None:
         least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
-    least = checked_number("least", least, "a finite number ≥ 0", zero=True)
-    floor, accuracy = checked_number("floor", floor, "a finite number ≥ 0", zero=True), checked_accuracy(accuracy)
-    region = _admissible(vehicle, use, color, sign, coefficients, floor, least, accuracy)
+    least, floor = checked_number("least", least), checked_number("floor", floor)
+    region = _admissible(vehicle, use, color, sign, coefficients, floor, least, checked_accuracy(accuracy))
     return region if zones is None else region & zones_region(zones)
 
 
@@ -264,18 +468,26 @@ def _admissible(
     accuracy: float,
 ) -> Region:
     signs: tuple[Sign, ...] = ("positive", "negative") if sign is None else (sign,)
+    judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
+    size = least if color == "red" else least or noise_of(coefficients)
+    condition = _determinant_condition([_checked_sign(one) for one in signs], size, color, judged)
 
     def signed(one: Sign) -> Region:
         return sign_region(one, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy)
 
+    def signed_either() -> Region:
+        regions = [signed(one) for one in signs]
+        inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
+        return region_between(inner, outer, accuracy, condition)
+
     if use == "valid":
-        return _either([signed(one) for one in signs])
+        return signed_either()
     if color == "blue":
-        nothing = rectangle(0, 0, 0, 0)
         reason = "on blue the decoupling matrix is singular in exact physics: use red"
         condition = Condition(name="an invertible decoupling matrix", broken_at=lambda _first, _second: reason)
-        return region_between(nothing, nothing, accuracy, condition)
-    region = _two_floor_region(floor, floor + _DECIDED if floor > 0 else 0.0, vehicle, accuracy)
+        return region_between(rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0), accuracy, condition)
+    block = floor + _DECIDED if floor > 0 else 0.0
+    region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
     if vehicle.max_thrust is None:
         region &= hover_region(vehicle)
     else:
@@ -287,51 +499,25 @@ def _admissible(
     if vehicle.max_tilt is not None:
         region &= tilt_region(vehicle.max_tilt)
     if floor < _SEPARATING:
-        return _either([signed(one) for one in signs]) & region
+        return signed_either() & region
 
     # The floor keeps each polygon off R = 0, so R has one sign on it: take those with one of the signs, and cut off
     # where |R| is less than asked for.
-    exact = coefficients_of(vehicle, "exact")
+    def with_sign(side: MultiPolygon, wanted: int) -> BaseGeometry:
+        points = [part.representative_point() for part in side.geoms]
+        found = [int(red_label(point.x, point.y, vehicle).prod()) for point in points]
+        return union_of(part for part, one in zip(side.geoms, found, strict=True) if one == wanted)
+
     inner: BaseGeometry = rectangle(0, 0, 0, 0)
     outer: BaseGeometry = rectangle(0, 0, 0, 0)
-    conditions = []
     for one in signs:
-        wanted = checked_sign(one)
-        conditions.append(determinant_condition(wanted, least, "red", exact))
-        inside, around = (
-            union_of(part for part in side.geoms if _sign_on(part, vehicle) == wanted)
-            for side in (region.inner, region.outer)
-        )
-        if least > 0 and determinant_falls_below(least, wanted, inside, exact):
+        wanted = _checked_sign(one)
+        inside, around = with_sign(region.inner, wanted), with_sign(region.outer, wanted)
+        if least > 0 and _determinant_falls_below(least, wanted, inside, judged):
             cut = signed(one)
             inside, around = inside.intersection(cut.inner), around.intersection(cut.outer)
         inner, outer = inner.union(inside), outer.union(around)
-    return region_between(inner, outer, region.accuracy, _any_of(conditions), *region.conditions)
-
-
-def _sign_on(part: Polygon, vehicle: Vehicle) -> int:
-    """Return the sign of R on a polygon where it has one."""
-    point = part.representative_point()
-    return int(red_label(point.x, point.y, vehicle).prod())
-
-
-def _either(regions: list[Region]) -> Region:
-    """Return the union of regions of one condition each."""
-    inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
-    return region_between(inner, outer, regions[0].accuracy, _any_of([part.conditions[0] for part in regions]))
-
-
-def _any_of(conditions: list[Condition]) -> Condition:
-    """Return the condition that one of two holds, or the only one there is."""
-    if len(conditions) == 1:
-        return conditions[0]
-    name = " or ".join(condition.name for condition in conditions)
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        reasons = [condition.broken_at(alpha1, alpha2) for condition in conditions]
-        return None if None in reasons else f"{(reasons[0] or '').split(',')[0]}, wanted is {name}"
-
-    return Condition(name=name, broken_at=broken_at)
+    return region_between(inner, outer, region.accuracy, condition, *region.conditions)
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:

@@ -1,4 +1,4 @@
-r"""Curved borders in a plane as polygons that are certified to follow them.
+r"""Curved borders in the (α1, α2) plane as polygons that are certified to follow them, and the sets that they bound.
 
 A border is where h = P² + Q vanishes, P and Q sums of cosines of linear functions of the two coordinates
 (:class:`Waves`). Where it is also an explicit function of one coordinate it is sampled there, and every chord is
@@ -9,6 +9,16 @@ certified: across a rectangle around the chord the slope of h does not vanish,
 so inside it the border is one graph over the chord, through both of its ends; and on a chord of length ℓ, with
 |∂²h/∂t²| ≤ M, |h| ≤ e + M·ℓ²/8 where e is what is left of h at the ends. So the border is nowhere farther from the
 chord than (e + M·ℓ²/8)/m. Chords for which that is too much are divided.
+
+With u = α1 − α2, v = α1 + α2 and w = cos v the conditions of the red sheet are quadratic in w for fixed u:
+
+* R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u;
+* the 2×2 block of the scaled decoupling matrix has the singular values √2·√λ, where the two λ have the product D²
+  and the sum F = 2 + κ² + κw·(κ cos u − 2 sin u). With g = floor²/2 both λ are at least g exactly where
+  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once for each piece of h ≥ 0.
+
+Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
+[−π/2, π/2]²; beyond the square they end anywhere. `kappa` is the signed drag ratio.
 """
 
 from __future__ import annotations
@@ -23,9 +33,13 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph.angles import HALF_PI
+
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
+
+    from gaitgraph.invertibility.matrices import Coefficients
 
 FloatArray = npt.NDArray[np.float64]
 Function = Callable[[FloatArray], FloatArray]
@@ -34,6 +48,10 @@ _FIRST_CHORDS = 8
 _MOST_ROUNDS = 40
 _ON_CIRCLE = 1e-4
 _SAME = 1e-12
+_FAR = 20.0  # farther than any root
+_FULL = 2 * math.pi
+_BEYOND = 0.3  # beyond the square, so that its sides are no sides of the sets' polygons
+_ROOT_TWO = math.sqrt(2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +85,7 @@ class Waves:
         return np.asarray(np.cos(self._phases(points)) @ self.terms[:, 0])
 
     def along(self, points: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return values, slopes along directions of length one and across them (to the left), and bends along them.
-
-        Points and directions have the shape (m, 2), what is returned (m,). The bend is the second derivative.
-        """
+        """Return values, slopes along unit directions and across them (to the left), and second derivatives along."""
         phases, size = self._phases(points), self.terms[:, 0]
         falls, values = -np.sin(phases), np.cos(phases)
         rates = direction @ self.terms[:, 1:3].T
@@ -105,8 +120,8 @@ class Border:
     def deviation(self, starts: FloatArray, ends: FloatArray, reach: float) -> FloatArray:
         """Return a bound of how far the border may be from chords between points on it, shape (m,).
 
-        `starts` and `ends` have the shape (m, 2); `reach` is half the width of the rectangles that are looked at. The
-        bound is infinite where none up to `reach` is certain.
+        `reach` is half the width of the rectangles that are looked at; the bound is infinite where none up to it is
+        certain.
         """
         chord = ends - starts
         length = np.hypot(chord[:, 0], chord[:, 1])
@@ -199,75 +214,246 @@ def bands_between(
     For every abscissa x the condition changes only at a few values of w, its roots, which are explicit functions of
     x; the second coordinate is a monotone function of w.
 
-    Parameters
-    ----------
-    breaks
-        Abscissae between which no root enters or leaves `ends`, meets another, or ceases to exist; sorted.
-    roots
-        Functions of x, ascending; NaN where they do not exist.
-    holds
-        Whether the condition holds at (x, w).
-    border
-        What vanishes on the roots, in the coordinates of the polygons.
-    tolerance
-        How far a border may be from the polygons' sides.
-    ends
-        The range of w.
-    ordinate
-        The second coordinate for given w.
+    `breaks` are abscissae, sorted, between which no root enters or leaves the range `ends` of w, meets another, or
+    ceases to exist. `roots` are ascending functions of x, NaN where they do not exist. `holds` is asked at (x, w).
+    `border` vanishes on the roots, in the coordinates of the polygons, and may be `tolerance` from their sides.
+    `ordinate` gives the second coordinate for w.
     """
-    first, last = ends
-    kept = np.concatenate([[True], np.diff(breaks) > _SAME])
-    kept[-1] = True
-    polygons: list[Polygon | None] = []
-    for low, high in pairwise(breaks[kept].tolist()):
-        middle = np.array([(low + high) / 2])
-        with np.errstate(invalid="ignore"):
-            here = [(float(root(middle)[0]), root) for root in roots]
-        edges: list[tuple[float, Function | None]] = [(first, None)]
-        edges += [(w, root) for w, root in here if first < w < last]
-        edges.append((last, None))
-        inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
-        # Each run of intervals in which the condition holds is one polygon.
-        for held, run in groupby(range(len(inside)), key=inside.__getitem__):
-            if held:
-                numbers = list(run)
-                bottom, top = edges[numbers[0]], edges[numbers[-1] + 1]
-                polygons.append(_band(low, high, bottom, top, border, tolerance, ends, ordinate))
-    return shapely.union_all([polygon for polygon in polygons if polygon is not None])
-
-
-def _band(
-    low: float,
-    high: float,
-    bottom: tuple[float, Function | None],
-    top: tuple[float, Function | None],
-    border: Border,
-    tolerance: float,
-    ends: tuple[float, float],
-    ordinate: Function,
-) -> Polygon | None:
-    """Return the polygon between two roots, or ends, on an interval."""
 
     def side(edge: tuple[float, Function | None]) -> tuple[Function, Border | None]:
         value, root = edge
         if root is None:
             return (lambda x: ordinate(np.full(x.shape, value))), None
-        # At the ends of the interval rounding alone can take a root out of the range.
+        # At the ends of an interval rounding alone can take a root out of the range.
         return (lambda x: ordinate(np.clip(root(x), *ends))), border
 
-    (lower, lower_border), (upper, upper_border) = side(bottom), side(top)
+    def band(
+        low: float, high: float, bottom: tuple[float, Function | None], top: tuple[float, Function | None]
+    ) -> Polygon:
+        (lower, lower_border), (upper, upper_border) = side(bottom), side(top)
 
-    def between(below: FloatArray, above: FloatArray) -> Polygon | None:
-        ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
-        ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
-        return shapely.Polygon(ring) if len(ring) > 2 else None
+        def between(below: FloatArray, above: FloatArray) -> Polygon:
+            ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
+            ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
+            return shapely.Polygon(ring if len(ring) > 2 else None)
 
-    below = _abscissae(low, high, lower, lower_border, tolerance)
-    above = _abscissae(low, high, upper, upper_border, tolerance)
-    polygon = between(below, above)
-    if polygon is not None and not polygon.is_valid:
-        # The chords of a thin band may cross, unless both sides have the same abscissae.
-        common = np.union1d(below, above)
-        polygon = between(common, common)
-    return polygon
+        below = _abscissae(low, high, lower, lower_border, tolerance)
+        above = _abscissae(low, high, upper, upper_border, tolerance)
+        polygon = between(below, above)
+        if not polygon.is_valid:
+            # The chords of a thin band may cross, unless both sides have the same abscissae.
+            common = np.union1d(below, above)
+            polygon = between(common, common)
+        return polygon
+
+    kept = np.concatenate([[True], np.diff(breaks) > _SAME])
+    kept[-1] = True
+    polygons = []
+    for low, high in pairwise(breaks[kept].tolist()):
+        middle = np.array([(low + high) / 2])
+        with np.errstate(invalid="ignore"):
+            here = [(float(root(middle)[0]), root) for root in roots]
+        edges: list[tuple[float, Function | None]] = [(w, root) for w, root in here if ends[0] < w < ends[1]]
+        edges = [(ends[0], None), *edges, (ends[1], None)]
+        inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
+        # Each run of intervals in which the condition holds is one polygon.
+        for held, run in groupby(range(len(inside)), key=inside.__getitem__):
+            if held:
+                numbers = list(run)
+                polygons.append(band(low, high, edges[numbers[0]], edges[numbers[-1] + 1]))
+    return shapely.union_all(polygons)
+
+
+# --- sets with such borders ------------------------------------------------------------------------------------------
+
+
+def mirrored(shape: BaseGeometry) -> BaseGeometry:
+    """Return the mirror image in α2 = −α1, which swaps the two pairs of arms."""
+    return shapely.transform(shape, lambda at: -at[:, ::-1])
+
+
+def _bracket(kappa: float) -> Waves:
+    """Return D as a function of (u, v)."""
+    return cosine(1, 0, size=kappa) + cosine(0, 1, size=kappa) + cosine(1, 0, HALF_PI, -1.0)
+
+
+def _real_root(square: FloatArray, scale: float) -> FloatArray:
+    """Return the root of what may be negative by rounding, NaN where it is negative by more."""
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan))
+
+
+def _turned(shape: BaseGeometry) -> BaseGeometry:
+    """Return a shape of 0 ≤ v ≤ π in the (u, v) plane, continued by cos v, in the (α1, α2) plane."""
+    end = math.pi + _BEYOND
+    beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], 2 * math.pi - at[:, 1]]))
+    upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
+    both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
+    return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
+
+
+def _breaks(*functions: Function) -> FloatArray:
+    """Return where functions of u of degree two vanish, somewhat beyond [−π, π]."""
+    end = math.pi + _BEYOND
+    zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
+    zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
+    return np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
+
+
+def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where the lesser singular value of the 2×2 block on the red sheet is below a positive floor.
+
+    Around the curve R = 0 this is a band, as narrow as the floor; `tolerance` must not be much above it.
+    """
+    half = floor**2 / 2
+
+    def bracket(u: FloatArray) -> FloatArray:
+        return np.asarray(kappa * np.cos(u) - np.sin(u))
+
+    def lean(u: FloatArray) -> FloatArray:
+        return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
+
+    def discriminant(u: FloatArray) -> FloatArray:
+        return half * (-4 * bracket(u) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
+
+    def root(side: float) -> Function:
+        scale = half * (8 + 12 * kappa**2 + half)
+        return lambda u: (
+            (side * _real_root(discriminant(u), scale) - math.copysign(1, kappa) * (2 * bracket(u) - half * lean(u)))
+            / (2 * abs(kappa))
+        )
+
+    def height(u: FloatArray, w: float) -> FloatArray:
+        determinant = kappa * w + bracket(u)
+        return np.asarray(determinant**2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2)
+
+    def weak(u: float, w: float) -> bool:
+        at = np.array([u])
+        return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(lean(at)[0]) < 2 * half
+
+    squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
+    border = Border(rest=squares * -half + (half**2 - half * (2 + kappa**2)), squared=_bracket(kappa))
+    breaks = _breaks(discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0))
+    return _turned(bands_between(breaks, (root(-1.0), root(1.0)), weak, border, _ROOT_TWO * tolerance))
+
+
+def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where sign·R is below a positive level on the red sheet, exact coefficients."""
+    delta = math.atan(kappa)
+    small = sign * level * math.cos(delta) ** 2
+
+    def line(u: FloatArray) -> FloatArray:
+        return np.cos(u - 2 * delta)
+
+    def bracket(u: FloatArray) -> FloatArray:
+        return np.asarray(kappa * np.cos(u) - np.sin(u))
+
+    def discriminant(u: FloatArray) -> FloatArray:
+        return (kappa * line(u) - bracket(u)) ** 2 + 4 * small * kappa**2
+
+    def root(side: float) -> Function:
+        scale = 4 * (1 + kappa**2)
+        return lambda u: (
+            side * _real_root(discriminant(u), scale) / (2 * abs(kappa)) - (line(u) + bracket(u) / kappa) / 2
+        )
+
+    def height(u: FloatArray, w: float) -> FloatArray:
+        return (w + line(u)) * (kappa * w + bracket(u)) - small * kappa
+
+    def below(u: float, w: float) -> bool:
+        return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
+
+    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket(kappa) + -small * kappa)
+    breaks = _breaks(discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0))
+    return _turned(bands_between(breaks, (root(-1.0), root(1.0)), below, border, _ROOT_TWO * tolerance))
+
+
+def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where the bracket D is negative inside the square: tan α1 − tan α2 > 2κ.
+
+    On the border α1 − α2 is the angle from 1 + κ sin 2α2 to 2κ cos² α2, a smooth function of α2. D vanishes in the
+    corners (π/2, −π/2) and (−π/2, π/2) too, but changes no sign inside the square there.
+    """
+
+    def root(y: FloatArray) -> FloatArray:
+        return np.asarray(y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y)))
+
+    # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
+    bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
+    found = bands_between(
+        np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND]),
+        (root,),
+        lambda y, x: x > float(root(np.array([y]))[0]),
+        Border(rest=bracket),
+        tolerance,
+        ends=(-_FAR, _FAR),
+        ordinate=lambda x: x,
+    )
+    return shapely.transform(found, lambda at: at[:, ::-1])
+
+
+def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where, with all hover thrusts positive, one of them is more than a share of the weight.
+
+    T1 = T3 is within the bound where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit in tan α2; the
+    other pair is the mirror image.
+    """
+    delta = math.atan(kappa)
+
+    def border(x: FloatArray) -> FloatArray:
+        rest = np.maximum(1 - 2 * share * np.cos(x), 0.0)
+        return np.arctan2(-2 * share * np.sin(x - delta) - rest * math.sin(delta), rest * math.cos(delta))
+
+    def above(x: float, y: float) -> bool:
+        if 2 * share * math.cos(x) >= 1:
+            return False
+        limit = float(border(np.array([x]))[0])
+        return y > limit if x < delta else y < limit
+
+    vanishing = cosine(0, 1, HALF_PI - delta) * (cosine(1, 0, 0.0, -2 * share) + 1.0)
+    vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
+    free = math.acos(1 / (2 * share)) if share > 0.5 else 0.0
+    breaks = np.unique([-HALF_PI - _BEYOND, -free, free, delta, HALF_PI + _BEYOND])
+    found = bands_between(
+        breaks, (border,), above, Border(rest=vanishing), tolerance, ends=(-_FAR, _FAR), ordinate=lambda y: y
+    )
+    return found.union(mirrored(found))
+
+
+def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, tolerance: float) -> BaseGeometry:
+    """Return where sign·R is below a positive level on the blue sheet, with the given, rounded coefficients.
+
+    R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns. Nothing is
+    wrapped here: R is that of α3 = 2δ − α1 and α4 = −2δ − α2.
+    """
+    delta, form = coefficients.delta, coefficients.bilinear_form
+    # Pair features (cos·cos, sin·sin, sin of the sum) in terms of (cos 2β, 1), for both pairs of arms.
+    turn = 2 * delta
+    first = np.array([[0.5, math.cos(turn) / 2], [0.5, -math.cos(turn) / 2], [0.0, math.sin(turn)]])
+    second = first * np.array([[1.0], [1.0], [-1.0]])
+    (both, one), (other, none) = sign * first.T @ form @ second
+
+    def border(x: FloatArray) -> FloatArray:
+        turned = np.cos(2 * x)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            w = (level - none - one * turned) / (other + both * turned)
+        return np.asarray(np.where(np.isfinite(w), w, _FAR))
+
+    def below(x: float, w: float) -> bool:
+        c = math.cos(2 * x)
+        return bool(both * c * w + one * c + other * w + none < level)
+
+    def height(w: float) -> Function:
+        return lambda x: (both * w + one) * np.cos(2 * x) + other * w + none - level
+
+    vanishing = cosine(2, 0) * (cosine(0, 2, 0.0, both) + one) + cosine(0, 2, 0.0, other) + (none - level)
+    zeros = [zeros_of_degree_two(height(w), math.pi) for w in (1.0, -1.0)]
+    breaks = np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros]))
+    found = bands_between(
+        breaks, (border,), below, Border(rest=vanishing), tolerance, ordinate=lambda w: np.arccos(w) / 2
+    )
+    found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
+    end = HALF_PI + _BEYOND
+    near = shapely.box(-end, -end, end, end)
+    shifts = [np.array([i * math.pi + delta, j * math.pi - delta]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    return shapely.union_all([shapely.transform(found, shift.__add__).intersection(near) for shift in shifts])

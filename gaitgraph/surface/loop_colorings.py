@@ -65,11 +65,10 @@ class Coloring:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColoringObstacle:
-    """Why a loop has no colouring with one sign of R.
+    """Why a loop has no colouring with one sign of R: a "point" has no such root, or a "pair" of neighbours forbids it.
 
-    `kind` is "point" if a point has no root with this sign, or "pair" if two neighbours forbid it. `points` are the
-    numbers of the points concerned, from 1, in the order of the loop, and `types` those of the roots that a pair can
-    have, e.g. ``("(+,+)", "(-,-)")``. `message` names the rule of Figure 15 that they break.
+    `points` are the numbers of the points concerned, from 1, and `types` those of the roots that a pair can have.
+    `message` names the rule of Figure 15 that they break.
     """
 
     kind: Literal["point", "pair"]
@@ -203,10 +202,9 @@ class ColoringCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColoringListing:
-    """The first colourings of a loop, and how many there are.
+    """How many colourings a loop has for each sign of R, the colors that all of it can have, and why there is none.
 
-    For each sign of R, `counts` is their exact number, `plain` the colors that the whole loop can have, and `obstacles`
-    states why there is none. `first` holds at most 16 of them, and none of a loop that is too long to be listed.
+    `first` holds at most 16 of them, and none of a loop that is too long to be listed.
     """
 
     counts: dict[Sign, int]
@@ -248,17 +246,8 @@ class Colorings:
     Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Every
     iteration starts anew. Falsy when there is none.
 
-    Parameters
-    ----------
-    points
-        The loop, shape (n, 2) [rad]; closed by itself.
-    choices
-        For each sign of R that was asked for, whether each point can be red and blue, and whether the type of its α3
-        and of its α4 is `?`, shape (n, 4).
-    counts
-        The exact number of colourings for each sign.
-    obstacles
-        Why there is none, for each sign without one.
+    `points` are the loop, shape (n, 2) [rad]; for each sign of R, `choices` is what :func:`color_choices` returns,
+    `counts` the exact number, and `obstacles` states why there is none.
     """
 
     points: FloatArray
@@ -296,9 +285,7 @@ class Colorings:
         """Return the first colourings and their number."""
         return ColoringListing(
             counts=self.counts,
-            plain={
-                sign: _plain_colors(np.asarray(choices[:, :2].all(axis=0))) for sign, choices in self.choices.items()
-            },
+            plain={sign: _plain_colors(np.all(choices[:, :2], axis=0)) for sign, choices in self.choices.items()},
             first=tuple(islice(self, MOST_LISTED)),
             obstacles=self.obstacles,
         )
@@ -316,17 +303,10 @@ class Colorings:
         }
 
     def __str__(self) -> str:
-        n = len(self.points)
-        lines = [
-            f"{_count_as_text(self.count)} colouring{'s' * (self.count != 1)} of a loop of {n} point{'s' * (n > 1)}"
-        ]
+        n, count = len(self.points), self.count
+        lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop of {n} point{'s' * (n > 1)}"]
         lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
-
-
-def _count_as_text(count: int) -> str:
-    digits = math.log10(count) if count else 0.0
-    return str(count) if digits <= _MOST_DIGITS else f"about 10^{digits:.0f}"
 
 
 def _count_as_mapping(count: int) -> dict[str, Any]:
@@ -334,6 +314,11 @@ def _count_as_mapping(count: int) -> dict[str, Any]:
     if digits <= _MOST_DIGITS:
         return {"colorings_count": count}
     return {"colorings_count": None, "colorings_count_log10": digits}
+
+
+def _count_as_text(count: int) -> str:
+    digits = _count_as_mapping(count).get("colorings_count_log10")
+    return str(count) if digits is None else f"about 10^{digits:.0f}"
 
 
 def colorings(
@@ -349,8 +334,8 @@ def colorings(
     Parameters
     ----------
     points
-        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count [rad]; closed by itself, so a last point that
-        repeats the first is one more point.
+        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count [rad]; a last point that repeats the first is one
+        more point.
     sign
         Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
     vehicle, coefficients

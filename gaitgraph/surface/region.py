@@ -28,14 +28,10 @@ FloatArray = npt.NDArray[np.float64]
 DEFAULT_ACCURACY = 1e-6
 """How far a border of a region may be from where it truly is [rad]."""
 
-OPEN_MARGIN = 1e-9
-"""How far inside an open condition its straight border is drawn [rad]."""
-
 TOUCH = 1e-12
 """What overlaying polygons may round off [rad]."""
 
-_FOLLOWED = 0.45  # how far from a curved border its chords may be, as a share of the accuracy
-_COARSEST = 1e-3  # coarser chords would save nothing
+_SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _MOST_LISTED = 6  # components in the text of a region
 _ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
 _FARTHEST = 1e6  # beyond it that border would be lost in rounding [rad]
@@ -80,6 +76,8 @@ class Region:
     (2, True, False)
     >>> region.nearest((0.1, 0.2)), region.component_of((0.5, -0.5))
     ((0.1, 0.2), None)
+    >>> region.why_not((0.5, -0.5))
+    'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
     >>> print(region)
     Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
       1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
@@ -129,10 +127,7 @@ class Region:
         return nearest if distances[nearest] <= TOUCH else None
 
     def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
-        """Return whether a path inside `inner`, borders included, joins two points [rad].
-
-        Components that touch at a point are joined there.
-        """
+        """Return whether a path inside `inner`, borders and common points included, joins two points [rad]."""
         start, end = self.component_of(first), self.component_of(second)
         if start is None or end is None:
             return False
@@ -145,10 +140,7 @@ class Region:
         return end in reached
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
-        """Return the point of `inner` nearest to a point in the plane [rad], itself if it is in; None if all is empty.
-
-        Distances in the four angles are √2 times as long as in the plane of a sheet, so it is the nearest there too.
-        """
+        """Return the point of `inner` nearest to a point [rad], itself if it is in; None if `inner` is empty."""
         if not self.components:
             return None
         asked = _points(point)[0]
@@ -158,12 +150,7 @@ class Region:
         return float(found[0]), float(found[1])
 
     def nearest_as_text(self, point: npt.ArrayLike) -> str | None:
-        """Return the nearest point of `inner` with as few digits as keep it inside, at least four, or None.
-
-        >>> from gaitgraph.surface import hover_region
-        >>> hover_region().nearest_as_text((0.5, 0.5))
-        '(0.16709, 0.5000)'
-        """
+        """Return the nearest point of `inner` with as few digits as keep it inside, at least four, or None."""
         found = self.nearest(point)
         if found is None:
             return None
@@ -178,20 +165,13 @@ class Region:
         return f"({found[0]!r}, {found[1]!r})"
 
     def why_not(self, point: npt.ArrayLike) -> str | None:
-        """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`.
-
-        >>> from gaitgraph.surface import admissible_region
-        >>> admissible_region(sign="positive").why_not((0.5, -0.5))
-        'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
-        """
+        """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`."""
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return None
         reasons = [condition.broken_at(float(asked[0]), float(asked[1])) for condition in self.conditions]
-        return (
-            "; ".join(reason for reason in reasons if reason is not None)
-            or f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
-        )
+        near = f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
+        return "; ".join(reason for reason in reasons if reason is not None) or near
 
     def __and__(self, other: Region) -> Region:
         return region_between(
@@ -265,11 +245,6 @@ def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
     return shapely.box(left, bottom, right, top) if left < right and bottom < top else shapely.Polygon()
 
 
-def centered_square(size: float = HALF_PI) -> Polygon:
-    """Return the square [−size, size]², by default all of the plane that a region can be in."""
-    return rectangle(-size, -size, size, size)
-
-
 def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     """Return a polygon with its border moved outward (or inward, if negative)."""
     return shape.buffer(distance, join_style="mitre")
@@ -277,13 +252,12 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
 
 def square_without(forbidden: BaseGeometry, reach: float) -> tuple[BaseGeometry, BaseGeometry]:
     """Return inner and outer polygons of the square without a set that is known to within `reach`."""
-    square = centered_square()
-    return square.difference(offset(forbidden, reach)), square.difference(offset(forbidden, -reach))
+    return _SQUARE.difference(offset(forbidden, reach)), _SQUARE.difference(offset(forbidden, -reach))
 
 
 def chord_tolerance(accuracy: float) -> float:
-    """Return how far chords may be from a curved border for an accuracy [rad]."""
-    return min(_FOLLOWED * accuracy, _COARSEST)
+    """Return how far chords may be from a curved border for an accuracy [rad]; coarser ones would save nothing."""
+    return min(0.45 * accuracy, 1e-3)
 
 
 def checked_accuracy(accuracy: float) -> float:
@@ -293,10 +267,10 @@ def checked_accuracy(accuracy: float) -> float:
     return float(accuracy)
 
 
-def checked_number(name: str, value: object, allowed: str, *, zero: bool = False) -> float:
-    """Return a positive finite number, or also zero if `zero`; raise InputError, with what is allowed, for others."""
+def checked_number(name: str, value: object, allowed: str = "a finite number ≥ 0") -> float:
+    """Return a finite number ≥ 0, or above 0 if a positive one is `allowed`; raise InputError for others."""
     number = number_of(value)
-    if not 0 <= number < math.inf or (number == 0 and not zero):
+    if not 0 <= number < math.inf or (number == 0 and "positive" in allowed):
         raise InputError(f"{name} must be {allowed}, got {shown(value)}")
     return number
 
@@ -414,7 +388,7 @@ def zones_region(zones: Zones) -> Region:
     ([False, True], 'inside keep_out polygon 1')
     """
     keep_in, keep_out = ([shapely.Polygon(corners) for corners in side] for side in (zones.keep_in, zones.keep_out))
-    allowed: BaseGeometry = centered_square()
+    allowed: BaseGeometry = _SQUARE
     if keep_in:
         allowed = allowed.intersection(union_of(keep_in))
     if keep_out:

@@ -52,7 +52,7 @@ def test_processes(benchmark: Any, command: list[str]) -> None:
 
 
 def all_roots() -> int:
-    return sum(grid.types.size for grid in (gg.surface.sheet_grid(color, AXIS, AXIS) for color in COLORS))
+    return sum(grid.R.size for grid in (gg.surface.sheet_grid(color, AXIS, AXIS) for color in COLORS))
 
 
 @pytest.mark.benchmark(group="roots on a 1025 x 1025 grid against numpy.sin")
