@@ -26,9 +26,8 @@ from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.formats import FORMATS, write_pieces
 from gaitgraph.io.reading import provenance_in, read_pieces, read_table
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing import exporting
-from gaitgraph.timing.exporting import export
-from gaitgraph.timing.timed_gait import pieces_of, table_of
+from gaitgraph.timing import timed_gait
+from gaitgraph.timing.timed_gait import export, pieces_of, table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -225,7 +224,7 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     export(path, [tmp_path / "whole.csv", tmp_path / "whole.parquet"])
     monkeypatch.setattr(files, "_BLOCK", 2000)
     monkeypatch.setattr(binary_tables, "ROWS_OF_A_PIECE", 50)
-    monkeypatch.setattr(exporting, "_ROWS_KEPT", 60)
+    monkeypatch.setattr(timed_gait, "_ROWS_KEPT", 60)
     seen: list[float] = []
     count = len(list(read_pieces(path, progress=seen.append)))
     assert count == 1 if suffix == ".json" else count > 5
@@ -365,7 +364,7 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
     code = (
         "import sys, gaitgraph as gg\n"
         "gg.validate('a.npz')\n"
-        "from gaitgraph.timing.exporting import export\n"
+        "from gaitgraph.timing.timed_gait import export\n"
         "export('a.npz', ['b.csv', 'b.json', 'b.m'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )

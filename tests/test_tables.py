@@ -22,8 +22,7 @@ from gaitgraph.io.formats import write_pieces, write_tables
 from gaitgraph.io.reading import gait_of, read_gait, read_table
 from gaitgraph.planning.planner import plan as planned
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.exporting import export
-from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.timing.timed_gait import export, table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

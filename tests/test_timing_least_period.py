@@ -13,13 +13,11 @@ from scipy.optimize import linprog
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.curve import Curve, curve_through
-from gaitgraph.timing.fastest_speeds import fastest_squared_speeds
+from gaitgraph.timing.curve import Curve, curve_through, rounded
 from gaitgraph.timing.limits import Limits, limits_of
-from gaitgraph.timing.rest_to_rest import phases
-from gaitgraph.timing.rounding import rounded
 from gaitgraph.timing.time_optimal import least_period, paced
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.timing.timing_laws import fastest_squared_speeds, phases
 from tests.published import GAITS
 
 if TYPE_CHECKING:

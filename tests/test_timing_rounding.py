@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.rounding import rounded
+from gaitgraph.timing.curve import rounded
 from tests.published import GAITS
 
 angle = st.floats(-1.4, 1.4)

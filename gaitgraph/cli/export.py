@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.io.formats import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.timing.exporting import Exported
+    from gaitgraph.timing.timed_gait import Exported
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -75,7 +75,7 @@ def export_command(
     from gaitgraph.io.reading import read_pieces
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.films import check_films, write_films
-    from gaitgraph.timing.exporting import export
+    from gaitgraph.timing.timed_gait import export
 
     chosen = {name: given.pop(name) for name in _FORMAT_OPTIONS if name in given}
     if "joint_names" in chosen:

@@ -14,8 +14,8 @@ from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, 
 from gaitgraph.invertibility.matrices import Coefficients, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import types_of
-from gaitgraph.timing.curve import derivative_of
 from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.timing.timing_laws import derivative_of
 from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check, lines_of_checks, verdict_line
 
 if TYPE_CHECKING:

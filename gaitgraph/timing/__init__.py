@@ -7,12 +7,21 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.timing.curve import Curve as Curve, curve_through as curve_through
-    from gaitgraph.timing.exporting import Exported as Exported, export as export
+    from gaitgraph.timing.curve import (
+        Curve as Curve,
+        Rounding as Rounding,
+        curve_through as curve_through,
+        rounded as rounded,
+    )
     from gaitgraph.timing.limits import LimitedGait as LimitedGait, Limits as Limits, Touch as Touch
-    from gaitgraph.timing.rounding import Rounding as Rounding, rounded as rounded
     from gaitgraph.timing.servo_lag import ServoResponse as ServoResponse, servo_response as servo_response
     from gaitgraph.timing.time_optimal import LeastPeriod as LeastPeriod, least_period as least_period, paced as paced
-    from gaitgraph.timing.timed_gait import TimedGait as TimedGait, parametrize as parametrize, table_of as table_of
+    from gaitgraph.timing.timed_gait import (
+        Exported as Exported,
+        TimedGait as TimedGait,
+        export as export,
+        parametrize as parametrize,
+        table_of as table_of,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

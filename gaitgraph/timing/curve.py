@@ -4,20 +4,23 @@ Both sheets are planes, so that a polynomial in (α1, α2) is one in all four an
 samples too. What is said about a whole curve rests on chords: on an interval of width h a curve is within
 h²/8·max|q''| of the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
 
-Polynomial pieces are arrays of coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
-parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``.
+A gait with rounded corners is such a curve, within a stated distance of the polyline. A corner is replaced by a quintic
+Bézier blend whose first three control points lie evenly on the segment that arrives and whose last three lie evenly on
+the segment that leaves. Its curvature vanishes at both ends, so that it joins the straight segments with two continuous
+derivatives, and it lies in the triangle of the corner. A gait that turns back on itself stays on its line: there the
+parameter slows down to zero at the tip.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
@@ -28,6 +31,7 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
+from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
 from gaitgraph.validation.checks import check_gait, checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -39,44 +43,18 @@ FloatArray = npt.NDArray[np.float64]
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
 
+SMALLEST = 1e-5
+"""The least rounding, and the least distance between rounded corners [rad]: less is beyond what floats carry."""
+
 _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
 _SQRT2 = math.sqrt(2.0)
 
-
-def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
-    """Return the Bernstein coefficients of polynomial pieces on intervals of given widths, shape as `pieces`.
-
-    >>> bernstein_from_power(np.array([[1.0], [0.0], [0.0]]), np.array([2.0])).ravel().tolist()
-    [0.0, 0.0, 4.0]
-    """
-    degree = len(pieces) - 1
-    scale = width.reshape((-1,) + (1,) * (pieces.ndim - 2))
-    rising = np.stack([pieces[degree - j] * scale**j for j in range(degree + 1)])
-    mix = np.array([[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
-    return np.asarray(np.einsum("ij,j...->i...", mix, rising))
-
-
-def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
-    """Return the coefficients of a derivative of polynomial pieces.
-
-    >>> derivative_of(np.array([[3.0], [2.0], [1.0]])).ravel().tolist()
-    [6.0, 2.0]
-    """
-    for _ in range(order):
-        degree = len(pieces) - 1
-        if degree == 0:
-            return np.zeros_like(pieces)
-        pieces = pieces[:-1] * np.arange(degree, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
-    return pieces
-
-
-def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
-    """Return polynomials at local parameters: coefficients (degree + 1, ..., d), parameters (...), out (..., d)."""
-    out = np.broadcast_to(pieces[0], (*local.shape, pieces.shape[-1])).copy()
-    for coefficient in pieces[1:]:
-        out = out * local[..., None] + coefficient
-    return np.asarray(out)
+_STRAIGHT = 1e-9
+# Distance between control points of a blend on a segment, as a share of the length that it takes.
+_SPACING = 0.4
+# Of the parameter that a turn back takes on each side, the share that it moves along the segment.
+_TIP = 5.0 / 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, init=False)
@@ -103,7 +81,7 @@ class Curve:
     Notes
     -----
     Not guaranteed: that a curve is flyable; :meth:`check` decides that. Nor that it keeps its speed: where the first
-    derivative vanishes it may turn back on itself, as in :mod:`gaitgraph.timing.rounding`.
+    derivative vanishes it may turn back on itself.
 
     Examples
     --------
@@ -180,17 +158,8 @@ class Curve:
     def at(self, s: npt.ArrayLike, derivative: int = 0) -> FloatArray:
         """Return the tilt angles at any parameter values, or a derivative of them by s; the curve is periodic.
 
-        Parameters
-        ----------
-        s
-            Parameter values, shape (...).
-        derivative
-            0 for the angles, 1 for dα/ds and so on; from the third on, at a break, that of the piece that starts there.
-
-        Returns
-        -------
-        array of shape (..., 4)
-            [rad], or [rad] per unit of s to the power of the derivative's order.
+        Parameters of shape (...) give angles of shape (..., 4) [rad]. From the third derivative on, that at a break is
+        of the piece that starts there.
         """
         if isinstance(derivative, bool) or not isinstance(derivative, (int, np.integer)) or derivative < 0:
             raise InputError(f"derivative must be a whole number ≥ 0, got {shown(derivative)}")
@@ -201,10 +170,7 @@ class Curve:
         return lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative=int(derivative))
 
     def turning_points(self) -> FloatArray:
-        """Return the parameter values at which α1 or α2 may turn round, and the breaks, increasing, shape (n,).
-
-        Between two of them all angles are monotone: the derivatives' zeros are roots of polynomials.
-        """
+        """Return the breaks and the parameter values at which α1 or α2 may turn round, increasing, shape (n,)."""
         from scipy.interpolate import PPoly
 
         at = [self.breaks[:-1]]
@@ -220,10 +186,7 @@ class Curve:
         return np.stack([alpha.min(axis=0), alpha.max(axis=0)])
 
     def chord_parameters(self, tolerance: float = DEFAULT_CHORD) -> FloatArray:
-        """Return parameter values, from 0 to below the span, between which chords are within a tolerance, shape (n,).
-
-        The tolerance is the largest distance in the (α1, α2) plane between curve and chord at the same parameter [rad].
-        """
+        """Return parameter values, from 0 to below the span, between which chords are within a tolerance [rad]."""
         if not 0 < number_of(tolerance) < math.inf:
             raise InputError(f"tolerance must be a positive finite number (rad), got {shown(tolerance)}")
         width = np.diff(self.breaks)
@@ -238,13 +201,7 @@ class Curve:
         return np.asarray(np.repeat(self.breaks[:-1], number) + step * np.repeat(width / number, number))
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
-        """Return a gait with corners on the curve; the curve is certainly within a tolerance of its segments.
-
-        Parameters
-        ----------
-        tolerance
-            Largest distance in the (α1, α2) plane [rad].
-        """
+        """Return a gait with corners on the curve, which is certainly within a tolerance of its segments [rad]."""
         alpha = self.at(self.chord_parameters(tolerance))
         return Gait(
             alpha=alpha,
@@ -273,39 +230,57 @@ class Curve:
         limit may therefore be refused where a finer chord would let it pass; never the other way.
         """
         checked_limits(tolerance, floor, None)
-        gait = self.polyline(chord)
+        gait, vehicle = self.polyline(chord), self.vehicle
         report = check_gait(gait, tolerance=tolerance, floor=floor)
-        beside = _BesideChords(gait, self.extremes(), chord)
-        checks = tuple(beside.check(check, floor) for check in report.checks)
-        if report.reachable_from_hover and beside.least_level(coefficients_of(self.vehicle, "exact"), 1.0) <= 0:
+        checks = tuple(self._beside_chords(check, gait, floor, chord) for check in report.checks)
+        exact = coefficients_of(vehicle, "exact")
+        if report.reachable_from_hover and _least_level(gait, exact, 1.0, chord) <= 0:
             undecided = "too near R = 0 to be decided beside chords of this size"
             report = replace(report, reachable_from_hover=None, reachability=undecided)
         return replace(report, checks=checks)
 
-
-class _BesideChords:
-    """Checks of a curve from those of its chords, with what the curve may differ by taken off."""
-
-    def __init__(self, gait: Gait, extremes: FloatArray, chord: float) -> None:
-        self.gait, self.extremes, self.chord = gait, extremes, chord
-
-    def check(self, check: Check, floor: float) -> Check:
-        """Return a check of the chords as a check of the curve."""
-        vehicle, limit = self.gait.vehicle, check.limit or 0.0
+    def _beside_chords(self, check: Check, gait: Gait, floor: float, chord: float) -> Check:
+        """Return a check of the chords as a check of the curve, with what the curve may differ by taken off."""
+        vehicle, limit = self.vehicle, check.limit or 0.0
         if check.name == "tilt_range":
-            value = float(np.abs(self.extremes).max())
+            value = float(np.abs(self.extremes()).max())
             ok = value <= limit + 1e-9
             message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
             return replace(check, ok=ok, value=value, message=message + ("" if ok else ": stay nearer to 0"))
         if not check.ok:
             return check
         if check.name == "least_singular_value":
-            return self._singular_value(check, floor)
+            lower = float(least_singular_value_of_all(gait.alpha, gait.ends, vehicle, tolerance=1e-6).lower.min())
+            lower -= math.sqrt(2.0 + vehicle.drag_ratio**2) * _SQRT2 * chord
+            ok = lower >= floor
+            message = f"least singular value at least {lower:.4f} along the whole curve, floor {floor:g}"
+            if not ok:
+                message = (
+                    f"least singular value may fall to {max(lower, 0.0):.3g} along the curve, floor {floor:g}: keep "
+                    "away from it, or try a smaller chord"
+                )
+            return replace(check, ok=ok, value=lower, message=message)
         if check.name == "R_sign" and check.decided:
-            return self._level_sign(check)
+            sign = 1.0 if (check.value or 0.0) > 0 else -1.0
+            lower = _least_level(gait, self.coefficients, sign, chord)
+            decided = lower > limit
+            relation = f"R {'≥' if sign > 0 else '≤'} {sign * lower:.3g} along the whole curve"
+            message = f"{relation} ({self.coefficients.kind} coefficients)"
+            if not decided:
+                message = (
+                    f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
+                )
+            return replace(check, value=sign * lower, message=message, decided=decided)
+        if check.name not in ("hover_thrust", "thrust_limit"):
+            return check
+        shares = self._thrust_shares(gait, chord)
         if check.name == "hover_thrust":
-            return self._hover_thrust(check)
-        shares = self._shares() if check.name == "thrust_limit" else None
+            if shares is None or shares[0] <= 0:
+                message = "a rotor may have to idle to hover beside the chords: keep away from β1 = 0 and β2 = 0"
+                return replace(check, ok=False, value=None, message=message)
+            low, high = shares
+            message = f"hover thrusts {low:.3f} to {high:.3f} of m·g per rotor along the whole curve, all positive"
+            return replace(check, value=low, message=message)
         if shares is None:
             return check
         mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
@@ -313,62 +288,36 @@ class _BesideChords:
         message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
         return replace(check, ok=newtons <= limit, value=newtons, message=message)
 
-    def least_level(self, coefficients: Coefficients, sign: float) -> float:
-        """Return a lower bound of sign·R on the curve.
-
-        R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move,
-        by 2√2·chord in sum.
-        """
-        lower = least_level_determinant(self.gait.alpha, self.gait.ends, coefficients, sign=sign).lower.min()
-        slope = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2))
-        return float(lower) - slope * 2.0 * _SQRT2 * self.chord
-
-    def _level_sign(self, check: Check) -> Check:
-        sign = 1.0 if (check.value or 0.0) > 0 else -1.0
-        lower, resolution = self.least_level(self.gait.coefficients, sign), check.limit or 0.0
-        if lower > resolution:
-            message = f"R {'≥' if sign > 0 else '≤'} {sign * lower:.3g} along the whole curve"
-            return replace(check, value=sign * lower, message=f"{message} ({self.gait.coefficients.kind} coefficients)")
-        message = f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
-        return replace(check, value=sign * lower, message=message, decided=False)
-
-    def _singular_value(self, check: Check, floor: float) -> Check:
-        vehicle = self.gait.vehicle
-        lower = float(least_singular_value_of_all(self.gait.alpha, self.gait.ends, vehicle, tolerance=1e-6).lower.min())
-        lower -= math.sqrt(2.0 + vehicle.drag_ratio**2) * _SQRT2 * self.chord
-        if lower >= floor:
-            message = f"least singular value at least {lower:.4f} along the whole curve, floor {floor:g}"
-            return replace(check, value=lower, message=message)
-        message = f"least singular value may fall to {max(lower, 0.0):.3g} along the curve, floor {floor:g}"
-        return replace(check, ok=False, value=lower, message=f"{message}: keep away from it, or try a smaller chord")
-
-    def _hover_thrust(self, check: Check) -> Check:
-        shares = self._shares()
-        if shares is None or shares[0] <= 0:
-            message = "a rotor may have to idle to hover beside the chords: keep away from β1 = 0 and β2 = 0"
-            return replace(check, ok=False, value=None, message=message)
-        low, high = shares
-        message = f"hover thrusts {low:.3f} to {high:.3f} of m·g per rotor along the whole curve, all positive"
-        return replace(check, value=low, message=message)
-
-    def _shares(self) -> tuple[float, float] | None:
+    def _thrust_shares(self, gait: Gait, chord: float) -> tuple[float, float] | None:
         """Return bounds of the least and the largest thrust share on the curve, None where a rotor may idle.
 
         On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around
         the curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
         (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
         """
-        vehicle, gait = self.gait.vehicle, self.gait
-        if gait.color != "red" or not thrusts_push_up(self.extremes[:1], self.extremes[1:], vehicle).all():
+        vehicle, extremes = self.vehicle, self.extremes()
+        if self.color != "red" or not thrusts_push_up(extremes[:1], extremes[1:], vehicle).all():
             return None
         kappa, sign = vehicle.drag_ratio, 1.0 if gait.R[0] > 0 else -1.0
-        weight = self.least_level(coefficients_of(vehicle, "exact"), sign) * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
+        level = _least_level(gait, coefficients_of(vehicle, "exact"), sign, chord)
+        weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
         upward, least, largest = thrust_shares_along(gait.alpha, gait.ends, vehicle, tolerance=1e-6)
-        steep = 2.0 * _SQRT2 * self.chord / weight if weight > 0 else math.inf
+        steep = 2.0 * _SQRT2 * chord / weight if weight > 0 else math.inf
         if not upward.all() or steep >= 0.5:
             return None
-        high = (-float(largest.lower.min()) + self.chord / (2.0 * weight)) / (1.0 - steep)
-        return float(least.lower.min()) - self.chord / (2.0 * weight) - steep * high, high
+        high = (-float(largest.lower.min()) + chord / (2.0 * weight)) / (1.0 - steep)
+        return float(least.lower.min()) - chord / (2.0 * weight) - steep * high, high
+
+
+def _least_level(gait: Gait, coefficients: Coefficients, sign: float, chord: float) -> float:
+    """Return a lower bound of sign·R on a curve beside the chords that a gait consists of.
+
+    R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
+    2√2·chord in sum.
+    """
+    lower = least_level_determinant(gait.alpha, gait.ends, coefficients, sign=sign).lower.min()
+    slope = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2))
+    return float(lower) - slope * 2.0 * _SQRT2 * chord
 
 
 def curve_through(
@@ -385,9 +334,7 @@ def curve_through(
     ----------
     points
         Points in order, shape (n, 2), n ≥ 3; the curve returns from the last to the first [rad].
-    color
-        "red" or "blue".
-    vehicle, coefficients, crossing_tolerance
+    color, vehicle, coefficients, crossing_tolerance
         As for :class:`Curve`.
 
     Notes
@@ -417,12 +364,179 @@ def curve_through(
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoundedCorner:
+    """What was done at one corner; `corner` is its number in the merged gait, from 0."""
+
+    corner: int
+    turn: float  # by how much the direction turns there, from 0 to π [rad]
+    reach: float  # how much of each segment the blend takes [rad]
+    deviation: float  # distance from the corner to the curve [rad]; 0 where the gait turns back on its line
+    shrunk: bool  # whether the tolerance would allow a larger blend than its segments do
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rounding:
+    """A rounded gait: the curve, the polyline with straight runs merged, the tolerance [rad] and the corners."""
+
+    curve: Curve
+    gait: Gait
+    tolerance: float
+    corners: tuple[RoundedCorner, ...]
+
+    @property
+    def deviation(self) -> float:
+        """Largest distance between curve and polyline, in either direction, in the (α1, α2) plane [rad]."""
+        return max((corner.deviation for corner in self.corners), default=0.0)
+
+    @property
+    def merged(self) -> tuple[int, ...]:
+        """Corners whose blends met their neighbours' and were shrunk to share a segment."""
+        return tuple(corner.corner for corner in self.corners if corner.shrunk and corner.deviation > 0)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as plain values, ready for JSON."""
+        return {
+            "tolerance": self.tolerance,
+            "deviation": self.deviation,
+            "shrunk": list(self.merged),
+            "corners": [asdict(corner) for corner in self.corners],
+        }
+
+    def __repr__(self) -> str:
+        return f"<Rounding: {self}>"
+
+    def __str__(self) -> str:
+        text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
+        return text + (f"; shrunk to share a leg: {', '.join(map(str, self.merged))}" if self.merged else "")
+
+
+def rounded(gait: Gait, tolerance: float | str) -> Rounding:
+    """Return a gait of one color with its corners rounded.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline; straight runs are merged first, and corners nearer than :data:`SMALLEST` to the one before
+        are taken for the same. Blends that would overlap are shrunk until they share the segment, and marked.
+    tolerance
+        Largest distance between the curve and the polyline, both ways, in the (α1, α2) plane; radians, or a text such
+        as "2deg". In all four angles it is √2 times as far.
+
+    Raises
+    ------
+    InputError
+        If the gait is not of one color, or the tolerance below :data:`SMALLEST`.
+
+    Notes
+    -----
+    Not guaranteed: that the curve is flyable wherever the polyline is; ask :meth:`Curve.check`.
+
+    With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
+    its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> rounding = rounded(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red"), 0.02)
+    >>> print(rounding)
+    3 corners rounded, at most 0.02 rad from the gait
+    """
+    size = angle_from_text(tolerance, "tolerance")
+    if not size >= SMALLEST:
+        raise InputError(f"tolerance must be an angle of at least {SMALLEST:g} rad, got {shown(tolerance)}")
+    if gait.color not in ("red", "blue"):
+        raise InputError(
+            f"gait must be on one sheet, red or blue, got the color {shown(gait.color)}; retarget moves it there"
+        )
+    merged = gait.merged()
+    plane = np.array(merged.alpha[:, :2])
+    keep = [0]
+    for k in range(1, len(plane)):
+        if np.linalg.norm(plane[k] - plane[keep[-1]]) > SMALLEST:
+            keep.append(k)
+    while len(keep) > 1 and np.linalg.norm(plane[keep[-1]] - plane[0]) <= SMALLEST:
+        keep.pop()
+    if len(keep) < len(plane):
+        colors = tuple(merged.colors[k] for k in keep)
+        merged = replace(merged, alpha=merged.alpha[keep], colors=colors).merged()
+        plane = np.array(merged.alpha[:, :2])
+    step = np.roll(plane, -1, axis=0) - plane
+    length = np.linalg.norm(step, axis=1)
+    corners: tuple[RoundedCorner, ...] = ()
+    if not length.sum() > 0:
+        breaks, pieces = np.array([0.0, 1.0]), plane[None, :1]
+    else:
+        ahead = step / length[:, None]
+        before = np.roll(ahead, 1, axis=0)
+        sine, cosine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0], (before * ahead).sum(axis=1)
+        turn = np.arctan2(np.abs(sine), cosine)
+        back = turn >= math.pi - _STRAIGHT
+        bent = (turn > _STRAIGHT) & ~back
+        per_reach = (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2)
+        # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
+        shorter = np.minimum(length, np.roll(length, 1))
+        wanted = np.where(back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0))
+        # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
+        # on one segment are shrunk until they fit.
+        reach = np.minimum(wanted, shorter)
+        load = reach + np.roll(reach, -1)
+        share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
+        reach = reach * np.minimum(share, np.roll(share, 1))
+        shrunk = reach < wanted * (1 - 1e-12)
+        # Around each corner a blend, then what is left of the segment after it; all pieces have degree 5.
+        powers, zero = np.arange(5, -1, -1), np.zeros(2)
+        widths, parts = [], []
+        for k, corner in enumerate(plane):
+            d = float(reach[k])
+            if bent[k]:
+                along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])
+                control = np.vstack([corner - along[:, None] * before[k], corner + along[::-1, None] * ahead[k]])
+                # From Bernstein coefficients to powers of the share of the blend.
+                signs = [[(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)] for j in powers]
+                blend = [math.comb(5, len(row) - 1) * (np.array(row) @ control[: len(row)]) for row in signs]
+                widths.append(5.0 * _SPACING * d)
+                parts.append(np.array(blend) / widths[-1] ** powers[:, None])
+            elif back[k]:
+                # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
+                w = d / _TIP
+                c4, c2 = w / 8.0 * before[k], -6.0 * w / 8.0 * before[k]
+                arriving = np.stack([zero, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4])
+                leaving = np.stack([zero, c4, zero, c2, zero, corner])
+                widths += [w, w]
+                parts += [part / w ** powers[:, None] for part in (arriving, leaving)]
+            rest = float(length[k] - d - reach[(k + 1) % len(plane)])
+            if rest > 1e-12 * length[k]:
+                widths.append(rest)
+                parts.append(np.stack([zero, zero, zero, zero, ahead[k], corner + d * ahead[k]]))
+        breaks, pieces = np.concatenate([[0.0], np.cumsum(widths)]), np.stack(parts, axis=1)
+        corners = tuple(
+            RoundedCorner(
+                corner=int(k),
+                turn=float(turn[k]),
+                reach=float(reach[k]),
+                deviation=float(per_reach[k] * reach[k]) if bent[k] else 0.0,
+                shrunk=bool(shrunk[k]),
+            )
+            for k in np.flatnonzero(bent | back)
+        )
+    curve = Curve(
+        breaks=breaks,
+        pieces=pieces,
+        color=gait.color,
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        crossing_tolerance=gait.crossing_tolerance,
+    )
+    return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
+
+
 def lifted(
     plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, *, derivative: int = 0
 ) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
-    Never wrapped: (α3, α4) above the point `first` is taken from [−π/2, π/2], and the others follow without a jump.
+    Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
     """
     if color == "red":
         return np.concatenate([plane, plane], axis=-1)

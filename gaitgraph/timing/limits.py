@@ -14,9 +14,9 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import vertices
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
-from gaitgraph.timing.curve import derivative_of, lifted, values_of
+from gaitgraph.timing.curve import lifted
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.timing.timing_laws import peaks_of
+from gaitgraph.timing.timing_laws import derivative_of, peaks_of, values_of
 from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:
@@ -58,29 +58,32 @@ class Limits:
         if acceleration is None and jerk is None:
             reason = "under a rate limit alone no smooth law is the fastest"
             raise InputError(f"limits must have an acceleration or a jerk, got neither: {reason}")
-        for kind, value in zip(RATE_UNITS, (rate, acceleration, jerk), strict=True):
-            object.__setattr__(self, kind, None if value is None else _four(kind, value))
+        for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
+            numbers = None
+            if value is not None:
+                rule = f"{kind} must be 0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
+                parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)  # type: ignore[arg-type]
+                try:
+                    numbers = np.array([angle_from_text(part, kind) for part in parts])
+                except InputError as error:
+                    raise InputError(f"{rule}, got {shown(value)}") from error
+                allowed = (numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))
+                if numbers.shape != (4,) or not allowed.all():
+                    raise InputError(f"{rule}, got {shown(value)}")
+                numbers.flags.writeable = False
+            object.__setattr__(self, kind, numbers)
 
     def in_plane(self, kind: str) -> FloatArray:
-        """Return what a kind's limits are for α1 and α2, shape (2,): on a sheet the opposite joints move as much.
-
-        Infinite where there is none.
-        """
+        """Return the limits of a kind for α1 and α2, whose opposite joints move as much, shape (2,), or infinity."""
         value: FloatArray | None = getattr(self, kind)
         return np.full(2, np.inf) if value is None else np.minimum(value[:2], value[2:])
 
     def completed(self, extent: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return rate, acceleration and jerk limits of α1 and α2 with the finite ones that follow, each of shape (2,).
 
-        Parameters
-        ----------
-        extent
-            By how much α1 and α2 vary over the whole motion, shape (2,) [rad].
-
-        Notes
-        -----
         Landau's and Kolmogorov's inequalities bound the derivatives of a bounded motion by each other, with x within
         ±extent/2: |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². So these are no further limits.
+        The extent is by how much α1 and α2 vary over the whole motion, shape (2,) [rad].
         """
         rate, acceleration, jerk = (self.in_plane(kind) for kind in RATE_UNITS)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -113,52 +116,26 @@ def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = Non
     )
 
 
-def _four(kind: str, value: Any) -> FloatArray:
-    """Return a limit for each joint; read-only."""
-    rule = f"{kind} must be 0, or 1e-9 to 1e12 {RATE_UNITS[kind]}, or four such numbers, or texts such as '200deg'"
-    parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)
-    try:
-        numbers = np.array([angle_from_text(part, kind) for part in parts])
-    except InputError as error:
-        raise InputError(f"{rule}, got {shown(value)}") from error
-    if numbers.shape != (4,) or not ((numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))).all():
-        raise InputError(f"{rule}, got {shown(value)}")
-    numbers.flags.writeable = False
-    return numbers
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Touch:
-    """Where a law runs at one of its limits.
+    """Where a law runs at one of its limits."""
 
-    Parameters
-    ----------
-    kind
-        "rate", "acceleration" or "jerk".
-    joints
-        The two opposite joints that move alike, (1, 3) or (2, 4).
-    limit
-        The limit [rad/s, rad/s² or rad/s³].
-    share
-        During what share of the period it is touched.
-    t
-        When it is first touched [s].
-    alpha
-        The tilt angles then, shape (4,) [rad].
-    """
-
-    kind: str
-    joints: tuple[int, int]
-    limit: float
-    share: float
-    t: float
-    alpha: tuple[float, ...]
+    kind: str  # "rate", "acceleration" or "jerk"
+    joints: tuple[int, int]  # the opposite joints that move alike, (1, 3) or (2, 4)
+    limit: float  # [rad/s, rad/s² or rad/s³]
+    share: float  # of the period, during which it is touched
+    t: float  # when it is first touched [s]
+    alpha: tuple[float, ...]  # the tilt angles then [rad]
 
     def as_mapping(self) -> dict[str, Any]:
         """Return it as plain values, ready for JSON."""
-        where = {"t": self.t, "alpha": list(self.alpha)}
-        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
-        return {**head, "where": where}
+        return {
+            "limit": self.kind,
+            "joints": list(self.joints),
+            "value": self.limit,
+            "share": self.share,
+            "where": {"t": self.t, "alpha": list(self.alpha)},
+        }
 
     @property
     def names(self) -> str:
@@ -215,15 +192,7 @@ class LimitedGait(TimedGait):
         return self.derivative(t, 0), self.derivative(t, 1), self.derivative(t, 2)
 
     def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
-        """Return a derivative of the tilt angles by time, shape (..., 4); the third jumps at knots.
-
-        Parameters
-        ----------
-        t
-            Times, shape (...) [s].
-        order
-            0 for angles, 1 for rates, and so on.
-        """
+        """Return a derivative of the tilt angles at times of shape (...) [s]; the third jumps at knots."""
         phase = np.asarray(np.mod(np.asarray(t, dtype=float), self.period))
         knots, gait = self.corner_times, self.gait
         piece = np.clip(np.searchsorted(knots, phase, side="right") - 1, 0, len(knots) - 2)
@@ -241,13 +210,7 @@ class LimitedGait(TimedGait):
         return np.concatenate([plane, plane])
 
     def limits_touched(self, within: float = 0.01) -> tuple[Touch, ...]:
-        """Return which limits the law runs at, and during what share of the period.
-
-        Parameters
-        ----------
-        within
-            How near to a limit counts as touching it, as a share of the limit.
-        """
+        """Return which limits the law runs at to within a share of them, and during what share of the period."""
         out = []
         for order, kind in enumerate(RATE_UNITS, start=1):
             peaks, limits = peaks_of(self.widths, self.tilts, order), self.limits.in_plane(kind)

@@ -34,25 +34,15 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 class ServoResponse:
     """The settled motion of lagging servos under a timed gait.
 
-    Parameters
-    ----------
-    timed
-        What is commanded.
-    lag
-        Time constant of each servo, shape (4,) [s].
-    t
-        Times from 0 to the period at which the error is known, shape (n + 1,) [s].
-    error
-        α_commanded − α_actual at these times, shape (n + 1, 4) [rad]; the last row is the first.
-    slack
-        How far the error of each joint can be from the straight line between two of these times, shape (4,) [rad].
+    The error α_commanded − α_actual, shape (n + 1, 4) [rad], is known at the times `t`, shape (n + 1,) [s], from 0 to
+    the period; its last row is the first.
     """
 
-    timed: TimedGait
-    lag: FloatArray
+    timed: TimedGait  # what is commanded
+    lag: FloatArray  # time constant of each servo, shape (4,) [s]
     t: FloatArray
     error: FloatArray
-    slack: FloatArray
+    slack: FloatArray  # how far each joint's error can be from the straight line between two times, shape (4,) [rad]
 
     @property
     def actual(self) -> FloatArray:
@@ -77,8 +67,7 @@ class ServoResponse:
     def distance_off_sheet(self) -> float:
         """Return how far the actual (α3, α4) are at most from the sheet above the actual (α1, α2) [rad].
 
-        On the red sheet it vanishes where opposite servos share a lag: then they err alike. On the blue sheet opposite
-        angles move against each other by the same amounts, with the same result.
+        It vanishes where opposite servos share a lag: then they err alike, on the blue sheet with opposite signs.
         """
         sign = -1.0 if self.timed.gait.color == "blue" else 1.0
         apart = np.abs(self.error[:, 2:] - sign * self.error[:, :2]).max(axis=0)

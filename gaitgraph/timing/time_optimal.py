@@ -1,9 +1,8 @@
 """Time-optimal laws: the least period under limits, and a law for a period that is asked for.
 
-A smooth curve is run without a stop; a gait with corners rests at each, unless it is rounded. The law is twice
-continuously differentiable, closed at the seam, and a polynomial of time between knots, so that its largest rate,
-acceleration and jerk are bounded between samples by Bernstein coefficients. What exceeds a limit is removed by
-stretching time by the exact factor.
+A smooth curve is run without a stop; a gait with corners rests at each, unless it is rounded. The largest rate,
+acceleration and jerk of a law are bounded between samples; what exceeds a limit is removed by stretching time by the
+exact factor.
 """
 
 from __future__ import annotations
@@ -17,19 +16,22 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.fastest_speeds import fastest_squared_speeds, laws_under_jerk, nodes_along
+from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.limits import LimitedGait, Limits, limits_of
-from gaitgraph.timing.rest_to_rest import rest_to_rest
-from gaitgraph.timing.rounding import Rounding, rounded
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.timing.timing_laws import peaks_of, smoothed_law, tilts_over_time
+from gaitgraph.timing.timing_laws import (
+    fastest_squared_speeds,
+    laws_under_jerk,
+    nodes_along,
+    peaks_of,
+    rest_to_rest,
+    smoothed_law,
+    tilts_over_time,
+)
 from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from gaitgraph.timing.timing_laws import TimingLaw
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,40 +54,21 @@ _STILL = _ROUND_OFF = 1e-12
 class LeastPeriod:
     """An answer about periods; falsy when no law was found for what was asked.
 
-    Parameters
-    ----------
-    status
-        "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a joint that
-        must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a gait that is a point has no least).
-    reason
-        One sentence; empty if the status is "ok".
-    limits
-        What the law had to keep.
-    timed
-        The law, or None.
-    least
-        The least period found [s]; None where there is none.
-    lower_bound, stretch
-        A period below which there is certainly no law along this path [s]; and the price of limits that hold between
-        samples too: what the found law was stretched by, minus 1.
-    rounding
-        How corners were rounded; None too where resting at them is quicker.
-    note
-        Why the law rests although rounding was asked for, or what was left undone; empty as a rule.
-    limit, where
-        The limit that is in the way, and where.
+    The status is "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a
+    joint that must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a gait that is a point has no
+    least).
     """
 
     status: str
-    reason: str
+    reason: str  # one sentence; empty if the status is "ok"
     limits: Limits
     timed: LimitedGait | None = None
-    least: float | None = None
-    lower_bound: float = 0.0
-    stretch: float = 0.0
-    rounding: Rounding | None = None
-    note: str = ""
-    limit: str | None = None
+    least: float | None = None  # the least period found [s]
+    lower_bound: float = 0.0  # a period below which there is certainly no law along this path [s]
+    stretch: float = 0.0  # what the law was stretched by to keep limits between samples too, minus 1
+    rounding: Rounding | None = None  # None too where resting at the corners is quicker
+    note: str = ""  # why the law rests although rounding was asked for, or what was left undone
+    limit: str | None = None  # the limit that is in the way
     where: dict[str, Any] | None = None
 
     def __bool__(self) -> bool:
@@ -159,11 +142,6 @@ def least_period(
         Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces.
     progress
         Called with lines of text; programmes under a jerk limit may take a minute in all.
-
-    Returns
-    -------
-    LeastPeriod
-        Falsy if there is no law.
 
     Raises
     ------
@@ -239,19 +217,9 @@ def paced(
 ) -> LeastPeriod:
     """Return a law for a given period, or the reason why there is none.
 
-    Parameters
-    ----------
-    period
-        T [s].
-    path, limits, rounding, samples, rate, nodes, progress
-        As for :func:`least_period`.
-
-    Returns
-    -------
-    LeastPeriod
-        The fastest law with its time stretched to the period: rates fall with 1/T, accelerations with 1/T², jerks
-        with 1/T³. Falsy with status "too short" if the period is below the least found; it is certain that there is
-        no law only below `lower_bound`.
+    The answer is the fastest law with its time stretched to the period T [s]: rates fall with 1/T, accelerations with
+    1/T², jerks with 1/T³. It is falsy with status "too short" if the period is below the least found; that there is no
+    law is certain only below `lower_bound`. The other parameters are those of :func:`least_period`.
 
     Examples
     --------
@@ -435,7 +403,8 @@ class _Task:
             return self._kept(*rest_to_rest(plane, rate, completed[1], jerk)), ""
         # A joint that stands still keeps any limit.
         rate, acceleration, jerk = (np.where(self.extent > _STILL, limit, 1.0) for limit in completed)
-        s = nodes_along(self.curve, nodes)
+        path = (self.curve.breaks, self.curve.pieces)
+        s = nodes_along(*path, nodes)
         width, first, second = np.diff(s), *(self.curve.at(s, order)[:, :2] for order in (1, 2))
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
         # A limit that is met for less than a thousandth of the period would be beyond the averages and the nodes below.
@@ -445,15 +414,15 @@ class _Task:
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
         if self.limits.jerk is None:
             for window in _WINDOWS:
-                found = self._over_time(smoothed_law(s, squared, window))
+                found = self._kept(*tilts_over_time(smoothed_law(s, squared, window), *path))
                 if found.stretch <= _ENOUGH:
                     break
             return found, ""
         laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
-        kept = [self._over_time(law) for law in laws]
-        best = min(range(len(kept)), key=lambda k: kept[k].period)
+        candidates = [self._kept(*tilts_over_time(law, *path)) for law in laws]
+        best = min(range(len(laws)), key=lambda k: candidates[k].period)
         if len(width) > _MOST_NODES_UNDER_JERK:
-            return kept[best], (
+            return candidates[best], (
                 f"not optimised under the jerk limit: {len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at "
                 f"most {_MOST_NODES_UNDER_JERK} are; for a faster law thin out the table, ask for fewer nodes, "
                 "or drop the jerk limit"
@@ -461,17 +430,18 @@ class _Task:
         # Programmes start from the speeds of the best law, over three turns so that they cover the path from 0 on.
         law, span = laws[best], float(s[-1])
         turns = np.concatenate([law.s[:-1] + turn * span for turn in (-1, 0, 1)])
-        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + kept[best].stretch), 3)) ** 2
+        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + candidates[best].stretch), 3)) ** 2
         # A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
         # its law exceeds them, a few times, so that less is left to stretch.
-        found, limits = kept[best], (rate, acceleration, jerk)
+        found, limits = candidates[best], (rate, acceleration, jerk)
         rate, acceleration, jerk = (np.tile(limit, (len(width), 1)) for limit in limits)
         corrections, before = 0, math.inf
-        for law in laws_under_jerk(self.curve, s, known, (rate, acceleration, jerk), progress):
-            widths, tilts = tilts_over_time(law, self.curve.breaks, self.curve.pieces)
+        for law in laws_under_jerk(*path, s, known, (rate, acceleration, jerk), progress):
+            widths, tilts = tilts_over_time(law, *path)
             candidate = self._kept(widths, tilts)
             found = min(found, candidate, key=lambda one: one.period)
-            gains, before = law.period < before * (1 - _SETTLED), law.period
+            taken = float(law.t[-1])
+            gains, before = taken < before * (1 - _SETTLED), taken
             if gains and not corrections:
                 continue
             if corrections == _CORRECTIONS or abs(candidate.stretch) < _ENOUGH:
@@ -483,10 +453,6 @@ class _Task:
                 np.maximum.at(excess, interval, peaks_of(widths, tilts, order) / limits[order - 1])
                 np.divide(at_nodes, np.maximum(excess, np.roll(excess, 1, axis=0)), out=at_nodes)
         return found, ""
-
-    def _over_time(self, law: TimingLaw) -> _Found:
-        assert self.curve is not None  # noqa: S101
-        return self._kept(*tilts_over_time(law, self.curve.breaks, self.curve.pieces))
 
     def _kept(self, widths: FloatArray, tilts: FloatArray) -> _Found:
         """Return a law with its time stretched, or shortened, until its certain peaks meet the limits."""

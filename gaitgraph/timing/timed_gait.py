@@ -1,4 +1,4 @@
-"""Timed gaits: gaits with a timing law over a period, samples with rates and accelerations, and checks of them.
+"""Timed gaits: gaits with a timing law over a period, their samples, checks and tables; files with another timing.
 
 A timing law maps time to position along the closed polyline. Three laws are closed formulas over any period:
 
@@ -16,7 +16,11 @@ A law that keeps limits (:mod:`gaitgraph.timing.time_optimal`) is a polynomial o
 from __future__ import annotations
 
 import math
+from collections import Counter, deque
 from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,20 +28,26 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.gait.rows import completed_pieces
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
+from gaitgraph.io.formats import FILMS, check_options, check_outputs, known_format, write_pieces
+from gaitgraph.io.reading import gait_of, naming_file, read_pieces
+from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
 from gaitgraph.validation.checks import check_gait
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.io.formats import FormatOptions
+    from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, Report
+    from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -48,6 +58,7 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
+_ROWS_KEPT = 2 * ROWS_OF_A_PIECE  # a file of no more rows is held, not read again
 
 # Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
 _SMOOTH_PEAKS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)
@@ -117,24 +128,15 @@ class TimedGait:
     def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return tilt angles, rates and accelerations at any times; the gait repeats with its period.
 
-        Parameters
-        ----------
-        t
-            Times, shape (...) [s].
-
-        Returns
-        -------
-        three arrays of shape (..., 4)
-            [rad], [rad/s], [rad/s²].
+        Times of shape (...) [s] give three arrays of shape (..., 4) [rad, rad/s, rad/s²].
         """
-        t = np.asarray(t, dtype=float)
         times, gait = self.corner_times, self.gait
-        phase = np.mod(t, self.period)
+        phase = np.mod(np.asarray(t, dtype=float), self.period)
         segment = np.clip(np.searchsorted(times, phase, side="right") - 1, 0, len(gait.alpha) - 1)
         duration = np.diff(times)[segment]
-        moving = duration > 0
-        tau = np.where(moving, (phase - times[segment]) / np.where(moving, duration, 1.0), 0.0)
-        per_second = np.where(moving, 1.0 / np.where(moving, duration, 1.0), 0.0)
+        moving, divisor = duration > 0, np.where(duration > 0, duration, 1.0)
+        tau = np.where(moving, (phase - times[segment]) / divisor, 0.0)
+        per_second = np.where(moving, 1.0 / divisor, 0.0)
         if self.law == "smooth":
             progress = tau**3 * (10 - 15 * tau + 6 * tau**2)
             speed = 30 * tau**2 * (1 - tau) ** 2
@@ -151,12 +153,8 @@ class TimedGait:
     def columns(self, rows: range | None = None) -> dict[str, Any]:
         """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
 
-        Off the surfaces there are no color and types. R has the gait's own coefficients.
-
-        Parameters
-        ----------
-        rows
-            Consecutive rows, counted from 0; by default all N + 1.
+        Off the surfaces there are no color and types. R has the gait's own coefficients. `rows` are consecutive and
+        counted from 0; by default all N + 1.
         """
         rows = range(self.samples + 1) if rows is None else rows
         t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
@@ -181,23 +179,14 @@ class TimedGait:
         return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19) over the whole period, not over the samples.
-
-        >>> from gaitgraph.gait.gait import lift
-        >>> points = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
-        >>> lift(points, "red").parametrize().vertices().shape
-        (4, 4)
-        """
+        """Return the vertices by equations (16) to (19) over the whole period, not over the samples."""
         return self.gait.vertices(tolerance)
 
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
 
-        Parameters
-        ----------
-        order
-            1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³]. Accelerations and jerks are
-            infinite where a law turns a corner at full speed. Jerks of the law `smooth` jump at the corners.
+        The order is 1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³]. Accelerations and jerks
+        are infinite where a law turns a corner at full speed. Jerks of the law `smooth` jump at the corners.
         """
         duration = np.diff(self.corner_times)
         moving = duration > 0
@@ -237,10 +226,7 @@ class TimedGait:
     def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
         """Return the check of tilt rates, and of tilt accelerations and jerks where the vehicle limits them.
 
-        Parameters
-        ----------
-        noun, share
-            What advice calls the time that would do, and what share of the period that is.
+        Advice names the time that would do, called `noun`, which is a share of the period.
         """
         checks = []
         for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
@@ -263,8 +249,6 @@ class TimedGait:
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
-        from gaitgraph.io.formats import FILMS, check_outputs, write_pieces
-
         films = [path for path in paths if str(path).lower().endswith(FILMS)]
         tables = [path for path in paths if path not in films]
         check_outputs(tables, force=force)
@@ -398,17 +382,7 @@ def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
 def pieces_of(
     timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
 ) -> Iterator[Table]:
-    """Yield the table of a timed gait as consecutive pieces, so that any length fits in memory.
-
-    Parameters
-    ----------
-    timed
-        The gait.
-    about
-        What else the table states about its making.
-    rows
-        Rows of a piece, at least 2; the last piece may have one more.
-    """
+    """Yield the table of a timed gait as pieces of at least two rows, so that any length fits in memory."""
     gait = timed.gait
     made: dict[str, Any] = {
         "vehicle": gait.vehicle.as_mapping(),
@@ -430,3 +404,139 @@ def pieces_of(
     for start in range(0, end - 1, rows):
         stop = end if end - (start + rows) <= 1 else start + rows
         yield Table(columns=timed.columns(range(start, stop)), about=made)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """What was written: how many rows, which columns, and in how many rows each clipped servo was beyond its limits."""
+
+    rows: int
+    columns: tuple[str, ...]
+    clipped: dict[str, int]
+
+
+def export(
+    source: str | Path,
+    outputs: Iterable[str | Path],
+    *,
+    vehicle: Vehicle | None = None,
+    coefficients: Kind | None = None,
+    period: float | None = None,
+    law: str | None = None,
+    samples: int | None = None,
+    rate: float | None = None,
+    joints: ServoMap | None = None,
+    servos: ServoMap | None = None,
+    options: FormatOptions | None = None,
+    force: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Exported:
+    """Read a gait file and write it to other files, piece by piece.
+
+    A table with times keeps its rows, counted from t = 0 and closed, and gets the columns that follow from them, see
+    :func:`gaitgraph.gait.rows.completed_pieces`. It is read twice or more, unless it is short, and only some rows are
+    held at a time. A table without times, one of a single row, or any of `period`, `law`, `samples`, `rate`, gets a new
+    timing on the closed polyline through the rows, which is held whole.
+
+    Parameters
+    ----------
+    source, outputs
+        Files; their suffixes are the formats.
+    vehicle, coefficients
+        What the gait is for, instead of what the file states.
+    period, law, samples, rate
+        As for :func:`parametrize`; by default what the file states, else 1 s and smooth.
+    joints
+        What the columns of a servo table from elsewhere are.
+    servos, options
+        As for :func:`gaitgraph.io.formats.write_tables`; an option that none of the outputs has is refused.
+    force
+        Overwrite files that exist.
+    progress
+        Called with the fraction of the work that is done.
+
+    Raises
+    ------
+    InputError, FileProblem, OutputExists
+        As :func:`gaitgraph.io.reading.read_table` and :func:`gaitgraph.io.formats.write_tables` do.
+    """
+    paths = list(outputs)
+    formats = [known_format(path, "output") for path in paths]
+    if options is not None:
+        check_options(options, formats)
+    check_outputs(paths, force=force)
+    parts = len(paths) + 1  # reading, and each file written
+    reached = 0.0
+
+    def report(share: float) -> None:
+        nonlocal reached
+        if progress is not None and share / parts > reached:  # what is read again is no step back
+            reached = share / parts
+            progress(reached)
+
+    read = _replayed(source, partial(read_pieces, source, progress=report, joints=joints))
+    first = list(islice(read(), 2))
+    retimed = "t" not in first[0] or sum(map(len, first)) == 1
+    if retimed or any(choice is not None for choice in (period, law, samples, rate)):
+        table = merged(read())
+        with naming_file(source):
+            gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+        stated = table.about
+        stated_law = None if stated.get("made_by") == "pace" else stated.get("law")  # pacing follows no law
+        timed = parametrize(
+            gait,
+            next(value for value in (period, stated.get("period"), 1.0) if value is not None),
+            law=next(value for value in (law, stated_law, LAWS[0]) if value is not None),
+            samples=samples,
+            rate=rate,
+        )
+        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, timed)
+    else:
+        with naming_file(source):
+            pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
+    clips = servos if any(one.reads or "joint_names" in one.options for one in formats) else None
+    done: list[Exported] = []
+
+    def counted() -> Iterator[Table]:
+        """Yield the pieces once for each file, and count them the first time."""
+        files, rows = len(done), 0
+        columns: tuple[str, ...] = ()
+        clipped: Counter[str] = Counter()
+        for piece in pieces():
+            if clips is not None and not files:
+                clipped.update(clipped_rows(piece, clips))
+            rows, columns = rows + len(piece), tuple(piece.columns)
+            yield piece
+            if files:
+                report(files + 1 + rows / done[0].rows)
+        done.append(Exported(rows=rows, columns=columns, clipped=dict(clipped)))
+        report(files + 2)
+
+    write_pieces(counted, paths, force=force, options=options, servos=servos)
+    if not done:  # formats that take the first piece alone have not counted the others
+        deque(counted(), maxlen=0)
+    return done[0]
+
+
+def _replayed(source: str | Path, read: Callable[[], Iterator[Table]]) -> Callable[[], Iterator[Table]]:
+    """Return what yields the pieces of a file as often as it is called; those of a short one are kept, not read again.
+
+    What is no regular file, a pipe for example, can be read once, and is kept whole.
+    """
+    kept = None if Path(source).is_file() else list(read())
+
+    def pieces() -> Iterator[Table]:
+        nonlocal kept
+        if kept is not None:
+            yield from kept
+            return
+        fresh: list[Table] | None = []
+        for piece in read():
+            if fresh is not None:
+                fresh.append(piece)
+                if len(fresh) > 1 and sum(map(len, fresh)) > _ROWS_KEPT:
+                    fresh = None
+            yield piece
+        kept = fresh
+
+    return pieces

@@ -1,19 +1,35 @@
-"""Timing laws along a path: monotone, twice continuously differentiable, closed at the seam.
+"""Timing laws: how fast a path is run, from rest to rest at corners or along a smooth curve without a stop.
 
-A timing law maps time to the path's parameter s. Its second derivative is continuous and linear between knots, so that
+A path is made of polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
+parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``. A timing law maps time to the
+path's parameter s. Its second derivative is continuous and linear between knots, so that
 s(t) is a cubic there. Put into the path's own polynomials it gives polynomials of time, whose Bernstein coefficients
 bound every derivative on a whole interval: what is said about a law holds between samples, not only at them.
+
+The fastest speed along a closed curve: with b = ṡ², rates and accelerations q″b + q′s̈ are linear in b and s̈. For a
+constant s̈ on every interval of a grid they are linear in the values of b at its two ends. Each row bounds the later
+value from above by an increasing function of the earlier one (how much the motion can speed up), or the earlier by the
+later (how much it must have slowed down), or both at once. Such a set is closed under taking the larger of two
+solutions point by point, so there is a largest solution; it is the fastest at every point, and one pass forwards and
+one backwards from the narrowest point find it, as in the plane-sweep proofs of Consolini et al. (Optimal
+time-complexity speed planning for robot manipulators, 2019).
+
+For s̈ linear between nodes the jerk is √b·(q‴b + 3q″s̈ + q′·ds̈/ds), and its limit J reads |q‴b + 3q″s̈ + q′·ds̈/ds| ≤
+J/√b. The right side is convex in b and lies above its tangents: with a tangent in its place the constraint is linear
+and implies the true one. Programmes with tangents at the solution before improve step by step.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.timing.curve import bernstein_from_power, derivative_of
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,6 +37,21 @@ FloatArray = npt.NDArray[np.float64]
 _NEAREST = 1e-12
 _APART = 1e-9
 _SECANTS = 30
+
+# From rest to rest: without a jerk limit the acceleration takes this share of a segment's time to rise, so that it is
+# continuous. What takes less than the second share is beyond what floats carry: the limits are lowered to it.
+_RISE = 1e-3
+_BRIEF = 1e-6
+
+_FEWEST = 8  # intervals on a piece of a curve
+_GROWTH = 0.3  # of the distance between nodes, from one to the next
+_CAP = 1e30
+_PASSES = 100
+_PROGRAMMES = 10
+# Where the time 1/√b is replaced by tangents, as multiples of the solution before.
+_TANGENTS = (0.5, 1.0, 1.6)
+# Within what factors of the solution before b is looked for.
+_LEAST, _MOST = 1e-2, 1e3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,54 +66,32 @@ class TimingLaw:
     speed: FloatArray
     acceleration: FloatArray
 
-    @property
-    def period(self) -> float:
-        """The period [s]."""
-        return float(self.t[-1])
+
+def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
+    """Return the Bernstein coefficients of polynomial pieces on intervals of given widths, shape as `pieces`."""
+    degree = len(pieces) - 1
+    scale = width.reshape((-1,) + (1,) * (pieces.ndim - 2))
+    rising = np.stack([pieces[degree - j] * scale**j for j in range(degree + 1)])
+    mix = np.array([[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
+    return np.asarray(np.einsum("ij,j...->i...", mix, rising))
 
 
-def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
-    """Return the law through nodes s with given s̈, less a constant so that it closes; None if it would stop.
+def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
+    """Return the coefficients of a derivative of polynomial pieces."""
+    for _ in range(order):
+        degree = len(pieces) - 1
+        if degree == 0:
+            return np.zeros_like(pieces)
+        pieces = pieces[:-1] * np.arange(degree, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
+    return pieces
 
-    The nodes, shape (n + 1,), are the law's knots; s̈, shape (n,), is linear in time between them, and each interval
-    takes the time in which the cubic covers it. The constant is what makes the last speed equal to `speed`, the first,
-    found by the secant method; for s̈ that nearly closes it is tiny.
-    """
-    rise = np.append(acceleration, acceleration[0])
-    width = np.diff(s).tolist()
 
-    def run(constant: float) -> tuple[list[float], list[float]] | None:
-        v, speeds, times = speed, [speed], []
-        starts, ends = (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist()
-        for ds, a0, a1 in zip(width, starts, ends, strict=True):
-            root = v * v + ds * (2 * a0 + a1) * 2 / 3
-            if root <= 0:
-                return None
-            h = 2 * ds / (v + math.sqrt(root))
-            v += h * (a0 + a1) / 2
-            if v <= 0:
-                return None
-            times.append(h)
-            speeds.append(v)
-        return speeds, times
-
-    first = run(0.0)
-    if first is None:
-        return None
-    # What is left over at the end, as half a squared speed, goes down by the constant times the span.
-    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * float(s[-1]))], [first[0][-1] - speed]
-    for _ in range(_SECANTS):
-        found = run(constants[-1])
-        if found is None:
-            return None
-        left.append(found[0][-1] - speed)
-        if abs(left[-1]) <= 1e-14 * speed or left[-1] == left[-2]:
-            break
-        constants.append(constants[-1] - left[-1] * (constants[-1] - constants[-2]) / (left[-1] - left[-2]))
-    else:
-        return None
-    t = np.concatenate([[0.0], np.cumsum(found[1])])
-    return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constants[-1])
+def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
+    """Return polynomials at local parameters: coefficients (degree + 1, ..., d), parameters (...), out (..., d)."""
+    out = np.broadcast_to(pieces[0], (*local.shape, pieces.shape[-1])).copy()
+    for coefficient in pieces[1:]:
+        out = out * local[..., None] + coefficient
+    return np.asarray(out)
 
 
 def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw:
@@ -144,7 +153,7 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     """Return widths of intervals of time and (α1, α2) on them, as polynomials of the share of the interval passed.
 
     Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first, for a law of positive speed along a path with
-    `breaks` and `pieces` as in :class:`gaitgraph.timing.curve.Curve`. The first interval begins where the path does.
+    `breaks` and `pieces`. The first interval begins where the path does.
 
     To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
     may lie so near to a break that these would carry few digits.
@@ -172,7 +181,7 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     following, until = np.roll(interval, -1), np.roll(share, -1)
     widths = np.where(following == interval, until - share, 1.0 - share) * h[interval]
     # Of a knot of the law and a break that coincide, the break stays.
-    close = widths < _NEAREST * law.period
+    close = widths < _NEAREST * law.t[-1]
     kept = np.flatnonzero(~((number < 0) & (close | np.roll(close, 1))))
     widths = np.add.reduceat(widths, kept)
     number = number[kept]
@@ -190,9 +199,8 @@ def tilts_between(
 ) -> FloatArray:
     """Return (α1, α2) on intervals of time as polynomials of the share passed, shape (degree + 1, m, 2).
 
-    `local` is s at the start of each interval, less that at which its piece of the path starts, shape (m,); `speed` and
-    `rise` are ṡ and s̈ at the knots, shape (m + 1,); `pieces` are those that the intervals run along, shape (n + 1, m,
-    2).
+    `local` is s at the start of each interval, since its piece of the path starts, shape (m,); `speed` and `rise` are ṡ
+    and s̈ at the knots, shape (m + 1,); `pieces` are those that the intervals run along, shape (n + 1, m, 2).
     """
     h = widths
     cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])[:, :, None]
@@ -214,3 +222,282 @@ def peaks_of(widths: FloatArray, tilts: FloatArray, order: int) -> FloatArray:
     """
     control = bernstein_from_power(derivative_of(tilts, order), np.ones(len(widths)))
     return np.asarray(np.abs(control).max(axis=0) / widths[:, None] ** order)
+
+
+def phases(distance: float, rate: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
+    """Return the phases of the fastest motion over a distance from rest to rest: duration, s̈ at its start and its end.
+
+    The fastest motion has seven phases at most: the acceleration rises to its limit at the limit of jerk, stays, falls
+    to zero, the speed stays, and the same the other way round. The limits are positive; the rate may be infinite, and
+    so may the acceleration if the jerk is not. An infinite jerk is replaced by one that lets the acceleration rise in
+    a thousandth of the time.
+
+    >>> [round(sum(phase[0] for phase in phases(1.0, *limits)), 6) for limits in ((9, 99, 32.0), (1, 2, 4))]
+    [1.0, 2.0]
+    """
+    if math.isinf(jerk):
+        cruise = distance * acceleration >= rate**2
+        total = distance / rate + rate / acceleration if cruise else 2.0 * math.sqrt(distance / acceleration)
+        jerk = acceleration / (_RISE * total)
+    slow = max(distance / rate, 2.0 * math.sqrt(distance / acceleration))
+    acceleration = min(acceleration, rate / (_BRIEF * slow)) if slow > 0 else acceleration
+    jerk = min(jerk, acceleration / (_BRIEF * slow)) if slow > 0 else jerk
+    top = min(rate, (distance * math.sqrt(jerk) / 2.0) ** (2.0 / 3.0))
+    if math.isfinite(acceleration) and top * jerk > acceleration**2:
+        # The acceleration meets its limit, so that speeding up and slowing down over v takes v(v/a + a/j).
+        rise = acceleration / jerk
+        top = min(rate, acceleration * (math.sqrt(rise**2 + 4.0 * distance / acceleration) - rise) / 2.0)
+    highest = min(acceleration, math.sqrt(top * jerk))
+    ramp = highest / jerk
+    hold, cruise_time = max(top / highest - ramp, 0.0), max(distance / top - top / highest - ramp, 0.0)
+    up = [(ramp, 0.0, highest), (hold, highest, highest), (ramp, highest, 0.0)]
+    down = [(ramp, 0.0, -highest), (hold, -highest, -highest), (ramp, -highest, 0.0)]
+    out = [*up, (cruise_time, 0.0, 0.0), *down]
+    whole = sum(duration for duration, _, _ in out)
+    return [phase for phase in out if phase[0] > 1e-12 * whole]
+
+
+def rest_to_rest(
+    plane: FloatArray, rate: FloatArray, acceleration: FloatArray, jerk: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the law of a closed polyline that rests at every corner, as intervals of time and (α1, α2) on them.
+
+    A path with a sharp corner has no smooth law that does not stop there. The corners have shape (n, 2), no two
+    neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite where there is none. What is returned is
+    as in :func:`tilts_over_time`.
+    """
+    step = np.roll(plane, -1, axis=0) - plane
+    lengths = np.linalg.norm(step, axis=1)
+    widths, local, speed, rise, piece = [], [], [0.0], [], []
+    for k, length in enumerate(lengths.tolist()):
+        share = np.abs(step[k]) / length
+        moving = share > 1e-12
+        along = [float((limit[moving] / share[moving]).min()) for limit in (rate, acceleration, jerk)]
+        s, v = 0.0, 0.0
+        for h, a0, a1 in phases(length, *along):
+            widths.append(h)
+            local.append(s)
+            piece.append(k)
+            s += v * h + h**2 * (2 * a0 + a1) / 6
+            v = max(v + h * (a0 + a1) / 2, 0.0)
+            speed.append(v)
+            rise.append(a0)
+        speed[-1] = 0.0
+    pieces = np.stack([step / lengths[:, None], plane])[:, piece]
+    # The acceleration is continuous: at the end of a phase it is that at the start of the next.
+    out = np.array(widths)
+    return out, tilts_between(out, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)
+
+
+def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
+    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
+
+    Half of them are shared out by width, half by how much a piece bends, where the limits of the joints change. Beside
+    a short piece they lie nearer, from one to the next by 30 %, since speeds change much there.
+    """
+    width = np.diff(breaks)
+    control = bernstein_from_power(derivative_of(pieces, 2), width)
+    bend = width * np.linalg.norm(control, axis=-1).max(axis=0)
+    share = width / width.sum()
+    if bend.sum() > 0:
+        share = (share + bend / bend.sum()) / 2
+    steps = width / np.maximum(np.ceil(nodes * share * (1 - 1e-12)), _FEWEST)
+    at_break = np.minimum(steps, np.roll(steps, 1))
+    parts = []
+    for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
+        sides: list[list[float]] = []
+        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
+            size, covered = nearest, 0.0
+            side: list[float] = []
+            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
+                side.append(size)
+                covered += size
+                size *= 1 + _GROWTH
+            sides.append(side)
+        middle = whole - sum(sides[0]) - sum(sides[1])
+        count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
+        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
+        parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
+    return np.concatenate([*parts, breaks[-1:]])
+
+
+def fastest_squared_speeds(
+    first: FloatArray, second: FloatArray, width: FloatArray, rate: FloatArray, acceleration: FloatArray
+) -> FloatArray:
+    """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
+
+    `first` and `second` are q′ and q″ of each joint at the nodes, shape (n + 1, m), `width` the widths of the
+    intervals, `rate` and `acceleration` the limits of each joint, shape (m,), positive; a rate may be infinite.
+
+    The limits hold at both ends of every interval. A row whose two coefficients have the same sign, where q′ nearly
+    vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and loses no
+    more than one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is a
+    bound too; then the two passes leave no row broken.
+    """
+    # Each joint gives |p·b_k + q·b_{k+1}| ≤ limit at either end of an interval: b_{k+1} ≤ (limit + |p|·b_k)/|q| and
+    # b_k ≤ (limit + |q|·b_{k+1})/|p| if p and q have opposite signs.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        bounds = np.minimum(((rate / np.abs(first)) ** 2).min(axis=1), _CAP)
+        per = 0.5 / width[:, None]
+        p = np.concatenate([second[:-1] - first[:-1] * per, -first[1:] * per], axis=1)
+        q = np.concatenate([first[:-1] * per, second[1:] + first[1:] * per], axis=1)
+        limit = np.tile(acceleration, 2)
+        size_p, size_q = np.abs(p), np.abs(q)
+        opposite = p * q <= 0
+        up, down = opposite & (q != 0), opposite & (p != 0)
+        up_at, up_slope = np.where(up, limit / size_q, _CAP), np.where(up, size_p / size_q, 0.0)
+        down_at, down_slope = np.where(down, limit / size_p, _CAP), np.where(down, size_q / size_p, 0.0)
+        box = np.where(p * q > 0, limit / np.abs(p + q), _CAP).min(axis=1)
+        # Where two rows of an interval meet: beyond that point they admit no pair of values.
+        gain = up_slope[:, :, None] * down_slope[:, None, :]
+        rest = 1.0 - gain
+        later = np.where(rest > 0, (up_at[:, :, None] + up_slope[:, :, None] * down_at[:, None, :]) / rest, _CAP)
+        earlier = np.where(rest > 0, (down_at[:, None, :] + down_slope[:, None, :] * up_at[:, :, None]) / rest, _CAP)
+    bounds[:-1] = np.minimum(bounds[:-1], np.minimum(box, earlier.min(axis=(1, 2))))
+    bounds[1:] = np.minimum(bounds[1:], np.minimum(box, later.min(axis=(1, 2))))
+    bounds[[0, -1]] = min(bounds[0], bounds[-1])
+    # Forwards and backwards once round, from the narrowest node on, until that node stays as it is.
+    n = len(width)
+    start = int(np.argmin(bounds[:-1]))
+    order = [(start + k) % n for k in range(n)]
+    b = bounds[:-1].tolist()
+    ahead = list(zip(up_at.tolist(), up_slope.tolist(), strict=True))
+    behind = list(zip(down_at.tolist(), down_slope.tolist(), strict=True))
+    for _ in range(_PASSES):
+        known = x = b[start]
+        for k in order:
+            (i0, i1, i2, i3), (s0, s1, s2, s3) = ahead[k]
+            after = k + 1 - n
+            x = min(b[after], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
+            b[after] = x
+        x = b[start]
+        for k in reversed(order):
+            (i0, i1, i2, i3), (s0, s1, s2, s3) = behind[k]
+            x = min(b[k], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
+            b[k] = x
+        if b[start] >= known * (1 - 1e-13):
+            break
+    return np.array([*b, b[0]])
+
+
+def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
+    """Return the law through nodes s with given s̈, less a constant so that it closes; None if it would stop.
+
+    Each interval takes the time in which the cubic covers it. The constant makes the last speed equal to `speed`, the
+    first; it is found by the secant method, and tiny for s̈ that nearly closes.
+    """
+    rise = np.append(acceleration, acceleration[0])
+    width = np.diff(s).tolist()
+
+    def run(constant: float) -> tuple[list[float], list[float]] | None:
+        v, speeds, times = speed, [speed], []
+        starts, ends = (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist()
+        for ds, a0, a1 in zip(width, starts, ends, strict=True):
+            root = v * v + ds * (2 * a0 + a1) * 2 / 3
+            if root <= 0:
+                return None
+            h = 2 * ds / (v + math.sqrt(root))
+            v += h * (a0 + a1) / 2
+            if v <= 0:
+                return None
+            times.append(h)
+            speeds.append(v)
+        return speeds, times
+
+    first = run(0.0)
+    if first is None:
+        return None
+    # What is left over at the end, as half a squared speed, goes down by the constant times the span.
+    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * float(s[-1]))], [first[0][-1] - speed]
+    for _ in range(_SECANTS):
+        found = run(constants[-1])
+        if found is None:
+            return None
+        left.append(found[0][-1] - speed)
+        if abs(left[-1]) <= 1e-14 * speed or left[-1] == left[-2]:
+            break
+        constants.append(constants[-1] - left[-1] * (constants[-1] - constants[-2]) / (left[-1] - left[-2]))
+    else:
+        return None
+    t = np.concatenate([[0.0], np.cumsum(found[1])])
+    return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constants[-1])
+
+
+def laws_under_jerk(
+    breaks: FloatArray,
+    pieces: FloatArray,
+    s: FloatArray,
+    start: FloatArray,
+    limits: tuple[FloatArray, FloatArray, FloatArray],
+    progress: Callable[[str], None] | None = None,
+) -> Iterator[TimingLaw]:
+    """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
+
+    The nodes `s`, shape (n + 1,), are those of :func:`nodes_along`; `start` is ṡ² of some slower law there, shape
+    (n,). The limits are rate, acceleration and jerk at the nodes, each of shape (n, 2); a rate may be infinite, and
+    they may be changed in place between one law and the next.
+
+    The laws are cubics of time between nodes, where limits may be exceeded a little: judge them. Nothing is yielded any
+    more once a programme has no solution.
+    """
+    from scipy import sparse
+    from scipy.optimize import linprog
+
+    diagonal, width, n = sparse.diags, np.diff(s), len(s) - 1
+    # The path's derivatives at the nodes; the third, which jumps at breaks, at both ends of each interval.
+    piece = np.searchsorted(breaks, (s[:-1] + s[1:]) / 2, side="right") - 1
+    first, second, *thirds = (
+        values_of(derivative_of(pieces, order)[:, piece], nodes - breaks[piece])
+        for order, nodes in ((1, s[:-1]), (2, s[:-1]), (3, s[:-1]), (3, s[1:]))
+    )
+    # The variables of a programme: b, s̈ and a bound of 1/√b, at the nodes of the closed grid.
+    here, none, at_end = sparse.identity(n, format="csr"), sparse.csr_matrix((n, n)), np.roll(np.arange(n), -1)
+    after = sparse.csr_matrix((np.ones(n), (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n))
+    slope = diagonal(1.0 / width) @ (after - here)
+    # b grows by the trapezoidal integral of 2s̈.
+    grows = sparse.csr_matrix(sparse.hstack([after - here, -(diagonal(width) @ (here + after)), none]))
+    around = (width + np.roll(width, 1)) / 2
+    b = start
+    for k in range(_PROGRAMMES):
+        if progress is not None:
+            progress(f"programme {k + 1} of at most {_PROGRAMMES} under the jerk limit, {n} nodes")
+        rows: list[Any] = []
+        right: list[FloatArray] = []
+        for joint in range(2):
+            one, two = first[:, joint], second[:, joint]
+            gained = sparse.hstack([diagonal(two), diagonal(one), none])
+            rows += [gained, -gained]
+            right += [limits[1][:, joint]] * 2
+            for third, node, pick in ((thirds[0], slice(None), here), (thirds[1], at_end, after)):
+                bends = 3.0 * diagonal(two[node]) @ pick + diagonal(one[node]) @ slope
+                jerk = sparse.hstack([diagonal(third[:, joint]) @ pick, bends, none])
+                limit, known = limits[2][node, joint], b[node]
+                tangent = sparse.hstack([diagonal(0.5 * limit * known**-1.5) @ pick, none, none])
+                rows += [jerk + tangent, tangent - jerk]
+                right += [1.5 * limit * known**-0.5] * 2
+        for share in _TANGENTS:
+            at = share * b
+            rows.append(sparse.hstack([diagonal(-0.5 * at**-1.5), none, -here]))
+            right.append(-1.5 * at**-0.5)
+        sides = np.concatenate(right)
+        # Relative to the solution before, so that the solver's absolute tolerances mean the same everywhere.
+        unit = diagonal(np.concatenate([b, b / around, b**-0.5]))
+        above: Any = sparse.csr_matrix(diagonal(1.0 / np.abs(sides)) @ sparse.vstack(rows) @ unit)
+        equal: Any = sparse.csr_matrix(diagonal(1.0 / np.maximum(b, np.roll(b, -1))) @ grows @ unit)
+        with np.errstate(divide="ignore"):
+            fastest = np.minimum(((limits[0] / np.abs(first)) ** 2).min(axis=1) / b, _MOST)
+        low = np.concatenate([np.full(n, _LEAST), np.full(n, -np.inf), np.zeros(n)])
+        bounds: Any = np.column_stack([low, np.concatenate([fastest, np.full(2 * n, np.inf)])])
+        time = around * b**-0.5
+        cost = np.concatenate([np.zeros(2 * n), time / time.sum()])
+        found = linprog(
+            cost, A_ub=above, b_ub=np.sign(sides), A_eq=equal, b_eq=np.zeros(n), bounds=bounds, method="highs"
+        )
+        if found.x is None:
+            return
+        rise = np.asarray(found.x[n : 2 * n] * b / around)
+        b = np.asarray(found.x[:n] * b)
+        law = law_through_nodes(s, rise, float(np.sqrt(b[0])))
+        if law is None:
+            return
+        yield law

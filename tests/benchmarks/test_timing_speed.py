@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gaitgraph.gait.gait import lift
+from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.rounding import rounded
 from gaitgraph.timing.time_optimal import least_period
 from tests.published import GAITS
 

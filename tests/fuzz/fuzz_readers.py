@@ -25,7 +25,7 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.io import binary_tables
     from gaitgraph.io.reading import gait_of, read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
-    from gaitgraph.timing.exporting import export
+    from gaitgraph.timing.timed_gait import export
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 
