@@ -47,7 +47,7 @@ from gaitgraph.surface.admissible import (
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
 from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor, sheet_angles
-from gaitgraph.validation.checks import check_gait
+from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 

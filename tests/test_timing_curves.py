@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.polynomial import polynomial as power
-from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
-from gaitgraph.timing.curve import Curve, curve_through, rounded
+from gaitgraph.timing.curve import Curve, curve_through
 from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
 
 angle = st.floats(-1.4, 1.4)
@@ -86,15 +85,6 @@ def test_extremes_are_those_of_a_dense_sampling(loop: list[tuple[float, float]])
     np.testing.assert_allclose(alpha.max(axis=0), high, atol=1e-4)
 
 
-def test_the_spline_is_that_of_scipy() -> None:
-    closed = np.array([*RING, RING[0]])
-    curve = curve_through(RING)
-    other = CubicSpline(curve.breaks, closed, bc_type="periodic")
-    s = np.linspace(0, curve.span, 301)
-    for order in range(3):
-        np.testing.assert_allclose(curve.at(s, order)[:, :2], other(s, order), atol=1e-9)
-
-
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
     assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
@@ -151,13 +141,6 @@ def test_a_coarse_chord_refuses_what_a_fine_one_passes_and_never_the_other_way()
     assert not curve.check(floor=floor + 1e-6, chord=1e-6)["least_singular_value"].ok
 
 
-def test_blue_is_never_flyable() -> None:
-    report = curve_through([(0.4, 0.4), (0.8, 0.4), (0.8, 0.8)], "blue").check()
-    assert report["on_surface"].ok
-    assert report["continuous"].ok
-    assert not report.flyable
-
-
 @settings(deadline=None, max_examples=60)
 @given(
     coefficients=st.lists(st.floats(-3, 3), min_size=1, max_size=8), width=st.floats(0.1, 3), order=st.integers(0, 3)
@@ -211,9 +194,3 @@ def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:
 def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(gg.InputError, match=message):
         call()
-
-
-def test_a_point_is_a_curve_that_stands_still() -> None:
-    curve = rounded(gg.lift([(0.5, -0.5)], "red"), 0.1).curve
-    assert curve.length == 0
-    assert curve.check().flyable

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from scipy.integrate import quad
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
@@ -45,18 +44,6 @@ def test_a_table_closes(points: list[tuple[float, float]], law: str, period: flo
             assert values[0] == values[-1]
 
 
-@settings(deadline=None, max_examples=60)
-@given(points=loops, law=st.sampled_from(LAWS), t=st.floats(0, 1))
-def test_samples_are_on_the_loop(points: list[tuple[float, float]], law: str, t: float) -> None:
-    gait = lift(points, "blue")
-    alpha = gait.parametrize(law=law).at(t)[0]
-    step = gait.ends - gait.alpha
-    size = np.maximum((step**2).sum(axis=1), 1e-300)
-    along = np.clip(((alpha - gait.alpha) * step).sum(axis=1) / size, 0, 1)
-    distance = np.linalg.norm(gait.alpha + along[:, None] * step - alpha, axis=1)
-    assert distance.min() < 1e-9
-
-
 def numerically(timed: TimedGait, t: float, order: int) -> np.ndarray:
     h = 1e-4
     ahead, here, back = (timed.at(t + k * h)[0] for k in (1, 0, -1))
@@ -73,17 +60,6 @@ def test_rates_and_accelerations_are_the_derivatives(law: str) -> None:
         _, rate, acceleration = timed.at(t)
         np.testing.assert_allclose(rate, numerically(timed, t, 1), atol=1e-5)
         np.testing.assert_allclose(acceleration, numerically(timed, t, 2), atol=1e-5)
-
-
-def test_the_smooth_law_integrates_to_its_angles_and_rests_at_corners() -> None:
-    timed = lift(GAITS[2].angles, "red").parametrize(1.5)
-    for a, b in ((0.0, 0.7), (0.3, 1.4)):
-        moved = quad(lambda t: timed.at(t)[1][1], a, b, points=timed.corner_times.tolist())[0]
-        assert moved == pytest.approx(timed.at(b)[0][1] - timed.at(a)[0][1], abs=1e-9)
-        gained = quad(lambda t: timed.at(t)[2][1], a, b, points=timed.corner_times.tolist())[0]
-        assert gained == pytest.approx(timed.at(b)[1][1] - timed.at(a)[1][1], abs=1e-9)
-    for rows in timed.at(timed.corner_times)[1:]:
-        np.testing.assert_allclose(rows, 0, atol=1e-12)
 
 
 def test_the_laws_spend_time_as_they_say() -> None:
@@ -139,19 +115,6 @@ def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: str) -> No
     # Any rows are those of the whole table.
     for name, values in timed.columns(range(5, 13)).items():
         assert list(values) == list(columns[name][5:])
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_peaks_are_those_of_a_dense_sampling(law: str) -> None:
-    timed = lift([(0.2, -0.3), (0.9, -0.4), (1.2, -1.3)], "red").parametrize(0.7, law=law)
-    t = np.linspace(0, 0.7, 20001)
-    _, rates, accelerations = timed.at(t)
-    np.testing.assert_allclose(timed.peak_rates(), np.abs(rates).max(axis=0), rtol=1e-5)
-    assert (timed.peak_rates() >= np.abs(rates).max(axis=0) - 1e-12).all()
-    if law == "smooth":
-        np.testing.assert_allclose(timed.peak_accelerations(), np.abs(accelerations).max(axis=0), rtol=1e-5)
-    else:
-        assert np.isinf(timed.peak_accelerations()).all()
 
 
 def test_a_gait_that_is_a_point_stands_still() -> None:

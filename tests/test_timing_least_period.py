@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from scipy import sparse
 from scipy.optimize import linprog
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.curve import Curve, curve_through, rounded
+from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.limits import Limits, limits_of
 from gaitgraph.timing.time_optimal import least_period, paced
 from gaitgraph.timing.timed_gait import table_of
@@ -91,44 +90,6 @@ def test_forth_and_back_under_a_jerk_limit_tends_to_the_extremal_of_kolmogorov()
     assert_smooth_and_closed(found.timed)
 
 
-def by_linear_programme(curve: Curve, limits: Limits, nodes: int) -> float:
-    """Return the least period of a dense linear programme in the squared speed: limits at nodes, no passes."""
-    s = np.linspace(0, curve.span, nodes + 1)
-    first, second = (curve.at(s[:-1], order)[:, :2] for order in (1, 2))
-    step = s[1]
-    here = sparse.identity(nodes, format="csr")
-    after = sparse.csr_matrix((np.ones(nodes), (np.arange(nodes), (np.arange(nodes) + 1) % nodes)))
-    rise = (after - after.T) / (4 * step)
-    rows = [sparse.diags(second[:, k]) @ here + sparse.diags(first[:, k]) @ rise for k in range(2)]
-    limit = np.concatenate([np.full(nodes, value) for value in limits.in_plane("acceleration")])
-    both = sparse.vstack(rows)
-    found = linprog(
-        -np.ones(nodes),
-        A_ub=sparse.csr_matrix(sparse.vstack([both, -both])),  # type: ignore[call-overload]
-        b_ub=np.concatenate([limit, limit]),
-        bounds=[(0, float(((limits.in_plane("rate") / np.abs(row)) ** 2).min())) for row in first],
-        method="highs",
-    )
-    speed = np.sqrt(found.x)
-    return float((2 * step / (speed + np.roll(speed, -1))).sum())
-
-
-@pytest.mark.parametrize(
-    "curve",
-    [
-        rounded(SQUARE, 0.05).curve,
-        curve_through([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2)]),
-        curve_through([(0.4, -1.2), (0.5, -0.4), (1.2, -0.6)]),
-    ],
-)
-def test_the_passes_find_what_a_linear_programme_finds(curve: Curve) -> None:
-    with np.errstate(divide="ignore"):
-        oracle = [by_linear_programme(curve, LIMITS, nodes) for nodes in (1500, 3000)]
-    least = least_period(curve, LIMITS, nodes=3000).least
-    assert least is not None
-    assert least == pytest.approx(oracle[1], rel=3 * abs(oracle[0] - oracle[1]) / oracle[1] + 1e-3)
-
-
 @settings(deadline=None, max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -201,23 +162,6 @@ def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, limi
     assert timed.limits_touched(1e-6)
 
 
-@pytest.mark.parametrize("jerk", [800.0, 1e5])
-def test_a_jerk_limit_is_kept_between_knots_and_costs_time(jerk: float) -> None:
-    limits = Limits(rate=6.0, acceleration=60.0, jerk=jerk)
-    found = least_period(SQUARE, limits, rounding=0.03)
-    assert found.timed is not None
-    assert found.least is not None
-    assert_keeps(found.timed, limits)
-    assert_smooth_and_closed(found.timed)
-    free = least_period(SQUARE, LIMITS, rounding=0.03, nodes=3000).least
-    assert free is not None
-    assert free <= found.least * (1 + 1e-3)
-    # Resting at the corners is slower.
-    resting = least_period(SQUARE, limits).least
-    assert resting is not None
-    assert found.least < resting
-
-
 # Not by a formula, but by what the passes and programmes found when they agreed with independent ones: any change of
 # windows, nodes, tangents or corrections moves a digit.
 @pytest.mark.parametrize(
@@ -238,13 +182,6 @@ def test_least_periods_to_six_digits(points, limits, rounding, least, bound, str
     assert found.least == pytest.approx(least, rel=2e-6)
     assert found.lower_bound == pytest.approx(bound, rel=1e-8)
     assert found.stretch == pytest.approx(stretch, abs=2e-6)
-
-
-def test_the_same_input_gives_the_same_bytes() -> None:
-    limits = Limits(rate=6.0, acceleration=60.0, jerk=3000.0)
-    first, second = (law_of(SQUARE, limits, rounding=0.03, nodes=60) for _ in range(2))
-    np.testing.assert_array_equal(first.tilts, second.tilts)
-    np.testing.assert_array_equal(first.widths, second.widths)
 
 
 @settings(deadline=None, max_examples=100)
@@ -305,15 +242,6 @@ def test_legs_from_rest_to_rest_have_their_closed_form(limits, each) -> None:  #
     angles, rates, _ = found.timed.at(np.arange(4) * exact / 4)
     np.testing.assert_allclose(angles, SQUARE.alpha, atol=1e-9)
     np.testing.assert_allclose(rates, 0, atol=1e-6)
-
-
-@settings(deadline=None, max_examples=10)
-@given(factor=st.floats(0.1, 10))
-def test_limits_scale_with_the_period(factor: float) -> None:
-    base = least_period(SQUARE, LIMITS, rounding=0.05, nodes=200).least
-    scaled = Limits(rate=6.0 / factor, acceleration=60.0 / factor**2)
-    assert base is not None
-    assert least_period(SQUARE, scaled, rounding=0.05, nodes=200).least == pytest.approx(base * factor, rel=1e-9)
 
 
 def test_turning_the_loop_round_or_over_changes_nothing() -> None:

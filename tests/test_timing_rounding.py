@@ -49,17 +49,6 @@ def test_curve_and_polyline_are_within_the_tolerance_both_ways(
         assert corner.shrunk or corner.deviation in (0.0, pytest.approx(tolerance))
 
 
-def test_what_is_left_of_straight_legs_is_on_them() -> None:
-    gait = lift(GAITS[2].angles, "red")
-    curve = rounded(gait, 0.02).curve
-    points = curve.at(np.linspace(0, curve.span, 4001))[:, :2]
-    on_legs = distances(points, np.array(gait.alpha[:, :2])) < 1e-12
-    reach = rounded(gait, 0.02).corners[0].reach
-    assert reach == pytest.approx(0.02 / (3 / 8 * np.sin(pi / 4)))
-    share = 1 - 4 * 2 * reach / curve.span
-    assert on_legs.mean() == pytest.approx(share, abs=0.01)
-
-
 def test_a_corner_passes_at_the_stated_distance() -> None:
     for turn in (0.3, 1.0, pi / 2, 2.5, 3.1):
         legs = np.array([[-0.5, 0.0], [0.0, 0.0], [0.5 * np.cos(turn), 0.5 * np.sin(turn)]])
@@ -116,13 +105,6 @@ def test_finer_rounding_tends_to_the_polyline() -> None:
     gait = lift(GAITS[3].angles, "red")
     loss = [gait.length - rounded(gait, tolerance).curve.length for tolerance in (0.04, 0.02, 0.01)]
     np.testing.assert_allclose(np.diff(np.log(loss)), -np.log(2), rtol=1e-6)
-
-
-@pytest.mark.parametrize("gait", GAITS[2:], ids=lambda gait: f"gait{gait.number}")
-def test_the_rounded_red_gaits_fly(gait) -> None:  # type: ignore[no-untyped-def]
-    report = rounded(lift(gait.angles, "red"), "2deg").curve.check()
-    assert report.flyable
-    assert bool(report.reachable_from_hover) == gait.reachable
 
 
 def test_bad_input_is_refused() -> None:

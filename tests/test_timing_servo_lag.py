@@ -124,15 +124,6 @@ def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> 
         assert sampled - 1e-3 <= response.least_singular_value() <= sampled + 1e-6
 
 
-def test_a_quicker_servo_errs_less_and_a_slow_one_stands_in_the_middle() -> None:
-    timed = SQUARE.parametrize(1.0)
-    peaks = [servo_response(timed, lag).peak()[0] for lag in (0.005, 0.02, 0.1, 0.5, 50.0)]
-    assert peaks == sorted(peaks)
-    still = servo_response(timed, 50.0).actual
-    assert np.ptp(still, axis=0).max() < 0.02
-    assert peaks[0] == pytest.approx(0.005 * timed.peak_rates()[0], rel=1e-2)
-
-
 def test_the_vehicle_states_the_lag() -> None:
     beetle = gg.vehicle_named("beetle_omni")
     assert beetle.servo_lag == 0.048
@@ -151,11 +142,6 @@ def test_the_vehicle_states_the_lag() -> None:
 def test_bad_lags_are_refused(lag: object) -> None:
     with pytest.raises(gg.InputError, match="lag"):
         servo_response(SQUARE.parametrize(1.0), lag)  # type: ignore[arg-type]
-
-
-def test_a_lag_that_takes_millions_of_steps_is_refused() -> None:
-    with pytest.raises(gg.InputError, match=r"lag must be at least 0\.032\d* s .*steps"):
-        servo_response(SQUARE.parametrize(1000.0), 1e-6)
 
 
 @pytest.mark.parametrize("lag", [1e300, [0.1, 0.1, 2e6, 0.1]])

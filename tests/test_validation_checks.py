@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +20,9 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.validation import checks
-from gaitgraph.validation.report import Check, Report, limit_check
-from gaitgraph.validation.segments import Place, segments_of
+from gaitgraph.validation import validating
+from gaitgraph.validation.report import Check, Place, Report, limit_check
+from gaitgraph.validation.rules import segments_of
 from tests.published import GAITS, PublishedGait
 
 
@@ -39,14 +38,6 @@ def test_the_four_gaits_as_printed(gait: PublishedGait, rounding: float | None) 
         assert report["R_sign"].decided is (gait.color == "red")
         assert report.flyable is gait.flyable
         assert report.reachable_from_hover is gait.reachable
-
-
-def test_rotors_tilted_beyond_a_quarter_turn_do_not_hover() -> None:
-    for alpha in ([np.pi] * 4, [0.0, 0.0, np.pi, np.pi]):
-        report = gg.validate(Gait(alpha=[alpha], colors=("red",)))
-        assert not report.flyable
-        assert not report["hover_thrust"].ok
-        assert not report.reachable_from_hover
 
 
 @pytest.mark.no_cover
@@ -75,36 +66,6 @@ def test_flyable_means_what_dense_sampling_shows(points: list[tuple[float, float
     if R.min() * R.max() < 0 and min(abs(R.min()), abs(R.max())) > 5e-3:
         assert not report.valid
         assert not report["R_sign"].ok
-
-
-@settings(deadline=None, max_examples=60)
-@given(a=st.tuples(st.floats(-1.3, 1.3), st.floats(-1.3, 1.3)))
-def test_reachable_from_hover_means_a_path_without_a_singular_matrix(a: tuple[float, float]) -> None:
-    """A straight way from α = 0 with R > 0 proves that it can be reached; R < 0 proves that it cannot."""
-    gait = lift([a], "red")
-    exact = coefficients_of(kind="exact")
-    s = np.linspace(0, 1, 501)[:, None]
-    straight = s * gait.alpha[0]
-    clear = level_determinant(straight, exact).min() > 1e-6
-    if clear:
-        assert gait.check().reachable_from_hover is True
-    if level_determinant(gait.alpha, exact)[0] < 0:
-        assert gait.check().reachable_from_hover is False
-
-
-def test_vehicle_limits() -> None:
-    points = GAITS[3].angles
-    weak = lift(points, "red", vehicle=gg.PAPER.replace(max_thrust=2.0)).check()
-    strong = lift(points, "red", vehicle=gg.PAPER.replace(max_thrust=3.0)).check()
-    assert not weak.flyable
-    assert strong.flyable
-    s = np.linspace(0, 1, 2001)[:, None, None]
-    gait = lift(points, "red")
-    dense = hover_thrust_shares(gait.alpha + s * (gait.ends - gait.alpha)).max() * 0.429 * 9.8
-    assert weak["thrust_limit"].value == pytest.approx(dense, abs=2e-3)
-    narrow = lift(points, "red", vehicle=gg.PAPER.replace(max_tilt="60deg")).check()
-    assert not narrow["tilt_range"].ok
-    assert lift(points, "red", vehicle=gg.PAPER.replace(max_tilt="67.5deg")).check()["tilt_range"].ok
 
 
 @pytest.mark.parametrize("name", ["tolerance", "floor", "angle_rounding"])
@@ -267,18 +228,6 @@ def test_what_two_color_says_of_colors() -> None:
     assert closing.ok
     seam = lift([(0.9, -0.9), (np.pi / 16, -np.pi / 16), (1.1, -0.9)], ["red", "red", "blue"]).check()["two_color"]
     assert "corners 3 (-,-) and 1 (+,+) may not be neighbours" in seam.message
-
-
-def test_warnings_and_lines_beside_the_checks_are_wrapped() -> None:
-    report = gg.validate(lift(GAITS[3].angles, "red"))
-    lines = str(report).splitlines()
-    assert (
-        lines[-2] == "  ok  reachable from hover  in the component of α = 0, which ordinary hover can enter and leave"
-    )
-    assert lines[-1].startswith("  ok  colorings             1 with R > 0, all red")
-    noted = str(replace(report, notes=("word " * 30,))).splitlines()
-    assert noted[-2:] == ["warning: " + " ".join(["word"] * 20), "  " + " ".join(["word"] * 10)]
-    assert max(len(line) for line in noted) <= 110
 
 
 def test_gaits_are_judged_by_what_they_are_for() -> None:
@@ -580,7 +529,7 @@ def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch,
         bent = Gait(alpha=alpha, colors=gait.colors, vehicle=gait.vehicle)
         whole = bent.check()
         with monkeypatch.context() as small:
-            small.setattr(checks, "_BLOCK", block)
+            small.setattr(validating, "_BLOCK", block)
             pieces = bent.check()
         assert not whole.valid
         assert [(name, kind, ok) for name, kind, ok, _ in told(pieces)] == [
@@ -596,7 +545,7 @@ def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch,
 def test_one_corner_on_blue_is_enough_wherever_it_comes(
     monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
 ) -> None:
-    monkeypatch.setattr(checks, "_BLOCK", block)
+    monkeypatch.setattr(validating, "_BLOCK", block)
     points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
     for kind in ("published", "exact"):
         report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()

@@ -224,8 +224,8 @@ class Gait:
         floor: float = DEFAULT_FLOOR,
         angle_rounding: float | None = None,
     ) -> Report:
-        """Return every check of valid and flyable; see :func:`gaitgraph.validation.checks.check_gait`."""
-        from gaitgraph.validation.checks import check_gait
+        """Return every check of valid and flyable; see :func:`gaitgraph.validation.validating.check_gait`."""
+        from gaitgraph.validation.validating import check_gait
 
         return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
 

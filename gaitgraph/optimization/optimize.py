@@ -38,7 +38,7 @@ from gaitgraph.surface.region import Region, Zones, offset
 from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.validation.checks import checked_limits
+from gaitgraph.validation.validating import checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:

@@ -35,9 +35,8 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
-from gaitgraph.validation.checks import checked_limits
 from gaitgraph.validation.report import Report, verdict_line
-from gaitgraph.validation.validating import validate
+from gaitgraph.validation.validating import checked_limits, validate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

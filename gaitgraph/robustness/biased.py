@@ -37,11 +37,11 @@ from gaitgraph.io.reading import naming_file, read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.segments import Segments, segments_of
+from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.validation.segments import Place
+    from gaitgraph.validation.report import Place
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]

@@ -32,7 +32,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
 from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
-from gaitgraph.validation.checks import check_gait, checked_limits
+from gaitgraph.validation.validating import check_gait, checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -219,7 +219,7 @@ class Curve:
         Parameters
         ----------
         tolerance, floor
-            As for :func:`gaitgraph.validation.checks.check_gait`.
+            As for :func:`gaitgraph.validation.validating.check_gait`.
         chord
             How far the chords that are looked along may be from the curve [rad].
 

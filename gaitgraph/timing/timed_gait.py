@@ -36,8 +36,8 @@ from gaitgraph.io.reading import gait_of, naming_file, read_pieces
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
-from gaitgraph.validation.checks import check_gait
 from gaitgraph.validation.report import RATE_UNITS, limit_check
+from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -33,19 +33,16 @@ class Check:
 
     Parameters
     ----------
-    name
-        The rule.
-    kind
-        "valid" if the paper's rules ask for it, "flyable" if the physics does.
+    name, kind
+        The rule; "valid" if the paper's rules ask for it, "flyable" if the physics does.
     ok
         Whether it holds along the whole gait.
-    value, limit
-        What was found at the worst place and what is allowed there, in the unit that the message names; None
-        where there is none.
-    where
-        The worst place: segment (from which corner on), fraction along it, and tilt angles [rad]; or None.
     message
         One sentence that says what was found and, if the rule is broken, what would help.
+    value, limit
+        What was found at the worst place and what is allowed there, in the unit that the message names, or None.
+    where
+        The worst place: segment (from which corner on), fraction along it, and tilt angles [rad]; or None.
     decided
         False for a sign of R that the digits of coefficients and angles do not carry.
     """
@@ -78,6 +75,29 @@ class Check:
             "where": self.where,
             "message": self.message,
         }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time."""
+
+    point: int
+    fraction: float
+    alpha: tuple[float, ...]
+    t: float | None = None
+
+    def as_mapping(self, noun: str) -> dict[str, Any]:
+        """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
+        head: dict[str, Any] = {"row": self.point + 1, "t": self.t} if noun == "row" else {"segment": self.point}
+        return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
+
+    def described(self, noun: str) -> str:
+        """Return the place in words: the tilt angles, and the row with its time for a table."""
+        alpha = "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
+        if noun != "row":
+            return alpha
+        between = f" and {self.fraction:.2f} of the way to the next" if self.fraction else ""
+        return f"row {self.point + 1}{between}{'' if self.t is None else f' (t = {self.t:.6g} s)'}, {alpha}"
 
 
 def limit_check(

@@ -1,19 +1,22 @@
-"""The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound."""
+"""The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound.
+
+A gait is a chain of points joined by straight segments. It may be too long for memory, so it is judged run by run.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import distance_to_multiple, wrapped
+from gaitgraph.angles import wrapped
 from gaitgraph.invertibility.branch_and_bound import Least
 from gaitgraph.invertibility.matrices import (
     Coefficients,
-    coefficients_of,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
@@ -30,21 +33,21 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
-    DEFAULT_TOLERANCE,
+    DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
     FIRST,
-    HOVER_LABEL,
+    family_codes,
     family_distances,
     family_jumps,
     family_of,
     family_types,
-    red_label,
     sheet_angles,
 )
-from gaitgraph.validation.segments import Place, Rule, Segments, Setting, Worst
+from gaitgraph.validation.report import Check, Place
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Check
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -53,6 +56,140 @@ _EXACT = 1e-9
 
 # The column of :func:`gaitgraph.surface.sheets.family_distances` by the code of a family; codes count from the end too.
 _COLUMN = np.array([0, 0, 2, 3, 1])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
+
+    vehicle: Vehicle
+    coefficients: Coefficients
+    tolerance: float
+    floor: float
+    angle_rounding: float | None = None  # None: inferred from the distance to the sheets, and at least `digits` [rad]
+    digits: float = 0.0  # error of each angle that follows from the printed digits [rad]
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segments:
+    """A run of consecutive straight segments of a gait."""
+
+    alpha: FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
+    # As what each point is colored, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
+    sheet: npt.NDArray[np.int8]
+    first: int = 0  # number of the first point, counted from 0
+    after: int | None = None  # number of the last point, if it does not follow: 0 for the segment that closes a gait
+    t: FloatArray | None = None  # times, shape (m + 1,) [s]
+    after_t: float | None = None  # time of the point `after`, which is not when the closing segment ends [s]
+
+    def __getitem__(self, part: slice) -> Segments:
+        """Return consecutive points, as a slice of step 1."""
+        start, stop, _ = part.indices(len(self.alpha))
+        return Segments(
+            alpha=self.alpha[part],
+            sheet=self.sheet[part],
+            first=self.first + start,
+            after=self.after if stop == len(self.alpha) else None,
+            t=None if self.t is None else self.t[part],
+            after_t=self.after_t,
+        )
+
+    def joined(self, following: Segments) -> Segments:
+        """Return these points followed by others."""
+        return Segments(
+            alpha=np.concatenate([self.alpha, following.alpha]),
+            sheet=np.concatenate([self.sheet, following.sheet]),
+            first=self.first,
+            t=None if self.t is None or following.t is None else np.concatenate([self.t, following.t]),
+        )
+
+    @property
+    def starts(self) -> FloatArray:
+        """The start of each segment, shape (m, 4) [rad]."""
+        return self.alpha[:-1]
+
+    @property
+    def ends(self) -> FloatArray:
+        """The end of each segment, shape (m, 4) [rad]."""
+        return self.alpha[1:]
+
+    def place(self, segment: int, fraction: float = 0.0) -> Place:
+        """Return the place at a fraction of a segment, counted from 0 within the run."""
+        index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
+        at = self.alpha[index]
+        t = None if self.t is None else float(self.t[index])
+        if self.after is not None and index == len(self.alpha) - 1:
+            t = self.after_t
+        if fraction:
+            at = at + fraction * (self.alpha[index + 1] - at)
+            t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))
+        return Place(point=self.number(index) - 1, fraction=fraction, alpha=tuple(at.tolist()), t=t)
+
+    def number(self, index: int) -> int:
+        """Return the number of a point, counted from 1."""
+        if self.after is not None and index == len(self.alpha) - 1:
+            return self.after + 1
+        return self.first + index + 1
+
+
+def segments_of(gait: Gait) -> Segments:
+    """Return all segments of a gait, from the last corner back to the first too."""
+    sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
+    return Segments(alpha=np.vstack([gait.alpha, gait.alpha[:1]]), sheet=np.append(sheet, sheet[0]), after=0)
+
+
+class Worst:
+    """The bracket of the least of a quantity over all segments so far, and where its upper end is attained."""
+
+    def __init__(self) -> None:
+        self.lower, self.upper = math.inf, math.inf
+        self.place: Place | None = None
+
+    def update(self, least: Least, run: Segments) -> None:
+        """Include what was found along the segments of a run."""
+        lower, upper, segment, fraction = least.worst()
+        self.lower = min(self.lower, lower)
+        if upper < self.upper or self.place is None:
+            self.upper, self.place = upper, run.place(segment, fraction)
+
+
+class Rule(ABC):
+    """What all rules share: they are updated with runs of segments in order, and return their checks at the end.
+
+    How the segments are split into runs makes no difference to a verdict.
+    """
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    @abstractmethod
+    def update(self, run: Segments) -> None:
+        """Examine the next run of segments."""
+
+    @abstractmethod
+    def checks(self) -> list[Check]:
+        """Return what was found, after at least one update."""
+
+    def described(self, place: Place | None) -> str:
+        """Return a place in words."""
+        return "" if place is None else place.described(self.setting.noun)
+
+    def check(
+        self,
+        name: str,
+        kind: Literal["valid", "flyable"],
+        ok: bool,
+        message: str,
+        *,
+        value: float | None = None,
+        limit: float | None = None,
+        place: Place | None = None,
+    ) -> Check:
+        """Return a check with its place as plain values."""
+        where = None if place is None else place.as_mapping(self.setting.noun)
+        return Check(name=name, kind=kind, ok=ok, message=message, value=value, limit=limit, where=where)
 
 
 class OnSurface(Rule):
@@ -443,57 +580,3 @@ class TiltRange(Rule):
         if not ok:
             message += f", exceeded by α{self.joint} at {self.described(self.place)}: move the waypoints nearer to 0"
         return [self.check("tilt_range", "flyable", ok, message, value=self.value, limit=limit, place=self.place)]
-
-
-class Reach:
-    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
-
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        self.vehicle, self.continuous = setting.vehicle, continuous
-        self.exact = coefficients_of(setting.vehicle, "exact")
-        self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
-        self.confined = True  # whether points of fibres are within ±π/2
-
-    def update(self, run: Segments) -> None:
-        """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
-        if not self.positive:
-            return
-        alpha = run.alpha
-        value = np.asarray(level_determinant(alpha, self.exact))
-        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        floor, ends = resolution * (1 + 1e-9), (value[:-1], value[1:])
-        least = least_level_determinant(
-            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
-        )
-        self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
-        fibered = run.sheet > 1
-        if fibered.any():
-            self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + _EXACT).all())
-            alpha = alpha[~fibered]
-            if not len(alpha):
-                return
-        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
-        opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
-        self.opposite = max(self.opposite, float(opposite.max()))
-        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
-
-    def answer(self) -> tuple[bool | None, str]:
-        """Return yes, no or unknown, and a sentence."""
-        limit = 2 * self.vehicle.signed_drag_ratio
-        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
-        enters = "the component of α = 0, which ordinary hover can enter and leave"
-        if not self.positive:
-            return False, (
-                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
-                f"in {home}, or start the flight in the gait"
-            )
-        if self.off_red > DEFAULT_TOLERANCE:
-            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
-        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
-        if not self.home or self.opposite > DEFAULT_TOLERANCE:
-            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
-        if self.continuous.fiber is None:
-            return True, f"in {enters}"
-        if self.confined:
-            return True, f"on a fibre that meets {enters}"
-        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"

@@ -1,4 +1,4 @@
-"""Judge a gait, a table or a file of any length: every rule, the rates, and the colourings of its loop, in one report.
+"""Is a gait valid, and can it fly? Every rule, the rates and the colourings of its loop, in one report.
 
 A table is judged piece by piece and never held whole. Its rows are joined by straight segments, from the last back to
 the first too, and every check holds along the segments.
@@ -17,27 +17,47 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import distance_to_multiple, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.rows import CLOSED_GAP, closing_time, tilt_angles
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, setting_of
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Kind,
+    coefficients_of,
+    level_determinant,
+    level_determinant_resolution,
+)
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,
+    HOVER_LABEL,
     SIGNS,
     families_along,
     family_codes,
     family_of,
+    red_label,
     types_contradict,
 )
-from gaitgraph.validation.checks import Checker, check_gait, checked_limits
-from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
-from gaitgraph.validation.segments import Place, Segments, Setting
+from gaitgraph.validation.report import RATE_UNITS, Check, Place, Report, limit_check
+from gaitgraph.validation.rules import (
+    Continuous,
+    HoverThrust,
+    LevelSign,
+    OnSurface,
+    Rule,
+    Segments,
+    Setting,
+    SingularValue,
+    TiltRange,
+    TwoColor,
+    segments_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -46,8 +66,149 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
+_BLOCK = 1 << 14
+
 MOST_LISTED_ROWS = 10_000
 """Up to this many rows a table's colourings are listed; longer ones are counted."""
+
+
+class Reach:
+    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
+
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
+        self.vehicle, self.continuous = setting.vehicle, continuous
+        self.exact = coefficients_of(setting.vehicle, "exact")
+        self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
+        self.confined = True  # whether points of fibres are within ±π/2
+
+    def update(self, run: Segments) -> None:
+        """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
+        if not self.positive:
+            return
+        alpha = run.alpha
+        value = np.asarray(level_determinant(alpha, self.exact))
+        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
+        floor, ends = resolution * (1 + 1e-9), (value[:-1], value[1:])
+        least = least_level_determinant(
+            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
+        )
+        self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
+        fibered = run.sheet > 1
+        if fibered.any():
+            self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + 1e-9).all())
+            alpha = alpha[~fibered]
+            if not len(alpha):
+                return
+        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
+        opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
+        self.opposite = max(self.opposite, float(opposite.max()))
+        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
+
+    def answer(self) -> tuple[bool | None, str]:
+        """Return yes, no or unknown, and a sentence."""
+        limit = 2 * self.vehicle.signed_drag_ratio
+        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+        enters = "the component of α = 0, which ordinary hover can enter and leave"
+        if not self.positive:
+            return False, (
+                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
+                f"in {home}, or start the flight in the gait"
+            )
+        if self.off_red > DEFAULT_TOLERANCE:
+            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
+        if not self.home or self.opposite > DEFAULT_TOLERANCE:
+            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+        if self.continuous.fiber is None:
+            return True, f"in {enters}"
+        if self.confined:
+            return True, f"on a fibre that meets {enters}"
+        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
+
+
+class Checker:
+    """Applies all rules to the segments of a gait, in order, and returns the report."""
+
+    def __init__(self, setting: Setting) -> None:
+        continuous = Continuous(setting)
+        self.rules: list[Rule] = [
+            OnSurface(setting),
+            TwoColor(setting),
+            continuous,
+            LevelSign(setting, continuous),
+            SingularValue(setting, continuous),
+            HoverThrust(setting, continuous),
+            TiltRange(setting),
+        ]
+        self.reach = Reach(setting, continuous)
+
+    def update(self, run: Segments) -> None:
+        """Examine the next run of segments, in blocks so that memory stays bounded."""
+        for start in range(0, len(run.alpha) - 1, _BLOCK):
+            block = run[start : start + _BLOCK + 1]
+            for rule in self.rules:
+                rule.update(block)
+            self.reach.update(block)
+
+    def report(self, closed: Check) -> Report:
+        """Return what was found; `closed` is the check of how the gait closes."""
+        reachable, reachability = self.reach.answer()
+        checks = (closed, *(check for rule in self.rules for check in rule.checks()))
+        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
+
+
+def checked_limits(tolerance: float, floor: float, angle_rounding: float | None) -> None:
+    """Raise InputError unless the limits that a gait is judged by are finite and not negative."""
+    for name, number in (("tolerance", tolerance), ("floor", floor), ("angle_rounding", angle_rounding)):
+        if number is not None and not 0 <= number_of(number) < math.inf:
+            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
+
+
+def check_gait(
+    gait: Gait,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    floor: float = DEFAULT_FLOOR,
+    angle_rounding: float | None = None,
+) -> Report:
+    """Return every check of valid and flyable for a gait, and whether it can be reached from hover.
+
+    Parameters
+    ----------
+    gait
+        The gait; limits of its vehicle are checked where the vehicle states them. Rates need timing: see
+        :meth:`gaitgraph.timing.timed_gait.TimedGait.check`.
+    tolerance
+        Largest |Rφ| and |Rθ| that count as on the surface, dimensionless; and how far from the sheet of its color
+        a corner may lie [rad].
+    floor
+        Least singular value that a flyable gait must keep, dimensionless.
+    angle_rounding
+        Assumed error of each angle because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
+        default it is inferred: the largest distance of α3 and α4 from the sheet of their color.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> report = check_gait(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red"))
+    >>> report.valid, report.flyable, report.reachable_from_hover
+    (True, True, False)
+    """
+    checked_limits(tolerance, floor, angle_rounding)
+    checker = Checker(
+        Setting(
+            vehicle=gait.vehicle,
+            coefficients=gait.coefficients,
+            tolerance=tolerance,
+            floor=floor,
+            angle_rounding=angle_rounding,
+            crossing_tolerance=gait.crossing_tolerance,
+        )
+    )
+    checker.update(segments_of(gait))
+    return checker.report(
+        Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
+    )
 
 
 class Timed(Protocol):
@@ -86,7 +247,7 @@ def validate(
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding
-        As for :func:`gaitgraph.validation.checks.check_gait`; angles of a CSV file that are printed with three to eight
+        As for :func:`check_gait`; angles of a CSV file that are printed with three to eight
         decimals have an error of at least half a unit of the last one. Rows of a table without colors get the color of
         the sheet that they are within `tolerance` of, or else of the fibre.
     crossing_tolerance
