@@ -1,4 +1,4 @@
-"""Files with a few bytes changed: each is read, or refused in one line that names it."""
+"""Broken files: each is read, or refused in one line that names it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,24 @@ import random
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from gaitgraph.errors import GaitgraphError
 from gaitgraph.io.reading import read_table
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+def refusal(path: Path) -> str:
+    """Return the one line that a gait file is refused with."""
+    with pytest.raises(GaitgraphError) as caught:
+        read_table(path)
+    message = str(caught.value)
+    assert message.startswith("gait file") and str(path) in message, message  # noqa: PT018
+    assert message.count("gait file") == 1
+    assert "\n" not in message
+    return message
 
 
 def check_mutations(content: bytes, path: Path, *, count: int, seed: int = 1) -> int:

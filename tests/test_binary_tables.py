@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import pickle
+import re
 import struct
 import zipfile
 import zlib
@@ -22,13 +23,12 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from scipy.io import loadmat, savemat
 
 import gaitgraph as gg
-from gaitgraph.errors import FileProblem
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
 from gaitgraph.io import binary_tables
 from gaitgraph.io.formats import write_pieces, write_tables
 from gaitgraph.io.reading import read_table
 from gaitgraph.timing.timed_gait import table_of
-from tests.mutated import check_mutations
+from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
 from tests.test_formats import assert_same
 
@@ -48,21 +48,11 @@ def planned() -> TimedGait:
     return gg.plan_loop(GAITS[2].waypoints, period=2.0).timed(samples=12)
 
 
-def refusal(path: Path) -> str:
-    """Return the one line that a file is refused with."""
-    with pytest.raises(gg.InputError) as caught:
-        read_table(path)
-    message = str(caught.value)
-    assert message.startswith(f"gait file {str(path)!r}: ")
-    assert "\n" not in message
-    return message
-
-
 # What is written ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-@settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.parametrize("suffix", [".csv", ".json", *SUFFIXES])
+@settings(deadline=None, max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_finite_values_survive(suffix: str, tmp_path: Path, data: st.DataObject) -> None:
     rows = data.draw(st.integers(1, 5))
@@ -258,9 +248,7 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
 )
 def test_arrays_that_are_no_columns_are_refused(member: bytes, message: str, tmp_path: Path) -> None:
     path = npz_of(tmp_path / "bad.npz", alpha3=member)
-    with pytest.raises(gg.InputError, match=message):
-        read_table(path)
-    refusal(path)
+    assert re.search(message, refusal(path))
     fine = npz_of(tmp_path / "fine.npz", something=member)
     assert len(read_table(fine)) == 3  # what is no column of ours is ignored
 
@@ -301,9 +289,7 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     ):
         for packed in (False, True):
             savemat(path, content, do_compression=packed, long_field_names=True)
-            with pytest.raises(gg.InputError, match=message):
-                read_table(path)
-            refusal(path)
+            assert re.search(message, refusal(path))
 
 
 def packed(content: bytes) -> bytes:
@@ -334,9 +320,7 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
         (HEADER + part(14, head_of(6, "a") + part(9, bytes(8))) * 1001, "must have at most 1000 variables"),
     ):
         path.write_bytes(content)
-        with pytest.raises(gg.InputError, match=message):
-            read_table(path)
-        refusal(path)
+        assert re.search(message, refusal(path))
     path.write_bytes(HEADER + packed(zeros) * 3)
     monkeypatch.setattr(binary_tables, "MOST_BYTES", 3_000_000)
     assert "its variables must have at most 2 MiB, got 300" in refusal(path)
@@ -377,9 +361,7 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     ):
         content = {name: values for name, values in {**FOUR, **changed}.items() if values is not None}
         pq.write_table(pa.table(content), path)
-        with pytest.raises(gg.InputError, match=message):
-            read_table(path)
-        refusal(path)
+        assert re.search(message, refusal(path))
     pq.write_table(pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path)
     assert len(read_table(path)) == 3
     pq.write_table(pa.table({name: values[:0] for name, values in FOUR.items()}), path)
@@ -427,16 +409,7 @@ def test_what_made_a_file_is_checked(tmp_path: Path) -> None:
         assert read_table(tmp_path / "a.npz").about == {}
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_files_that_cannot_be_read(suffix: str, tmp_path: Path) -> None:
-    with pytest.raises(FileProblem, match="No such file"):
-        read_table(tmp_path / f"none{suffix}")
-    (tmp_path / f"folder{suffix}").mkdir()
-    with pytest.raises(FileProblem, match="Is a directory"):
-        read_table(tmp_path / f"folder{suffix}")
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [".csv", ".json", *SUFFIXES])
 def test_mutated_files_are_read_or_refused_in_one_line(suffix: str, planned: TimedGait, tmp_path: Path) -> None:
     ours, theirs, more = (tmp_path / f"{name}{suffix}" for name in ("ours", "theirs", "more"))
     planned.write(ours)
@@ -446,9 +419,9 @@ def test_mutated_files_are_read_or_refused_in_one_line(suffix: str, planned: Tim
         found = loadmat(ours)
         savemat(theirs, {"gait": found["gait"][0, 0]}, do_compression=True)
         savemat(more, {"alpha": found["alpha"], "t": found["t"].T, "color": "red"})
-    else:
+    elif suffix == ".parquet":
         planned.to_polars().write_parquet(theirs)
         planned.to_pandas().to_parquet(more)
     for path in (ours, theirs, more):
         if path.exists():
-            assert check_mutations(path.read_bytes(), path, count=200) > 50
+            assert check_mutations(path.read_bytes(), path, count=150) > 40

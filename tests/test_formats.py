@@ -27,7 +27,8 @@ from gaitgraph.io.formats import FORMATS, write_pieces
 from gaitgraph.io.reading import provenance_in, read_pieces, read_table
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
-from gaitgraph.timing.timed_gait import export, pieces_of, table_of
+from gaitgraph.timing.timed_gait import export, table_of
+from tests.mutated import refusal
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -145,16 +146,6 @@ def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any
 # Streaming ------------------------------------------------------------------------------------------------------------
 
 
-def test_pieces_of_a_gait_are_its_table(planned: TimedGait) -> None:
-    paced = gg.least_period(planned.gait, limits=gg.Limits(rate=3.0, acceleration=30.0)).timed
-    assert paced is not None
-    for timed in (planned, paced, lift(G1.angles, "blue").parametrize(3.0, law="equal-time", samples=50)):
-        pieces = list(pieces_of(timed, {"a": 1}, rows=7))
-        assert [len(piece) for piece in pieces[:-1]] == [7] * (len(pieces) - 1)
-        assert_same(merged(pieces), table_of(timed))
-        assert pieces[0].about == {**table_of(timed).about, "a": 1}
-
-
 class LongTable:
     """Pieces of a long table, and how many of them were made."""
 
@@ -238,28 +229,6 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     assert done[-1] == 1.0
     assert (tmp_path / "cut.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert_same(read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet"))
-
-
-def test_a_file_is_named_once_and_said_to_be_no_text(tmp_path: Path) -> None:
-    for name in ("a.m", "a.csv", "a.json"):
-        (tmp_path / name).write_bytes(b"\xff\xfe\0")
-        with pytest.raises(gg.InputError) as problem:
-            provenance_in(tmp_path / name)
-        text = str(problem.value)
-        assert text.startswith(f"gait file '{tmp_path / name}': not UTF-8 text; allowed is ")
-        assert text.endswith(", in UTF-8")
-        assert text.count("gait file") == 1
-        assert ".csv, " not in text
-
-
-def refusal(path: Path) -> str:
-    """Return the one line that a file is refused with."""
-    with pytest.raises(gg.InputError) as caught:
-        read_table(path)
-    message = str(caught.value)
-    assert message.startswith(f"gait file {str(path)!r}: ")
-    assert "\n" not in message
-    return message
 
 
 def test_json_that_is_nested_or_wide_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

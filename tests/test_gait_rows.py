@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -86,25 +85,6 @@ def test_the_request_stays_unless_another_vehicle_is_given() -> None:
     assert closed_rows(made)[0].request == gg.gait_of(made).request == {"waypoints": [[0.4, -0.4]]}
     assert closed_rows(made, coefficients="exact")[0].request == {}
     assert closed_rows(made, vehicle=gg.vehicle_named("beetle_omni"))[0].coefficients.kind == "exact"
-
-
-@pytest.mark.parametrize("places", [(0, 4), (0, 1, 4), (0, 3, 4), (0, 1, 2, 3, 4)])
-@pytest.mark.parametrize("closing", [False, True])
-def test_completing_does_not_depend_on_the_pieces(places: tuple[int, ...], closing: bool) -> None:
-    points = [*CORNERS, CORNERS[0]] if closing else [*CORNERS, (1.0, -1.0)]
-    whole = table(points, t=[1.0, 2.0, 4.0, 7.0])
-    expected = merged(completed_pieces(lambda: [whole])())
-    pieces = [whole.rows(*pair) for pair in pairwise(places)]
-    found = merged(completed_pieces(lambda: pieces)())
-    assert list(found.columns) == list(expected.columns)
-    for name, values in expected.columns.items():
-        assert np.array_equal(found[name], values), name
-    assert found["t"].tolist() == ([0, 1, 3, 6] if closing else [0, 1, 3, 6, 8])
-    np.testing.assert_array_equal(found.alpha[0], found.alpha[-1])
-    step = np.diff(found["t"])
-    np.testing.assert_allclose(found["alpha2_rate"][:-1], np.diff(found["alpha2"]) / step)
-    assert found["alpha2_rate"][-1] == found["alpha2_rate"][0]
-    assert not found["alpha1_acceleration"].any()
 
 
 def test_stated_R_stays_within_its_digits_and_not_beyond() -> None:

@@ -26,7 +26,7 @@ from gaitgraph.io.reading import provenance_in, read_table
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.timing.timed_gait import table_of
-from tests.mutated import check_mutations
+from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -111,16 +111,6 @@ def bag_of(path: Path, messages: list[tuple[str, int, Any]], suffix: str = ".mca
                 connections[topic, kind] = bag.add_connection(topic, kind, typestore=STORE)
             bag.write(connections[topic, kind], time, STORE.serialize_cdr(message, kind))
     return path
-
-
-def refused(path: Path) -> str:
-    """Return the one line with which a bag is refused."""
-    with pytest.raises((gg.InputError, gg.errors.FileProblem)) as refusal:
-        read_table(path)
-    text = str(refusal.value)
-    assert "\n" not in text
-    assert str(path) in text
-    return text
 
 
 @pytest.mark.parametrize("suffix", BAGS)
@@ -381,7 +371,7 @@ def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
     names = ["arm", "alpha3", "alpha1", "alpha4", "alpha2"]
     rows: list[Any] = [(time, [9.0, p[2], p[0], p[3], p[1]], []) for time, p, _ in ROWS]
     assert (read_table(bag_of(tmp_path / "a.mcap", [("/j", 1, trajectory(names, rows))])).alpha == TIMED.alpha).all()
-    assert "joints must be four, or alpha1 to alpha4 among them, got ['arm', 'x']" in refused(
+    assert "joints must be four, or alpha1 to alpha4 among them, got ['arm', 'x']" in refusal(
         bag_of(tmp_path / "b.mcap", [("/j", 1, trajectory(["arm", "x"], rows))])
     )
 
@@ -414,15 +404,15 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     for k, (time, p, _) in enumerate(ROWS[:12]):
         one = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, ["a", "b", "c", "d"], p))])
         shutil.move(next(one.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
-    assert "it must have a metadata.yaml, got none: ros2 bag reindex writes one" in refused(whole)
+    assert "it must have a metadata.yaml, got none: ros2 bag reindex writes one" in refusal(whole)
     names = [f"rosbag2_2024_{k}.mcap" for k in range(12)]
     text = (tmp_path / "p0" / "metadata.yaml").read_text()
     (whole / "metadata.yaml").write_text(text.replace("- p0.mcap", "\n  - ".join(["", *names]).lstrip()))
     assert (read_table(whole).alpha == TIMED.alpha[:12]).all()
     assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
     (whole / names[5]).unlink()
-    assert "files are missing" in refused(whole)
-    assert ", a folder that is no ROS 2 bag" in refused(tmp_path / "p3")  # its file is gone
+    assert "files are missing" in refusal(whole)
+    assert ", a folder that is no ROS 2 bag" in refusal(tmp_path / "p3")  # its file is gone
 
 
 @pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
@@ -457,14 +447,14 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
     ],
 )  # fmt: skip
 def test_bags_of_something_else_are_refused(tmp_path: Path, messages: list[tuple[str, int, Any]], message: str) -> None:
-    assert message in refused(bag_of(tmp_path / "theirs.mcap", messages))
+    assert message in refusal(bag_of(tmp_path / "theirs.mcap", messages))
 
 
 @pytest.mark.parametrize(("kind", "wanted"), [(TRAJECTORY, "one message"), (STATE, "at least one message")])
 def test_topics_without_messages_are_refused(tmp_path: Path, kind: str, wanted: str) -> None:
     with Writer(tmp_path / "empty.mcap", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         bag.add_connection("/t", kind, typestore=STORE)
-    assert f"topic '/t' must have {wanted}, got none" in refused(tmp_path / "empty.mcap")
+    assert f"topic '/t' must have {wanted}, got none" in refusal(tmp_path / "empty.mcap")
 
 
 def test_what_is_there_is_not_written_into(tmp_path: Path) -> None:
@@ -476,12 +466,12 @@ def test_what_is_there_is_not_written_into(tmp_path: Path) -> None:
 
 def test_no_bag_at_all(tmp_path: Path) -> None:
     for name in ("none.mcap", "none.db3"):
-        assert "No such file" in refused(tmp_path / name)
+        assert "No such file" in refusal(tmp_path / name)
     (tmp_path / "empty.mcap").mkdir()
-    assert "it must have a metadata.yaml" in refused(tmp_path / "empty.mcap")
+    assert "it must have a metadata.yaml" in refusal(tmp_path / "empty.mcap")
     for name, content in (("a.mcap", b""), ("b.mcap", b"t,alpha1"), ("c.db3", b""), ("d.db3", b"x" * 5000)):
         (tmp_path / name).write_bytes(content)
-        assert "it is not a ROS 2 bag, or it is broken (" in refused(tmp_path / name)
+        assert "it is not a ROS 2 bag, or it is broken (" in refusal(tmp_path / name)
     for name in ("a.yaml", "b.h"):
         (tmp_path / name).write_text("trajectory: {}\n")
         with pytest.raises(gg.InputError, match=f"{name}': it does not state what made it"):
@@ -500,7 +490,7 @@ def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_li
     for length in np.linspace(0, len(content) - 1, 40).astype(int).tolist():
         path.write_bytes(content[:length])
         if suffix == ".mcap":
-            refused(path)
+            refusal(path)
         else:  # sqlite does not miss pages that it does not need
             with suppress(gg.InputError):
                 assert (read_table(path).alpha == replace_clock(TIMED, 1.0, 3).alpha).all()
@@ -511,7 +501,7 @@ def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_li
         if most == len(content):
             assert len(read_table(path)) == 4
         else:
-            assert f"it must have at most 0 MiB, got {len(content)} bytes" in refused(path)
+            assert f"it must have at most 0 MiB, got {len(content)} bytes" in refusal(path)
 
 
 def test_chunks_that_state_too_much_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -519,7 +509,7 @@ def test_chunks_that_state_too_much_are_not_unpacked(tmp_path: Path, monkeypatch
     path = bag_of(tmp_path / "packed.mcap", [("/j", 1, message)], mode=CompressionMode.STORAGE)
     monkeypatch.setattr(binary_tables, "MOST_BYTES", 1 << 20)
     assert sum(one.stat().st_size for one in path.iterdir()) < 1 << 20
-    assert "its chunks must have at most 1 MiB, got" in refused(path)
+    assert "its chunks must have at most 1 MiB, got" in refusal(path)
 
 
 @pytest.mark.parametrize("suffix", BAGS)

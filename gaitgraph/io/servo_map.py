@@ -106,30 +106,27 @@ class Joint:
             raise self._refused("sign", "1 or −1")
         if not math.isfinite(number_of(self.zero)):
             raise self._refused("zero", "a finite angle (rad)")
-        if self.unit != "us":
-            if self.us_per_rad is not None:
-                raise self._refused("us_per_rad", f"left out for the unit {self.unit!r}; it is of the unit 'us'")
+        if self.unit != "us" and self.us_per_rad is not None:
+            raise self._refused("us_per_rad", f"left out for the unit {self.unit!r}; it is of the unit 'us'")
+        if self.unit == "us":
             if self.limits is not None:
-                self._check_pair("limits", "rad")
-            return
-        if self.limits is not None:
-            raise self._refused("limits", "left out for the unit 'us', which has limits_us")
-        if self.us_per_rad is None:
-            raise InputError(f"joint {self.name!r}: us_per_rad is missing; it must be a positive number (µs/rad)")
-        if not 1e-3 <= number_of(self.us_per_rad) <= 1e9:
-            raise self._refused("us_per_rad", "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
-        self._check_pair("limits_us", "µs")
-        low, high = self.limits_us
-        if low < 0 or high > _LONGEST_PULSE:
-            raise self._refused("limits_us", f"between 0 and {_LONGEST_PULSE:g} µs")
-        if not low <= number_of(self.neutral_us) <= high:
-            raise self._refused("neutral_us", f"between {low:g} and {high:g} µs, within limits_us")
-
-    def _check_pair(self, name: str, unit: str) -> None:
-        pair = getattr(self, name)
-        numbers = [number_of(value) for value in pair] if isinstance(pair, tuple) else []
-        if len(numbers) != 2 or not -math.inf < numbers[0] < numbers[1] < math.inf:
-            raise self._refused(name, f"the least and the largest value ({unit}), in this order")
+                raise self._refused("limits", "left out for the unit 'us', which has limits_us")
+            if self.us_per_rad is None:
+                raise InputError(f"joint {self.name!r}: us_per_rad is missing; it must be a positive number (µs/rad)")
+            if not 1e-3 <= number_of(self.us_per_rad) <= 1e9:
+                raise self._refused("us_per_rad", "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
+        if self.unit == "us" or self.limits is not None:
+            name, unit = ("limits_us", "µs") if self.unit == "us" else ("limits", "rad")
+            pair = getattr(self, name)
+            numbers = [number_of(value) for value in pair] if isinstance(pair, tuple) else []
+            if len(numbers) != 2 or not -math.inf < numbers[0] < numbers[1] < math.inf:
+                raise self._refused(name, f"the least and the largest value ({unit}), in this order")
+        if self.unit == "us":
+            low, high = self.limits_us
+            if low < 0 or high > _LONGEST_PULSE:
+                raise self._refused("limits_us", f"between 0 and {_LONGEST_PULSE:g} µs")
+            if not low <= number_of(self.neutral_us) <= high:
+                raise self._refused("neutral_us", f"between {low:g} and {high:g} µs, within limits_us")
 
     def _refused(self, name: str, allowed: str) -> InputError:
         return InputError(f"joint {self.name!r}: {name} must be {allowed}, got {shown(getattr(self, name))}")
@@ -310,12 +307,7 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     stated
         Field names of :class:`ServoMap` to values; angles may be texts. ``joint`` is a list of four tables with the
         field names of :class:`Joint`; whatever all four joints share (unit, sign, zero, limits, pulses) may stand
-        beside it. ``preset`` names the map to start from, "paper" by default.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
+        beside it. ``preset`` names the map to start from, "paper" by default. Unknown names are refused.
 
     Examples
     --------
@@ -416,14 +408,9 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     table
         Rows with alpha1 to alpha4.
     servo_map
-        What the columns are.
+        What the columns are. A joint beyond its limits is an error unless the map clips; a map for another vehicle is.
     rows_before
         Rows of the same table that came before these, for messages.
-
-    Raises
-    ------
-    InputError
-        If a joint leaves its limits and the map does not clip, or if the map is for another vehicle.
 
     Examples
     --------
