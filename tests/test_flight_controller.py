@@ -14,9 +14,8 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.controller import Allocation, allocation_of, reference_at, wanted_attitude
 from gaitgraph.flight.course import repeated
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.servos import servo_response
 from gaitgraph.flight.settings import REFERENCES, FlightSettings
-from gaitgraph.flight.simulation import Simulation
+from gaitgraph.flight.simulation import Simulation, servo_response
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import body_vertical, coefficients_of, scaled_decoupling_matrix, thrust_signs
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named

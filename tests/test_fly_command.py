@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from gaitgraph.flight.gait_file import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
+from gaitgraph.flight.course import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait

@@ -253,20 +253,6 @@ def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
     assert found.lower.min() >= 0.3 - 1e-12
 
 
-@settings(max_examples=8, deadline=None)
-@given(
-    kappa=st.floats(-3, 0.7).map(lambda x: 10**x),
-    share=st.floats(0.001, 1.0),
-    accuracy=st.floats(-6, -2).map(lambda x: 10**x),
-    spin=st.sampled_from(["clockwise", "counterclockwise"]),
-)
-def test_singular_value_region_of_any_vehicle(kappa: float, share: float, accuracy: float, spin: Any) -> None:
-    vehicle = Vehicle(drag_ratio=kappa, first_rotor_spin=spin)
-    floor = share * 2 * math.sqrt((1 + kappa**2) / 3)
-    region = singular_value_region(floor, vehicle, accuracy=accuracy)
-    assert_encloses(region, lambda at: least_singular_value(red(at), vehicle) - floor, rounding=1e-11)
-
-
 def test_floors_narrower_than_the_accuracy() -> None:
     for floor in (1e-9, 3e-7, 1e-6):
         region = singular_value_region(floor)

@@ -440,13 +440,10 @@ def test_half_a_step_marks_the_nearest_nodes_of_any_grid(case: str, divisions: i
 
 def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> None:
     assert DEFAULT_CROSSING_TOLERANCE == STEP / 2
-    halfway = coefficients_of(
-        Vehicle(drag_ratio=math.tan(STEP / 2))
-    )  # however rounded, both nodes are within half a step
-    for numbers, third, fourth in (
-        (coefficients_of(), [-7, 1], [-1, 7]),
-        (halfway, [-8, -7, 0, 1, 8], [-8, -1, 0, 7, 8]),
-    ):
+    # However rounded, both nodes are within half a step.
+    halfway = coefficients_of(Vehicle(drag_ratio=math.tan(STEP / 2)))
+    cases = (coefficients_of(), [-7, 1], [-1, 7]), (halfway, [-8, -7, 0, 1, 8], [-8, -1, 0, 7, 8])
+    for numbers, third, fourth in cases:
         types = types_of("red", AXIS, AXIS, numbers)
         assert [np.round(AXIS[one == 0] / STEP).tolist() for one in types] == [third, fourth]
     assert roots(0.9, -0.4, crossing_tolerance=2.0)[0].types == "(?,?)"
@@ -586,27 +583,19 @@ def test_angles_outside_are_refused_with_their_name(value: float, name: str) -> 
         (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1 and alpha2 must be axes of one dimension, got 0 and 1"),
         (lambda: sheet_grid("red", [0.3], [[0.1]]), "alpha1 and alpha2 must be axes of one dimension, got 1 and 2"),
         (lambda: sheet_grid("green", [0], [0]), "color must be 'red' or 'blue', got 'green'"),  # type: ignore[arg-type]
-        (
-            lambda: roots(0.1, 0.2, crossing_tolerance=-1e-3),
-            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got -0.001$",
-        ),
-        (
-            lambda: roots(0.1, 0.2, crossing_tolerance=math.inf),
-            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got inf$",
-        ),
-        (
-            lambda: root_arrays(0.1, 0.2, crossing_tolerance=math.nan),
-            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got nan$",
-        ),
-        (
-            lambda: root_arrays(0.1, 0.2, crossing_tolerance=True),
-            r"crossing_tolerance must be a finite number ≥ 0 \(rad\), got True$",
-        ),
     ],
 )
 def test_bad_input_is_refused(call: Callable[[], Any], message: str) -> None:
     with pytest.raises(InputError, match=f"^{message}"):
         call()
+
+
+@pytest.mark.parametrize("value", [-1e-3, math.inf, math.nan, True])
+def test_a_crossing_tolerance_is_a_finite_number(value: float) -> None:
+    for call in (roots, root_arrays):
+        with pytest.raises(InputError) as caught:
+            call(0.1, 0.2, crossing_tolerance=value)
+        assert str(caught.value) == f"crossing_tolerance must be a finite number ≥ 0 (rad), got {value!r}"
 
 
 def test_texts_are_angles() -> None:

@@ -109,8 +109,7 @@ def flight_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None
 
     A gait that was biased by η is off the surfaces, as was asked for; one line replaces what follows from that.
     """
-    from gaitgraph.flight.course import broken_rules
-    from gaitgraph.flight.gait_file import ROW_BY_ROW
+    from gaitgraph.flight.course import ROW_BY_ROW, broken_rules
 
     found = list(warnings)
     if eta is not None and eta != 1.0 and found:
@@ -133,9 +132,9 @@ def timed_gait(name: str, given: Mapping[str, Any]) -> TimedGait:
     Raises
     ------
     InputError, FileProblem, Infeasible
-        As :func:`gaitgraph.flight.gait_file.timed_gait_from_file`; a paper's gait has T = 1 s and the law smooth.
+        As :func:`gaitgraph.flight.course.timed_gait_from_file`; a paper's gait has T = 1 s and the law smooth.
     """
-    from gaitgraph.flight.gait_file import timed_gait_from_file
+    from gaitgraph.flight.course import timed_gait_from_file
     from gaitgraph.gait.gait import paper_gait
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import PAPER

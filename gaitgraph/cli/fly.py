@@ -102,9 +102,8 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    from gaitgraph.flight.course import from_hover, repeated
+    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.engine import check_rendering, check_screen, mujoco_library, show_flight
-    from gaitgraph.flight.gait_file import biased_timed_gait
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.plots.films import is_film

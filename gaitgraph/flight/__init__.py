@@ -8,9 +8,12 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin as Basin, basins_of as basins_of
-    from gaitgraph.flight.course import Course as Course, from_hover as from_hover
+    from gaitgraph.flight.course import (
+        Course as Course,
+        from_hover as from_hover,
+        timed_gait_from_file as timed_gait_from_file,
+    )
     from gaitgraph.flight.engine import Engine as Engine
-    from gaitgraph.flight.gait_file import timed_gait_from_file as timed_gait_from_file
     from gaitgraph.flight.record import OUTCOMES as OUTCOMES, Flight as Flight
     from gaitgraph.flight.settings import (
         REFERENCES as REFERENCES,

@@ -20,8 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.course import before_take_off, repeated
-from gaitgraph.flight.gait_file import biased_timed_gait
+from gaitgraph.flight.course import before_take_off, biased_timed_gait, repeated
 from gaitgraph.flight.record import OUTCOMES
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import Simulation
@@ -56,34 +55,17 @@ _AFTER = 2.0  # s beyond the period, where no duration is stated
 class Basin:
     """Flights of one gait from a square grid of attitudes, at one or more moments of its period.
 
-    Parameters
-    ----------
-    timed
-        The gait that was flown.
-    eta
-        The factor of its α3 and α4, 1 for the gait itself.
-    settings
-        How it was flown.
-    angles
-        The grid's values of roll and of pitch, shape (m,) [rad].
-    begins
-        The moments of the gait at which flights take off, shape (b,) [s].
-    outcome
-        Index into :data:`gaitgraph.flight.record.OUTCOMES` of each flight, shape (b, m, m): begin, roll, pitch.
-    seconds
-        Since when a flight had settled, or when it ended, shape (b, m, m) [s].
-    peak_share
-        Largest thrust of a rotor over a quarter of the weight, shape (b, m, m); 0 where a flight ended as it began.
-    same_side
-        Whether the determinant at take-off has the sign that it has in level flight then, shape (b, m, m).
-    acceptable
-        The attitudes at which the gait is never singular, of :func:`gaitgraph.robustness.biased.robustness_of`.
-    inside
-        Which of the grid are among them, shape (m, m).
-    refusal
-        Why the gait was refused before take-off, or "".
-    warnings
-        As of a flight (:class:`gaitgraph.flight.record.Flight`).
+    `eta` is the factor of α3 and α4, 1 for the gait itself. `angles` are the grid's values of roll and of pitch, shape
+    (m,) [rad], `begins` the moments of the gait at which flights take off, shape (b,) [s]. Of each flight, shape
+    (b, m, m) by begin, roll and pitch:
+
+    * `outcome`, an index into :data:`gaitgraph.flight.record.OUTCOMES`;
+    * `seconds`, since when it had settled, or when it ended [s];
+    * `peak_share`, the largest thrust of a rotor over a quarter of the weight; 0 where it ended as it began;
+    * `same_side`, whether the determinant at take-off has the sign that it has in level flight then.
+
+    `acceptable` are the attitudes at which the gait is never singular, `inside` states which of the grid are among
+    them, shape (m, m). `refusal` is why the gait was refused before take-off, or "".
     """
 
     timed: TimedGait
@@ -139,10 +121,7 @@ class Basin:
         return "the gait itself" if self.eta == 1.0 else f"biased by {self.eta:g}"
 
     def columns(self) -> dict[str, Any]:
-        """Return one row a flight: eta, begin [s], roll, pitch [rad], outcome, seconds, peak_share and two predictions.
-
-        `acceptable` and `same_side` are 1 or 0.
-        """
+        """Return one row a flight; the predictions `acceptable` and `same_side` are 1 or 0."""
         shape = self.outcome.shape
         wide = {
             "eta": np.full(shape, self.eta),
@@ -218,8 +197,6 @@ def basins_of(
 
     Parameters
     ----------
-    timed
-        The gait.
     biases
         The factors η of α3 and α4, each in (0, 1]; 1 is the gait itself.
     settings
@@ -232,16 +209,12 @@ def basins_of(
         Largest roll and pitch, above 0 and below π/2 [rad, or a text such as "60deg"].
     begins
         Number of moments, evenly over the period, at which flights take off.
-    anyway
-        Whether to fly what physics forbids; see :func:`gaitgraph.flight.simulation.fly`.
-    progress
-        Called with the part of the flights that are done.
+    anyway, progress
+        Whether to fly what physics forbids; called with the part of the flights that are done.
 
     Raises
     ------
-    InputError
-        If a value is not allowed.
-    MissingConstant, MissingExtra
+    InputError, MissingConstant, MissingExtra
         As :func:`gaitgraph.flight.simulation.fly` does.
 
     Notes
@@ -257,6 +230,8 @@ def basins_of(
     >>> basin.fraction, basin.cases["inside_settled"]
     (1.0, 9)
     """
+    import shapely
+
     if not isinstance(timed, TimedGait):
         raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     etas = list(biases)
@@ -295,61 +270,51 @@ def basins_of(
     angles = span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
     starts = timed.period * np.arange(begins) / begins
 
+    roll, pitch = np.meshgrid(angles, angles, indexing="ij")
+    shape = (len(starts), *roll.shape)
     found = []
     for k, (gait, eta) in enumerate(zip(gaits, etas, strict=True)):
-
-        def update(part: float, k: int = k) -> None:
+        acceptable = robustness_of(gait, curves=0).gait.acceptable
+        refusal, warnings = before_take_off(repeated(gait), settings, anyway=anyway)
+        outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
+        seconds, peak = np.zeros(shape), np.zeros(shape)
+        for number, index in enumerate(np.ndindex(shape) if not refusal else (), start=1):
+            if index[1:] == (0, 0):
+                simulation = Simulation(repeated(gait, begin=float(starts[index[0]])), settings)
+                warnings += tuple(one for one in simulation.warnings if one not in warnings)
+            flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=gait.period)
+            outcome[index] = OUTCOMES.index(flight.outcome)
+            seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
+            peak[index] = flight.peak_thrust_share or 0.0
             if progress is not None:
-                progress((k + part) / len(etas))
-
-        found.append(_basin(gait, eta, settings, angles, starts, anyway, update))
+                progress((k + number / outcome.size) / len(etas))
+        # The determinant at an attitude over that in level flight: the vertical in body axes times three sensitivities.
+        sensitivities = attitude_sensitivities(gait.at(starts)[0], coefficients_of(gait.gait.vehicle, "exact"))
+        x, y, z = (part[:, None, None] for part in sensitivities.T)
+        tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
+        arrays: dict[str, Any] = {
+            "angles": angles.copy(),
+            "begins": starts.copy(),
+            "outcome": outcome,
+            "seconds": seconds,
+            "peak_share": peak,
+            "same_side": np.asarray(tilted * z > 0),
+            "inside": np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
+        }
+        for array in arrays.values():
+            array.flags.writeable = False
+        found.append(
+            Basin(
+                timed=gait,
+                eta=eta,
+                settings=settings,
+                acceptable=acceptable,
+                refusal=refusal,
+                warnings=warnings,
+                **arrays,
+            )
+        )
     return tuple(found)
-
-
-def _basin(
-    timed: TimedGait,
-    eta: float,
-    settings: FlightSettings,
-    angles: FloatArray,
-    begins: FloatArray,
-    anyway: bool,
-    progress: Callable[[float], None],
-) -> Basin:
-    import shapely
-
-    acceptable = robustness_of(timed, curves=0).gait.acceptable
-    roll, pitch = np.meshgrid(angles, angles, indexing="ij")
-    refusal, warnings = before_take_off(repeated(timed), settings, anyway=anyway)
-    shape = (len(begins), *roll.shape)
-    outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
-    seconds, peak = np.zeros(shape), np.zeros(shape)
-    for number, index in enumerate(np.ndindex(shape) if not refusal else ()):
-        if index[1:] == (0, 0):
-            simulation = Simulation(repeated(timed, begin=float(begins[index[0]])), settings)
-            warnings += tuple(one for one in simulation.warnings if one not in warnings)
-        flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=timed.period)
-        outcome[index] = OUTCOMES.index(flight.outcome)
-        seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
-        peak[index] = flight.peak_thrust_share or 0.0
-        progress((number + 1) / outcome.size)
-    # The determinant at an attitude over that in level flight: the vertical in body axes times three sensitivities.
-    sensitivities = attitude_sensitivities(timed.at(begins)[0], coefficients_of(timed.gait.vehicle, "exact"))
-    x, y, z = (part[:, None, None] for part in sensitivities.T)
-    tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
-    arrays: dict[str, Any] = {
-        "angles": angles.copy(),
-        "begins": begins,
-        "outcome": outcome,
-        "seconds": seconds,
-        "peak_share": peak,
-        "same_side": np.asarray(tilted * z > 0),
-        "inside": np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
-    }
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Basin(
-        timed=timed, eta=eta, settings=settings, acceptable=acceptable, refusal=refusal, warnings=warnings, **arrays
-    )
 
 
 def table_of_basins(every: Sequence[Basin]) -> Table:

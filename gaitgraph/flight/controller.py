@@ -79,8 +79,6 @@ class Allocation:
 def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
     """Return the allocation at tilt angles of shape (n, 4) [rad].
 
-    Examples
-    --------
     >>> from gaitgraph.vehicle import PAPER
     >>> level = allocation_of([[0.0, 0.0, 0.0, 0.0]], PAPER)
     >>> level.free.tolist(), level.direction.round(12).tolist()[0][2]
@@ -149,10 +147,9 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., t
 
     It takes the time [s]; the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; a row of
     :meth:`Allocation.rows`; the direction N to lean by; and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
-    [N], a number between half the least singular value and all of it, and the wanted roll and pitch.
-
-    It raises :class:`Stopped` where the decoupling matrix nears a singular one or its determinant has changed sign
-    since the first call, before anything is divided by it, and where the nose points straight up or down.
+    [N], a number between half the least singular value and all of it, and the wanted roll and pitch. It raises
+    :class:`Stopped` where the decoupling matrix nears a singular one or its determinant has changed sign since the
+    first call, before anything is divided by it, and where the nose points straight up or down.
 
     It works in plain numbers: arrays of three or four would take several times as long.
     """

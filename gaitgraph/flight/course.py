@@ -1,4 +1,4 @@
-"""The course of a flight: the commands to the tilt servos over time, and the checks before take-off.
+"""The course of a flight: the gait in a file, the commands to the tilt servos over time, the checks before take-off.
 
 A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
 (:func:`from_hover`).
@@ -8,24 +8,39 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.gait_file import RowTimedGait
+from gaitgraph.gait.rows import closed_rows
+from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.io.reading import naming_file, read_table
+from gaitgraph.planning.planner import plan
+from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.timed_gait import TimedGait, parametrize
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
+from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
+from gaitgraph.validation.validating import validate
+from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
+ROW_BY_ROW = "row-by-row"
+"""The name of the law of :class:`RowTimedGait`."""
+
+_SAME = 1e-6  # rad between a row and a law
 _MOST_PERIODS = 10_000
 _LONGEST_PAUSE = 1e4  # s
 _SAME_PLACE = 1e-9  # rad
@@ -34,18 +49,140 @@ _SAME_PLACE = 1e-9  # rad
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class RowTimedGait(TimedGait):
+    """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
+
+    `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]; `closed`
+    states whether the table's last row was the first again; otherwise one more segment leads back.
+    """
+
+    times: FloatArray
+    closed: bool = True
+
+    @property
+    def gap(self) -> str:
+        """A line on the gap between the table's last row and its first; "" if the table is closed."""
+        if self.closed:
+            return ""
+        jump = float(np.linalg.norm(self.gait.alpha[-1] - self.gait.alpha[0]))
+        return (
+            f"the table is not closed: the {jump:.3g} rad from its last row back to the first are flown within "
+            f"{self.times[-1] - self.times[-2]:.3g} s"
+        )
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
+        return self.times
+
+    def check(
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
+    ) -> Report:
+        """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
+        gait = self.gait
+        columns: dict[str, Any] = {"t": self.times}
+        columns |= {name: np.append(gait.alpha[:, k], gait.alpha[0, k]) for k, name in enumerate(ANGLES)}
+        if gait.colors:
+            columns["color"] = (*gait.colors, gait.colors[0])
+        return validate(
+            Table(columns=columns),
+            vehicle=gait.vehicle,
+            coefficients=gait.coefficients.kind,
+            tolerance=tolerance,
+            floor=floor,
+            angle_rounding=angle_rounding,
+        )
+
+
+def timed_gait_from_file(
+    path: str | Path,
+    *,
+    vehicle: Vehicle | str | None = None,
+    coefficients: Kind | None = None,
+    period: float | None = None,
+    law: str | None = None,
+) -> TimedGait:
+    """Return the timed gait in a file, ready to fly.
+
+    Parameters
+    ----------
+    path, vehicle, coefficients
+        A gait file of any format that is read, or a request, which is planned; by default with the vehicle and the
+        coefficients that it states.
+    period, law
+        A new period [s] and timing law. By default the file's own: where the times of its rows are those of a law to
+        1e-6 rad, that law; otherwise its rows are joined straight, each at its own time. A single row needs no times.
+
+    Raises
+    ------
+    InputError, FileProblem, Infeasible
+        If the file cannot be read, is a flight's, has no times and no `period`, or is a request that has no gait.
+    """
+    stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
+    stated = {name: value for name, value in stated.items() if value is not None}
+    if holds_request(path):
+        request, sampling = read_request(path, stated)
+        return plan(request).timed(**sampling)
+    table = read_table(path)
+    about = table.about
+    if about.get("made_by") == "fly":
+        advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
+        raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
+    named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
+    with naming_file(path):
+        rows, times = closed_rows(table, vehicle=named, coefficients=coefficients)
+    gait = replace(rows.merged(), request=rows.request)
+    law_of_file = None if about.get("made_by") == "pace" else about.get("law")
+    period = about.get("period") if period is None else period
+    law = law_of_file or LAWS[0] if law is None else law
+    if times is None or len(table) == 1:
+        if period is None and len(gait.alpha) > 1:
+            raise InputError(
+                f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
+            )
+        return parametrize(gait, 1.0 if period is None else period, law=law)
+    times = times - times[0]
+    if "period" in stated or "law" in stated:
+        return parametrize(gait, float(times[-1]) if period is None else period, law=law)
+    with naming_file(path):
+        for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first
+            timed = parametrize(gait, float(times[-1]), law=name, samples=max(len(times) - 1, 1))
+            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
+                return timed
+        colors = gait.colors[:1] * len(rows.alpha) if len(set(gait.colors)) == 1 else ()
+        times.flags.writeable = False
+        return RowTimedGait(
+            gait=replace(gait, alpha=rows.alpha, colors=colors),
+            period=float(times[-1]),
+            law=ROW_BY_ROW,
+            samples=len(times) - 1,
+            times=times,
+            closed=len(rows.alpha) < len(table),
+        )
+
+
+def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
+    """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
+    gait = timed.gait.biased(eta)
+    if isinstance(timed, RowTimedGait):
+        return replace(timed, gait=gait)
+    if timed.law not in LAWS:
+        raise InputError(f"law must be one of {', '.join(LAWS)} to bias the gait, got {shown(timed.law)}")
+    return parametrize(gait, timed.period, law=timed.law, samples=timed.samples)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Course:
     """Commands to the four tilt servos over a flight.
 
-    Parameters
-    ----------
-    pieces
-        Timed gaits in order, each with the time of the flight and the time of its own at which it begins [s].
-    duration
-        Length of the course [s]; infinite for a gait that is repeated.
-    phases
-        The name of each piece: "hover", "entry", "gait", "exit".
+    `pieces` are timed gaits in order, each with the time of the flight and the time of its own at which it begins [s],
+    and `phases` their names: "hover", "entry", "gait", "exit". `duration` is the length of the course [s], infinite for
+    a gait that is repeated.
     """
 
     pieces: tuple[tuple[float, float, TimedGait], ...]
@@ -95,12 +232,6 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
 
     Physics needs an invertible matrix in level flight, hover thrusts unless rotors may pull, and tilt angles and rates
     within the vehicle's limits, but no place on the surfaces.
-
-    >>> from gaitgraph.gait.gait import lift
-    >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-    >>> forbidden, others = broken_rules(gait.biased(0.8).parametrize(1.0).check())
-    >>> len(forbidden), len(others) > 0
-    (0, True)
     """
     harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
     broken = [check for check in report.checks if not (check.ok and check.decided)]
@@ -147,30 +278,18 @@ def from_hover(
     The path from hover is on the surface where there is one; otherwise, as to a biased gait, it is straight if physics
     allows that.
 
+    The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their rates
+    jump there. InputError if a value is not allowed.
+
     Parameters
     ----------
-    timed
-        The gait.
-    periods
-        How often the gait is flown.
-    pause
-        In hover, before and after [s].
+    periods, pause
+        How often the gait is flown, and the time in hover, before and after [s].
     duration
         Of the path in, and of the path out [s]; by default 1 s, or what the vehicle's limits of tilt rate and
         acceleration need if that is more.
     anyway
         Whether to fly straight to the gait's first corner although physics forbids it.
-
-    Returns
-    -------
-    Course or str
-        The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their
-        rates jump there.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
 
     Examples
     --------

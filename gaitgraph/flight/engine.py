@@ -92,6 +92,10 @@ def engine_warnings() -> Iterator[list[str]]:
 class Engine:
     """A vehicle in the physics engine.
 
+    Its `model` and `data` are `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z)
+    and the four tilt angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates;
+    ``ctrl`` four thrusts [N] along the tilted axes, then four servo commands [rad].
+
     Parameters
     ----------
     vehicle
@@ -101,21 +105,12 @@ class Engine:
     air
         Whether there is air, for wind.
 
-    Attributes
-    ----------
-    model, data
-        `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z) and the four tilt
-        angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates; ``ctrl`` four
-        thrusts [N] along the tilted axes, then four servo commands [rad].
-
     Raises
     ------
-    MissingConstant
-        If the vehicle lacks a constant that motion depends on.
+    MissingConstant, MissingExtra
+        If the vehicle lacks a constant that motion depends on, or mujoco is not installed.
     InputError
         If its moments of inertia cannot be those of a rigid body, or a value is not allowed.
-    MissingExtra
-        If mujoco is not installed.
 
     Notes
     -----
@@ -177,23 +172,13 @@ def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Return the unit quaternion (w, x, y, z) of z–y–x Euler angles [rad]."""
     cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
     sr, sp, sy = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
-    return np.array(
-        [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ]
-    )
+    w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
+    y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+    return np.array([w, x, y, z])
 
 
 def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
-    """Return a vehicle in the engine's own model format (MJCF); parameters and errors as for :class:`Engine`.
-
-    >>> from gaitgraph.vehicle import PAPER
-    >>> mjcf_of(PAPER).count('<joint name="tilt')
-    4
-    """
+    """Return a vehicle in the engine's own model format (MJCF); parameters and errors as for :class:`Engine`."""
     if not isinstance(vehicle, Vehicle):
         raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
     if not _STEPS[0] <= number_of(step) <= _STEPS[1]:

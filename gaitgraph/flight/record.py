@@ -61,26 +61,11 @@ _HELD_AT_LEAST = 0.2  # s within tolerance before the end, or a tenth of the fli
 class Flight:
     """One flight, and whether it settled. Truthy when it did.
 
-    Parameters
-    ----------
-    course
-        The commands to the servos.
-    settings
-        How it was flown.
-    attitude
-        Roll and pitch at the start [rad].
-    rows
-        One row a control step, columns as in :data:`COLUMNS`; none if the flight was refused.
-    outcome
-        One of :data:`OUTCOMES`.
-    reason
-        Why it did not settle; "" if it did.
-    settling_time
-        Since when errors stayed within tolerance [s]; None if it did not settle.
-    least_singular_value
-        The least at the control steps, dimensionless; None if nothing was flown.
-    warnings
-        What deserves attention although physics does not forbid it, such as rows off the surfaces.
+    `attitude` is roll and pitch at the start [rad]. `rows` has one row a control step, columns as in :data:`COLUMNS`,
+    none if the flight was refused. `outcome` is one of :data:`OUTCOMES`; `reason` states why it did not settle, "" if
+    it did. Errors stayed within tolerance since `settling_time` [s], None if it did not settle. `least_singular_value`
+    is the least at the control steps, dimensionless; None if nothing was flown. `warnings` are what deserves attention
+    although physics does not forbid it, such as rows off the surfaces.
     """
 
     course: Course

@@ -141,7 +141,15 @@ class FlightSettings:
         if not all(abs(number_of(part)) <= _MOST_WIND for part in wind):
             most = f"each from -{_MOST_WIND:g} to {_MOST_WIND:g} (m/s)"
             raise InputError(f"wind must be two or three numbers, {most}, got {shown(self.wind)}")
-        self._check_sampling()
+        between = 1.0 / (self.control_rate * self.step)
+        if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
+            raise InputError(
+                f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
+                f"got {self.control_rate:g} Hz"
+            )
+        if self.seconds / self.step > MOST_STEPS:
+            name, seconds = ("lap", self.lap) if self.duration is None else ("duration", self.seconds)
+            raise InputError(f"{name} must be at most {MOST_STEPS} steps of {self.step:g} s, got {seconds:g} s")
         self._check_gains()
 
     @property
@@ -166,17 +174,6 @@ class FlightSettings:
         stated = {one: getattr(self, one.name) for one in fields(self) if getattr(self, one.name) is not None}
         values = {one.name: float(value) if "range" in one.metadata else value for one, value in stated.items()}
         return values | {"wind": [float(part) for part in self.wind]}
-
-    def _check_sampling(self) -> None:
-        between = 1.0 / (self.control_rate * self.step)
-        if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
-            raise InputError(
-                f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
-                f"got {self.control_rate:g} Hz"
-            )
-        if self.seconds / self.step > MOST_STEPS:
-            name, seconds = ("lap", self.lap) if self.duration is None else ("duration", self.seconds)
-            raise InputError(f"{name} must be at most {MOST_STEPS} steps of {self.step:g} s, got {seconds:g} s")
 
     def _check_gains(self) -> None:
         """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
@@ -228,18 +225,9 @@ class FlightSettings:
 def settings_from_mapping(content: Any) -> FlightSettings:
     """Return the settings in a table such as a study's ``[flight]``.
 
-    Parameters
-    ----------
-    content
-        Names of :class:`FlightSettings` to values; angles may be texts such as "2deg", `wind` may have two numbers.
+    Angles may be texts such as "2deg", `wind` may have two numbers. InputError if a name is unknown or a value is not
+    allowed.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
-
-    Examples
-    --------
     >>> settings_from_mapping({"duration": 2, "attitude_noise": "0.5deg"}).attitude_noise
     0.008726646259971648
     """

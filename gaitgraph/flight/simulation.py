@@ -1,7 +1,7 @@
 """Flight in the physics engine: a course is prepared, flown by the controller against disturbances, and recorded.
 
 The thrusts are the only inputs; the tilt angles follow the course, whatever the controller does.
-:mod:`gaitgraph.flight.controller` has the control law, :mod:`gaitgraph.flight.servos` the lag of the servos.
+:mod:`gaitgraph.flight.controller` has the control law.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from gaitgraph.flight.controller import Stopped, allocation_of, controller_of, r
 from gaitgraph.flight.course import Course, before_take_off, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings
 from gaitgraph.flight.record import COLUMNS, Flight, Outcome, record_of, settled_since
-from gaitgraph.flight.servos import servo_response
 from gaitgraph.flight.settings import MOST_STEPS, FlightSettings
 from gaitgraph.invertibility.matrices import arm_angles, thrust_signs
 from gaitgraph.timing.timed_gait import TimedGait
@@ -51,14 +50,9 @@ _ENOUGH = 0.9  # of its commanded swing that an arm must reach
 class Simulation:
     """A course prepared for flights: the engine, the servos' angles, and the allocation along them.
 
-    Preparing takes as long as some tenths of a second of flight, and serves any number of flights.
-
-    Attributes
-    ----------
-    command, actual
-        Commanded and reached tilt angles at every step of the engine, shape (n, 4) [rad].
-    controls
-        Number of control steps.
+    Preparing takes as long as some tenths of a second of flight, and serves any number of flights. `command` and
+    `actual` are the commanded and reached tilt angles at every step of the engine, shape (n, 4) [rad]; `controls` is
+    the number of control steps.
     """
 
     def __init__(self, course: Course, settings: FlightSettings) -> None:
@@ -213,6 +207,44 @@ def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
     return np.asarray(np.asarray(settings.wind) + gusts)
 
 
+def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
+    """Return the angles of four servos that follow a command and begin on it, shape (n, 4) [rad].
+
+    The command is linear between even times, `step` apart [s]. `lag` is the time constant of a first-order lag [s],
+    `rate` the largest rate [rad/s]. Without a limit the response is exact; where the lag alone would ask for more than
+    the rate, the servo moves at that rate for the whole step.
+
+    >>> ramp = np.linspace(0.0, 1.0, 11)[:, None] * np.ones(4)
+    >>> servo_response(ramp, 0.1, rate=0.5)[-1].round(12).tolist()
+    [0.5, 0.5, 0.5, 0.5]
+    """
+    command = np.asarray(command, dtype=float)
+    angles = command.copy()
+    keep, slope = 0.0, 1.0
+    if lag > 0.0:
+        from scipy.signal import lfilter
+
+        # The error e = command − angle obeys lag·ė = lag·(command's slope) − e, the slope constant within a step.
+        keep = math.exp(-step / lag)
+        slope = lag / step * (1.0 - keep)
+        angles[1:] -= lfilter([1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0)
+    most = rate * step
+    if not np.any(np.abs(np.diff(angles, axis=0)) > most):
+        return angles
+    # With the limit each angle depends on the one before it: step by step, in plain numbers.
+    columns = []
+    for commanded in command.T.tolist():
+        angle, before = commanded[0], commanded[0]
+        reached = [angle]
+        for target in commanded[1:]:
+            unlimited = target - slope * (target - before) + keep * (angle - before) if lag > 0.0 else target
+            angle += min(max(unlimited - angle, -most), most)
+            before = target
+            reached.append(angle)
+        columns.append(reached)
+    return np.asarray(columns).T
+
+
 def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:
     """Return a function that applies the rotors' gyroscopic torques to the body; None without a rotor inertia.
 
@@ -256,10 +288,8 @@ def fly(
     attitude
         Roll and pitch at the start [rad, or texts such as "10deg"]; by default (0.3, −0.2) where the reference is
         "attitude" and a gait is flown, else level.
-    settings
-        See :class:`~gaitgraph.flight.settings.FlightSettings`.
-    anyway
-        Whether to fly what is not flyable.
+    settings, anyway
+        See :class:`~gaitgraph.flight.settings.FlightSettings`; whether to fly what is not flyable.
     progress
         Called now and then with the part that is flown.
 
@@ -272,12 +302,8 @@ def fly(
 
     Raises
     ------
-    InputError
-        If a value is not allowed.
-    MissingConstant
-        If the vehicle states no mass, inertia or arm length.
-    MissingExtra
-        If mujoco is not installed.
+    InputError, MissingConstant, MissingExtra
+        If a value is not allowed, the vehicle states no mass, inertia or arm length, or mujoco is not installed.
 
     Notes
     -----

@@ -93,13 +93,8 @@ class SignComponent:
 def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> tuple[SignComponent, ...]:
     """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
 
-    Parameters
-    ----------
-    vehicle, accuracy
-        As for :func:`sign_region`. R = 0 is excluded: `inner` keeps 1e-9 from straight borders.
+    R = 0 is excluded: `inner` keeps 1e-9 from straight borders. `accuracy` as for :func:`sign_region`.
 
-    Examples
-    --------
     >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
     [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
     """
@@ -155,20 +150,13 @@ def sign_region(
     ----------
     vehicle
         The vehicle, of which κ and the spin sense count.
-    color
-        On blue R is zero with exact coefficients, and the region empty; with published ones it is
+    color, coefficients
+        On red R is exact. On blue it is zero with exact coefficients, and the region empty; with published ones it is
         what their rounding leaves, and where α3 or α4 wraps by π the region is cut.
-    coefficients
-        The coefficients of R on blue; on red R is exact. By default those of :func:`coefficients_of`.
     least
         The least |R|. By default 0 on red, where R ≠ 0 is meant, and what floating point can tell from 0 on blue.
     accuracy
         How far curved borders may be from where they are [rad], 1e-9 to 0.1.
-
-    Raises
-    ------
-    InputError
-        If the sign, the color, `least` or the accuracy is not allowed.
 
     Examples
     --------
@@ -292,15 +280,9 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
 def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
     """Return where hover needs of no rotor more than a share of the weight, all hover thrusts being positive.
 
-    Parameters
-    ----------
-    share
-        The largest thrust of one rotor in units of m·g; 0.25 at α = 0, below that the region is small or empty.
-    vehicle, accuracy
-        As for :func:`sign_region`.
+    The largest thrust of one rotor is 0.25 m·g at α = 0; below that the region is small or empty. `accuracy` as for
+    :func:`sign_region`.
 
-    Examples
-    --------
     >>> [round(thrust_region(share).area, 3) for share in (0.3, 0.6, 3.0)]
     [0.169, 4.107, 4.962]
     """
@@ -328,19 +310,10 @@ def singular_value_region(
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    Two of the singular values bound straight strips; the border of the third is explicit in u = α1 − α2.
+    Two of the singular values bound straight strips; the border of the third is explicit in u = α1 − α2. Nothing
+    reaches more than 2·√((1+κ²)/3). In `inner` the third singular value is at least `block`, which is not below the
+    floor, and the floor by default. `accuracy` as for :func:`sign_region`.
 
-    Parameters
-    ----------
-    floor
-        The floor, dimensionless; above 2·√((1+κ²)/3) nothing reaches it.
-    block
-        What the third singular value is at least in `inner`; the floor by default, and not below it.
-    vehicle, accuracy
-        As for :func:`sign_region`.
-
-    Examples
-    --------
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
     """
