@@ -40,7 +40,7 @@ for name, gait in gaits.items():
     print(f"        {report.reason or 'nothing against it'}")
 
 # %%
-# Gaits 1 and 2 have a sign of R only because the paper's coefficients have four digits: on the blue sheet R is smaller than
+# Gaits 1 and 2 have a sign of R only because the paper's coefficients have four digits: on the blue sheet R is below
 # their rounding. The sign is undecided, ``??``; with exact coefficients R is zero.
 
 sign = gg.validate(gaits["Gait 2"])["R_sign"]
