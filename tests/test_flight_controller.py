@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.controller import Allocation, allocation_of, reference_at, wanted_attitude
@@ -79,9 +78,8 @@ class TestServos:
         )
         assert coarse < 0.01
         assert fine < 0.5 * coarse
-        assert np.abs(
-            np.diff(servo_response(self.COMMAND, 0.0025, lag=0.05, rate=3.0), axis=0)
-        ).max() <= 3.0 * 0.0025 * (1 + 1e-12)
+        moved = np.diff(servo_response(self.COMMAND, 0.0025, lag=0.05, rate=3.0), axis=0)
+        assert np.abs(moved).max() <= 3.0 * 0.0025 * (1 + 1e-12)
 
     def test_a_limit_alone_follows_as_fast_as_it_may(self) -> None:
         out = servo_response(self.COMMAND, 0.0025, rate=2.0)
@@ -174,18 +172,6 @@ def sampled(stiffness: float, damping: float, start: float, speed: float, step: 
     return np.array(out)
 
 
-def continuous(stiffness: float, damping: float, start: float, t: FloatArray) -> FloatArray:
-    done = solve_ivp(
-        lambda _, e: [e[1], -stiffness * e[0] - damping * e[1]],
-        (0, t[-1]),
-        [start, 0.0],
-        t_eval=t,
-        rtol=1e-10,
-        atol=1e-12,
-    )
-    return np.asarray(done.y[0])
-
-
 class TestLinearisation:
     """Roll, pitch, yaw and altitude each obey their own linear equation, whatever the gait does."""
 
@@ -216,8 +202,6 @@ class TestLinearisation:
                 gains = (60.0, 9.0) if name == "z" else (100.0, 20.0)
                 off = np.abs(flight.column(name) - sampled(*gains, start, 0.0, every, len(t) - 1))
                 worst[name].append(float(off.max()))
-                exact = np.abs(flight.column(name) - continuous(*gains, start, t)).max()
-                assert exact < 12 * every * abs(start)
         # What is left vanishes with the step, to first order at least.
         for name, (coarse, fine) in worst.items():
             assert coarse < 2e-3, name

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from gaitgraph.errors import InputError, MissingConstant, MissingExtra
+from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.flight.engine import Engine, engine_warnings, quaternion_of
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
-    control_force_matrix,
-    control_moment_matrix,
     decoupling_matrix,
     determinant,
     thrust_signs,
@@ -106,26 +104,6 @@ def mass_matrix(engine: Engine) -> FloatArray:
 
 @pytest.mark.parametrize("name", VEHICLES)
 class TestWrench:
-    def test_force_and_torque_are_those_of_the_control_matrices(self, name: str) -> None:
-        vehicle, rng = VEHICLES[name], np.random.default_rng(1)
-        (length,) = vehicle.require("arm_length", purpose="test")
-        engine = held(Engine(vehicle))
-        for _ in range(40):
-            alpha = rng.uniform(-math.pi, math.pi, 4)
-            inputs = rng.normal(size=4) * 1e6
-            engine.place(alpha, roll=rng.uniform(-3, 3), pitch=rng.uniform(-1.5, 1.5), yaw=rng.uniform(-3, 3))
-            engine.data.ctrl[:4] = thrust_signs(vehicle) * coefficient_of(vehicle) * inputs
-            accelerations(engine)
-            force = control_force_matrix(alpha, vehicle) @ inputs
-            torque = control_moment_matrix(alpha, vehicle) @ inputs
-            applied = engine.data.qfrc_actuator
-            wrench = np.concatenate([turned(engine).T @ applied[:3], applied[3:6]])
-            np.testing.assert_allclose(wrench[:3], force, rtol=0, atol=1e-9 * float(np.linalg.norm(force)))
-            np.testing.assert_allclose(wrench[3:], torque, rtol=0, atol=1e-9 * float(np.linalg.norm(torque)))
-            # Neither thrust nor drag turns an arm about its hinge.
-            hinges = np.abs(engine.data.qfrc_actuator[6:] - engine.data.actuator_force[4:])
-            assert hinges.max() <= 1e-9 * np.linalg.norm(force) * length
-
     def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(2)
         mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
@@ -168,14 +146,8 @@ class TestWrench:
                 qacc = accelerations(engine)
                 p, q, r = qacc[3:6]
                 turn = math.sin(roll) * q + math.cos(roll) * r
-                return np.array(
-                    [
-                        qacc[2],
-                        p + turn * math.tan(pitch),
-                        math.cos(roll) * q - math.sin(roll) * r,
-                        turn / math.cos(pitch),
-                    ]
-                )
+                rates = p + turn * math.tan(pitch), math.cos(roll) * q - math.sin(roll) * r, turn / math.cos(pitch)
+                return np.array([qacc[2], *rates])
 
             at_rest = outputs(np.zeros(4))
             columns = [(outputs(unit * np.eye(4)[k]) - at_rest) / unit for k in range(4)]
@@ -307,13 +279,6 @@ class TestModels:
         with pytest.raises(InputError, match=message) as caught:
             Engine(PAPER.replace(**changes))
         assert "\n" not in str(caught.value)
-
-    def test_without_mujoco_the_extra_is_named(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        import sys
-
-        monkeypatch.setitem(sys.modules, "mujoco", None)
-        with pytest.raises(MissingExtra, match=r"gaitgraph\[sim\]"):
-            Engine(PAPER)
 
 
 class TestWarnings:

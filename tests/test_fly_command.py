@@ -295,18 +295,9 @@ def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: 
     assert "fly made it, which plan does not repeat" in answer.err
 
 
-# ---------------------------------------------------------------- plots
-
-
-# ---------------------------------------------------------------- films
-
-
 def test_flight_needs_no_opengl() -> None:
     answer = "import os; from gaitgraph.flight.engine import mujoco_library"
     message = f"{answer}; mujoco_library().MjModel; print(os.environ['MUJOCO_GL'])"
     environment = {**os.environ, "MUJOCO_GL": "nonsense"}
     done = subprocess.run([sys.executable, "-c", message], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "nonsense\n"), done.stderr
-
-
-# ---------------------------------------------------------------- the viewer

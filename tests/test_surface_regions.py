@@ -337,24 +337,6 @@ def test_inner_and_outer_are_as_near_as_stated(accuracy: float) -> None:
         assert region.accuracy == accuracy
 
 
-def test_finer_regions_lie_between_coarser_ones() -> None:
-    found = [singular_value_region(0.4, accuracy=accuracy) for accuracy in (1e-2, 1e-3, 1e-5)]
-    for coarse, fine in pairwise(found):
-        assert fine.inner.buffer(1e-9).covers(coarse.inner)
-        assert coarse.outer.buffer(1e-9).covers(fine.outer)
-    assert shapely.get_num_coordinates(singular_value_region(0.4).inner) < 3000
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("kappa", KAPPAS)
-def test_mirrored_spin_mirrors_every_region(kappa: float) -> None:
-    here, there = Vehicle(drag_ratio=kappa), Vehicle(drag_ratio=kappa, first_rotor_spin="counterclockwise")
-    makers: list[Any] = [lambda v: singular_value_region(0.3, v), hover_region, lambda v: thrust_region(0.5, v)]
-    for make in [*makers, lambda v: sign_region("positive", v)]:
-        turned = shapely.transform(make(there).inner, np.negative)
-        assert make(here).inner.symmetric_difference(turned).area < 2e-6
-
-
 # --- admissible regions and the checks of a gait ---------------------------------------------------------------------
 
 

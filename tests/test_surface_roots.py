@@ -212,32 +212,12 @@ def test_each_root_solves_the_equations_and_carries_its_values(case: str, a1: fl
 # --- what roots carry ------------------------------------------------------------------------------------------------
 
 
-def test_R_belongs_to_the_coefficients_that_were_given() -> None:
-    other = replace(coefficients_of(), single=5.0, double=0.9, triple=0.2)
-    for ours, theirs in zip(roots(0.9, -0.4), roots(0.9, -0.4, other), strict=True):
-        assert ours.alpha == theirs.alpha
-        assert pytest.approx(equation_2(ours.alpha, (5.592, 0.9716, 0.1687))) == ours.R
-        assert pytest.approx(equation_2(ours.alpha, (5.0, 0.9, 0.2))) == theirs.R
-
-
 def test_red_comes_first_then_order_of_angles() -> None:
     for a1, a2 in itertools.product((-HALF_PI, HALF_PI), repeat=2):
         corner = roots(a1, a2)
         assert [root.color for root in corner] == ["red"] * 4 + ["blue"]
         pairs = [(root.alpha3, root.alpha4) for root in corner[:4]]
         assert pairs == list(itertools.product((-HALF_PI, HALF_PI), repeat=2))
-
-
-@every_case
-def test_a_shift_by_pi_turns_the_sign_of_R(case: str) -> None:
-    numbers, _ = CASES[case]
-    for a2 in (-1.1, 0.2, 0.9):
-        low, high, _ = roots(HALF_PI, a2, numbers)
-        assert (low.alpha3, high.alpha3) == (-HALF_PI, HALF_PI)
-        assert pytest.approx(-high.R, abs=1e-12) == low.R
-        low, high, _ = roots(a2, -HALF_PI, numbers)
-        assert (low.alpha4, high.alpha4) == (-HALF_PI, HALF_PI)
-        assert pytest.approx(-high.R, abs=1e-12) == low.R
 
 
 @pytest.mark.parametrize("case", ["exact", "beetle_omni", "mirrored", "half"])
@@ -448,15 +428,6 @@ def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes()
         assert [np.round(AXIS[one == 0] / STEP).tolist() for one in types] == [third, fourth]
     assert roots(0.9, -0.4, crossing_tolerance=2.0)[0].types == "(?,?)"
     assert roots(0.9, -0.4, crossing_tolerance=0.0)[0].types == "(+,+)"
-
-
-def test_types_follow_the_slopes_of_the_planes() -> None:
-    # "+" increases α3 with α1, "−" decreases it: the paper's definition, by finite differences.
-    for a1, a2 in ((0.9, -0.7), (-0.5, 0.6), (1.2, 1.0)):
-        for here, there, slope in zip(roots(a1, a2), roots(a1 + 1e-3, a2 + 2e-3), (1.0, -1.0), strict=True):
-            assert there.alpha3 - here.alpha3 == pytest.approx(slope * 1e-3)
-            assert there.alpha4 - here.alpha4 == pytest.approx(slope * 2e-3)
-            assert here.types == ("(+,+)" if slope > 0 else "(-,-)")
 
 
 # --- the pictures of negative and positive R over the interior of the paper's grid ----------------------------------

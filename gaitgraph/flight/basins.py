@@ -21,7 +21,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import before_take_off, biased_timed_gait, repeated
-from gaitgraph.flight.record import OUTCOMES
+from gaitgraph.flight.record import OUTCOMES, about_table
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import Simulation
 from gaitgraph.gait.table import Table
@@ -38,15 +38,11 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-DEFAULT_EXTENT = math.radians(80.0)
-"""Largest roll and pitch at the start [rad]."""
+DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
+DEFAULT_RESOLUTION = 17  # attitudes along each side of the grid, with the default extent 10° apart
 
-DEFAULT_RESOLUTION = 17
-"""Attitudes along each side of the grid, with the default extent 10° apart."""
-
+# Whether an attitude is acceptable, and whether it settled.
 CASES = ("inside_settled", "inside_lost", "outside_settled", "outside_lost")
-"""Whether an attitude is acceptable, and whether it settled."""
-
 _MOST_FLIGHTS = 100_000
 _AFTER = 2.0  # s beyond the period, where no duration is stated
 
@@ -324,13 +320,4 @@ def table_of_basins(every: Sequence[Basin]) -> Table:
     for name in parts[0]:
         values = [part[name] for part in parts]
         columns[name] = sum(values, ()) if name == "outcome" else np.concatenate(values)
-    timed = every[0].timed
-    about = {
-        "made_by": "basin",
-        "vehicle": timed.gait.vehicle.as_mapping(),
-        "coefficients": timed.gait.coefficients.kind,
-        "period": timed.period,
-        "law": timed.law,
-        "flight": every[0].settings.as_mapping(),
-    }
-    return Table(columns=columns, about=about)
+    return Table(columns=columns, about=about_table("basin", every[0].timed, every[0].settings))

@@ -37,9 +37,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-ROW_BY_ROW = "row-by-row"
-"""The name of the law of :class:`RowTimedGait`."""
-
+ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # rad between a row and a law
 _MOST_PERIODS = 10_000
 _LONGEST_PAUSE = 1e4  # s

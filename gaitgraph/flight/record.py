@@ -19,6 +19,7 @@ from gaitgraph.timing.timed_gait import LAWS
 if TYPE_CHECKING:
     from gaitgraph.flight.course import Course
     from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -190,24 +191,15 @@ class Flight:
     def table(self) -> Table:
         """Return the flight as a table, one row a control step."""
         timed = self.course.timed
-        about = {
-            "made_by": "fly",
-            "vehicle": self.vehicle.as_mapping(),
-            "coefficients": timed.gait.coefficients.kind,
-            "period": timed.period,
-            "law": timed.law,
-            "flight": {**self.settings.as_mapping(), "attitude": list(self.attitude)},
-        }
+        about = about_table("fly", timed, self.settings)
+        about["flight"]["attitude"] = list(self.attitude)
         if timed.gait.request:  # so that the gait can be planned again from the flight's file
             timing = {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
             about["request"] = {**timed.gait.request, **timing}
         return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all.
-
-        Plots and films are written by :func:`gaitgraph.plots.flights.write_flight`.
-        """
+        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all; no plots and films."""
         for path in paths:
             if Path(path).suffix.lower() not in TABLES:
                 raise InputError(f"output must be a table of a flight ({', '.join(TABLES)}), got {str(path)!r}")
@@ -275,6 +267,18 @@ def record_of(
         least_singular_value=_least_singular_value(rows, course.vehicle, settings) if len(rows) else None,
         warnings=warnings,
     )
+
+
+def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:
+    """Return what a table of flights states of itself."""
+    return {
+        "made_by": made_by,
+        "vehicle": timed.gait.vehicle.as_mapping(),
+        "coefficients": timed.gait.coefficients.kind,
+        "period": timed.period,
+        "law": timed.law,
+        "flight": settings.as_mapping(),
+    }
 
 
 def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:

@@ -42,32 +42,26 @@ class FlightSettings:
     tolerance
         A flight has settled once its errors stay within it: of roll and pitch (where they are not used to reach a
         place) and yaw [rad], and of the place that is held [m].
-    step
-        Time step of the physics engine [s].
-    control_rate
-        Rate of the controller [Hz]; a control step is a whole number of engine steps.
+    step, control_rate
+        Time step of the physics engine [s], and rate of the controller [Hz]; a control step is a whole number of engine
+        steps.
     attitude_stiffness, attitude_damping
         Gains of roll, pitch and yaw after linearisation, kp [1/s²] and kd [1/s].
-    altitude_stiffness, altitude_damping
-        Gains of altitude.
-    position_stiffness, position_damping
-        Gains of x and y, for every reference but "attitude".
+    altitude_stiffness, altitude_damping, position_stiffness, position_damping
+        Gains of altitude, and of x and y for every reference but "attitude".
     reference
         One of :data:`REFERENCES`: "attitude" holds roll, pitch, yaw and altitude at zero and lets x and y drift;
         "hover" also holds x and y; "step" jumps to x = `size` at once; "line" moves there and "circle" along a
         circle of radius `size`, both from rest to rest within `lap`.
-    size
-        Size of the reference [m].
-    lap
-        Time from rest to rest of "line" and "circle" [s].
+    size, lap
+        Size of the reference [m], and time from rest to rest of "line" and "circle" [s].
     saturation
         Whether thrusts are kept between zero and the limit; otherwise rotors push and pull without limit.
     thrust_limit
         Largest thrust of one rotor [N]; the vehicle's `max_thrust` by default, and none where that is not stated.
-    servo_lag
-        Time constant of the tilt servos [s]; the vehicle's by default, none (0) where it is not stated.
-    servo_rate
-        Largest tilt rate of the servos [rad/s]; the vehicle's `max_tilt_rate` by default.
+    servo_lag, servo_rate
+        Time constant of the tilt servos [s], the vehicle's by default, none (0) where it is not stated; and their
+        largest rate [rad/s], the vehicle's `max_tilt_rate` by default.
     arms
         One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller assume wrong tilt angles.
     floor
@@ -76,10 +70,8 @@ class FlightSettings:
         Standard deviations of the sensors' errors [rad], [rad/s], [m], [m/s], drawn anew at every control step.
     wind
         Mean wind (x, y, z) [m/s], acting through the engine's fluid model on the box of equal inertia.
-    gust
-        Standard deviation of the wind in each direction, correlated over one second [m/s].
-    seed
-        Seed of noise and gusts.
+    gust, seed
+        Standard deviation of the wind in each direction, correlated over one second [m/s]; seed of noise and gusts.
 
     Raises
     ------

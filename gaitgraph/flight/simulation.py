@@ -33,9 +33,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-DEFAULT_ATTITUDE = (0.3, -0.2)
-"""Roll and pitch at the start of a flight that only levels out [rad]."""
-
+_DEFAULT_ATTITUDE = (0.3, -0.2)  # roll and pitch at the start of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s
 _FARTHEST = 1e5  # m
 _MOST_LEAD = 1.0  # s by which references are followed ahead of time
@@ -326,7 +324,7 @@ def fly(
     course = gait if isinstance(gait, Course) else repeated(gait)
     if attitude is None:
         levels_out = settings.reference == "attitude" and isinstance(gait, TimedGait)
-        attitude = DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
+        attitude = _DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
     start = checked_attitude(attitude)
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     refusal, warnings = before_take_off(course, settings, anyway=anyway)

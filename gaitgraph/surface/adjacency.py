@@ -18,39 +18,25 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
 
+# The seven categories of roots; (+,−) and (−,+) never occur.
 PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
-"""The seven categories of roots; (+,−) and (−,+) never occur."""
-
-FIBER_TYPES = ("(?,*)", "(*,?)")
-"""The types on the first and on the second fibre."""
-
-FREE = 2
-"""The code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1."""
-
+FIBER_TYPES = ("(?,*)", "(*,?)")  # on the first and on the second fibre
+FREE = 2  # the code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1
 _MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
 _CODES = {"−": -1, **{mark: code for code, mark in _MARKS.items()}}
 _LABEL = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
 
 
 def text_from_types(third: int, fourth: int) -> str:
-    """Return the ASCII label of a pair of plane types given as +1, 0, −1, or :data:`FREE` for `*`.
-
-    >>> text_from_types(1, 0)
-    '(+,?)'
-    """
+    """Return the ASCII label, such as ``(+,?)``, of plane types given as +1, 0, −1, or :data:`FREE` for `*`."""
     return f"({_MARKS[int(third)]},{_MARKS[int(fourth)]})"
 
 
 def types_from_text(label: str) -> tuple[int, int]:
     """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4, and :data:`FREE` for `*`.
 
-    Raises
-    ------
-    InputError
-        If the label is none of the seven categories, nor that of a fibre.
+    InputError if it is none of the seven categories, nor that of a fibre.
 
-    Examples
-    --------
     >>> types_from_text("(?,-)"), types_from_text("(?,*)")
     ((0, -1), (0, 2))
     """

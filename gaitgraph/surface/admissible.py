@@ -80,10 +80,7 @@ def _checked_sign(sign: object) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignComponent:
-    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]²; `sign` is that of R, the product of the label's.
-
-    `label` holds the signs of cos β1, cos β2 and the bracket, see :func:`gaitgraph.surface.sheets.red_label`.
-    """
+    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]², the signs of R's factors (`red_label`) and of R."""
 
     label: tuple[int, int, int]
     sign: int

@@ -56,12 +56,7 @@ _ROOT_TWO = math.sqrt(2.0)
 
 @dataclass(frozen=True, slots=True)
 class Waves:
-    """A sum of cosines, Σ size·cos(x·first + y·second − phase), a row (size, first, second, phase) of `terms` each.
-
-    >>> product = cosine(1.0, 0.0) * cosine(0.0, 1.0)
-    >>> round(float(product.at(np.array([[0.3, 0.4]]))[0] - math.cos(0.3) * math.cos(0.4)), 12)
-    0.0
-    """
+    """A sum of cosines, Σ size·cos(x·first + y·second − phase), a row (size, first, second, phase) of `terms` each."""
 
     terms: FloatArray
 
@@ -150,9 +145,6 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
 
     The zeros are those roots of a polynomial of degree four that lie on the unit circle; some that only nearly do
     are returned too, so that rounding loses no double zero.
-
-    >>> zeros_of_degree_two(lambda x: np.cos(x) - 0.5, 2 * math.pi).round(6).tolist()
-    [-1.047198, 1.047198]
     """
     parts = np.fft.fft(function(np.linspace(0.0, period, 8, endpoint=False))) / 8
     polynomial = np.asarray(parts[[2, 1, 0, -1, -2]], dtype=complex)

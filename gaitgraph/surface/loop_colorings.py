@@ -39,9 +39,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-MOST_LISTED = 16
-"""As many colourings as a report lists; it counts all."""
-
+MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
 
 

@@ -28,9 +28,7 @@ FloatArray = npt.NDArray[np.float64]
 DEFAULT_ACCURACY = 1e-6
 """How far a border of a region may be from where it truly is [rad]."""
 
-TOUCH = 1e-12
-"""What overlaying polygons may round off [rad]."""
-
+TOUCH = 1e-12  # what overlaying polygons may round off [rad]
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _MOST_LISTED = 6  # components in the text of a region
 _ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
@@ -39,10 +37,7 @@ _FARTHEST = 1e6  # beyond it that border would be lost in rounding [rad]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """One of the conditions of a region, by name.
-
-    `broken_at` returns why it does not hold at a point (α1, α2) [rad], in words and numbers, or None if it holds.
-    """
+    """One condition of a region; `broken_at` returns why it does not hold at (α1, α2) [rad], None if it does."""
 
     name: str
     broken_at: Callable[[float, float], str | None] = field(compare=False, repr=False)
@@ -95,10 +90,7 @@ class Region:
 
     @cached_property
     def components(self) -> tuple[Polygon, ...]:
-        """The polygons of `inner`, the largest first, then by centroid.
-
-        Polygons that only touch at points are separate components, and joined there, since borders are included.
-        """
+        """The polygons of `inner`, the largest first, then by centroid; some may touch at points."""
         parts = sorted(self.inner.geoms, key=lambda part: (-part.area, part.centroid.x, part.centroid.y))
         shapely.prepare(parts)
         return tuple(parts)

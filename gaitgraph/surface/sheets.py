@@ -58,18 +58,10 @@ IntArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
 Sign = Literal["positive", "negative"]
 
-COLORS: tuple[Color, Color] = ("red", "blue")
-"""The two sheets: red is the + sheet, blue the − sheet."""
-
-FIBERS = ("fiber1", "fiber2")
-"""Colors of the two fibres: α1 = α3 = δ, and α2 = α4 = −δ."""
-
-FAMILIES = (*COLORS, *FIBERS)
-"""The four families, in the order of the columns of :func:`family_distances`."""
-
-FIRST, SECOND = 2, 3
-"""The codes of the two fibres."""
-
+COLORS: tuple[Color, Color] = ("red", "blue")  # red is the + sheet, blue the − sheet
+FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ
+FAMILIES = (*COLORS, *FIBERS)  # in the order of the columns of family_distances
+FIRST, SECOND = 2, 3  # the codes of the two fibres
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
 _COLORS = {code: color for color, code in _CODES.items()}
 _FIXED = {FIRST: [0, 2], SECOND: [1, 3]}  # which two of the four angles a fibre fixes
@@ -80,15 +72,10 @@ DEFAULT_CROSSING_TOLERANCE = math.pi / 32
 DEFAULT_TOLERANCE = 2e-3
 """|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
 
+# The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0.
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
-"""The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0."""
-
 RELATION = {"negative": "R < 0", "positive": "R > 0"}
-"""The two signs in symbols."""
-
-HOVER_LABEL = (1, 1, 1)
-"""The label of the component of α = 0, which ordinary hover can reach; see :func:`red_label`."""
-
+HOVER_LABEL = (1, 1, 1)  # of the component of α = 0, which ordinary hover can reach; see red_label
 _ROUND_OFF = 1e-12
 _FIBER_TOLERANCE = 1e-9
 _MOST_ROOTS = 5
