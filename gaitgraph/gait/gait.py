@@ -111,16 +111,12 @@ class Gait:
             if color not in FAMILIES:
                 raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(color)}")
         corners.flags.writeable = False
-        fields = {
-            "alpha": corners,
-            "colors": names,
-            "vehicle": vehicle,
-            "coefficients": coefficients or coefficients_of(vehicle),
-            "crossing_tolerance": crossing_tolerance,
-            "request": request or {},
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        object.__setattr__(self, "alpha", corners)
+        object.__setattr__(self, "colors", names)
+        object.__setattr__(self, "vehicle", vehicle)
+        object.__setattr__(self, "coefficients", coefficients or coefficients_of(vehicle))
+        object.__setattr__(self, "crossing_tolerance", crossing_tolerance)
+        object.__setattr__(self, "request", request or {})
 
     @property
     def ends(self) -> FloatArray:
@@ -189,21 +185,19 @@ class Gait:
 
     def biased(self, eta: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        return self._scaled(eta, [1.0, 1.0, eta, eta])
+        return self._scaled(eta, (False, False, True, True), self.colors if eta == 1 else ())
 
     def scaled(self, eta: float) -> Gait:
         """Return the gait with all four angles scaled by η in (0, 1].
 
         The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
         """
-        gait = self._scaled(eta, [eta] * 4)
-        return replace(gait, colors=self.colors) if self.color == "red" else gait
+        return self._scaled(eta, (True,) * 4, self.colors if eta == 1 or self.color == "red" else ())
 
-    def _scaled(self, eta: float, factors: list[float]) -> Gait:
+    def _scaled(self, eta: float, which: tuple[bool, ...], colors: tuple[str, ...]) -> Gait:
         if not 0 < number_of(eta) <= 1:
             raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
-        colors = self.colors if eta == 1 else ()
-        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
+        return replace(self, alpha=self.alpha * np.where(which, float(eta), 1.0), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
@@ -230,17 +224,17 @@ class Gait:
         return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
 
     def __repr__(self) -> str:
-        return f"<Gait: {self.color or 'off the surfaces'}, {self._size_text()}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.color or 'off the surfaces'}, {self._size}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
         signs = f"R {low:.3g} to {high:.3g} at its corners" if len(self.alpha) > 1 else f"R {low:.3g}"
-        title = f"Gait, {self.color or 'off the surfaces'}: {self._size_text()}, {signs}"
+        title = f"Gait, {self.color or 'off the surfaces'}: {self._size}, {signs}"
         return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
 
-    def _size_text(self) -> str:
-        count = len(self.alpha)
-        return f"{count} corner{'s' * (count > 1)}, {self.length:.4f} rad around"
+    @property
+    def _size(self) -> str:
+        return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:
         """Return for which vehicle and with which coefficients the gait is, in one line."""

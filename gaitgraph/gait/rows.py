@@ -38,8 +38,8 @@ CodeArray = npt.NDArray[np.int8]
 CLOSED_GAP = 1e-9
 """A last row closes a table if no angle differs from the first row's by more than this [rad].
 
-That is far below any printed or measured digit, and above the rounding of floating point. `validate` also accepts a
-measured loop that comes back to within its own tolerance, but then keeps the last row as one more point.
+That is far below any printed digit, and above the rounding of floating point. `validate` also accepts a measured loop
+that comes back to within its own tolerance, but then keeps the last row as one more point.
 """
 
 
@@ -53,10 +53,8 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
         return table.alpha
     for k, color in enumerate(table["color"] if set(table["color"]) & set(FIBERS) else ()):
         if color in FIBERS:
-            raise InputError(
-                f"row {rows_before + k + 1}: color is {color!r}; without alpha3 and alpha4 it must be 'red' or 'blue', "
-                "as a fibre leaves one of them open"
-            )
+            wanted = "without alpha3 and alpha4 it must be 'red' or 'blue', as a fibre leaves one of them open"
+            raise InputError(f"row {rows_before + k + 1}: color is {color!r}; {wanted}")
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
@@ -195,14 +193,27 @@ class _Completion:
         return np.asarray(level_determinant(rows, self.numbers))[: len(alpha)]
 
     def closed(self, pieces: Iterable[Table]) -> Iterator[Table]:
-        """Yield the pieces with t from 0 and a closing row, which replaces a last row that repeats the first."""
+        """Yield the pieces with t from 0, all columns but rates and accelerations, and a closing row.
+
+        That row replaces a last one that repeats the first.
+        """
         first: Table | None = None
         held: Table | None = None  # the last row so far, which may turn out to be the closing one
         start = 0.0
         for piece, alpha, codes in self._placed(pieces):
             if first is None:
                 start = float(piece["t"][0])
-            whole = self._completed(piece, alpha, codes, start)
+            columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
+            if not self.keeps_R:
+                columns["R"] = self._R(alpha)
+            if not self.has_colors:
+                columns.pop("types", None)
+            else:
+                columns["color"] = tuple(map(family_of, codes.tolist()))
+                if not self.keeps_types:
+                    pairs = zip(*family_types(alpha, codes, self.numbers, self.crossing_tolerance), strict=True)
+                    columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
+            whole = Table(columns={name: columns[name] for name in ORDER if name in columns}, about=self.about)
             first = first or whole.rows(0, 1)
             joined = whole if held is None else merged([held, whole])
             held = joined.rows(len(joined) - 1, len(joined))
@@ -214,20 +225,6 @@ class _Completion:
             yield held
             end = closing_time(0.0, end, self.rows)
         yield Table(columns={**first.columns, "t": np.array([end])}, about=first.about)
-
-    def _completed(self, piece: Table, alpha: FloatArray, codes: CodeArray, start: float) -> Table:
-        """Return a piece with all columns but rates and accelerations."""
-        columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
-        if not self.keeps_R:
-            columns["R"] = self._R(alpha)
-        if not self.has_colors:
-            columns.pop("types", None)
-        else:
-            columns["color"] = tuple(map(family_of, codes.tolist()))
-            if not self.keeps_types:
-                pairs = zip(*family_types(alpha, codes, self.numbers, self.crossing_tolerance), strict=True)
-                columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-        return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=self.about)
 
 
 def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
