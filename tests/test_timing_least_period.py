@@ -251,15 +251,6 @@ def test_turning_the_loop_round_or_over_changes_nothing() -> None:
         assert least_period(gait, LIMITS, rounding=0.05).least == pytest.approx(base, rel=2e-3)
 
 
-def test_a_blue_law_stays_on_blue() -> None:
-    timed = law_of(lift(GAITS[1].angles, "blue"), LIMITS, rounding=0.02)
-    alpha = timed.alpha
-    on_blue = gg.surface.family_distances(alpha, timed.gait.coefficients)[..., 1]
-    assert on_blue.max() < 1e-12
-    assert set(timed.columns()["color"]) == {"blue"}
-    assert not timed.check().flyable
-
-
 def test_a_period_that_is_long_enough_is_met_and_scales() -> None:
     found = paced(SQUARE, LIMITS, 1.0, rounding=0.03, rate=200)
     assert found

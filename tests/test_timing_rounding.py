@@ -101,12 +101,6 @@ def test_rounding_is_smooth_however_the_corners_lie(loop: list[tuple[float, floa
         assert jump.max() <= 4 * h * third + 1e-6
 
 
-def test_finer_rounding_tends_to_the_polyline() -> None:
-    gait = lift(GAITS[3].angles, "red")
-    loss = [gait.length - rounded(gait, tolerance).curve.length for tolerance in (0.04, 0.02, 0.01)]
-    np.testing.assert_allclose(np.diff(np.log(loss)), -np.log(2), rtol=1e-6)
-
-
 def test_bad_input_is_refused() -> None:
     gait = lift(GAITS[2].angles, "red")
     for tolerance in (0.0, -1.0, float("nan"), "big"):
