@@ -17,6 +17,7 @@ from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular
 from gaitgraph.io.reading import read_table
 from gaitgraph.optimization import optimize
 from gaitgraph.optimization.bounds import (
+    Discs,
     component_meeting,
     highest_level,
     least_loop_length,
@@ -24,11 +25,8 @@ from gaitgraph.optimization.bounds import (
     level_region,
     shortest_loop,
 )
-from gaitgraph.optimization.least_effort import LeastEffort
-from gaitgraph.optimization.optimize import CLEARANCE
-from gaitgraph.optimization.result import OBJECTIVES
-from gaitgraph.optimization.splines import (
-    Discs,
+from gaitgraph.optimization.least_effort import (
+    LeastEffort,
     Sides,
     SmoothLoop,
     basis_rows,
@@ -37,6 +35,7 @@ from gaitgraph.optimization.splines import (
     hull_matrix,
     power_pieces,
 )
+from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate

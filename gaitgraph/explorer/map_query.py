@@ -46,21 +46,11 @@ _ROUNDED_BLUE = (
 def map_answer(content: object, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the map that a query asks for, as plain values.
 
-    Parameters
-    ----------
-    content
-        An object with any of ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` ("red" or "blue")
-        and ``shading`` (one of :data:`SHADINGS`).
-    progress
-        Called before each step of long work.
-
-    Returns
-    -------
-    dict
-        ``values`` row by row from α2 = −π/2 up, in each from α1 = −π/2, `n`·`n` of them, or None; ``range``; regions as
-        rings in the plane [rad], a hole being a ring too, so that they are filled by the even-odd rule; the plane types
-        of the nodes of the paper's grid, None where R has no sign; and a note, or None. InputError if a name is unknown
-        or a value is not allowed.
+    It may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer has
+    ``values`` row by row from α2 = −π/2 up, in each from α1 = −π/2, `n`·`n` of them, or None; their ``range``; regions
+    as rings in the plane [rad], a hole being a ring too, so that they are filled by the even-odd rule; the plane types
+    of the nodes of the paper's grid, None where R has no sign; and a note, or None. `progress` is called before each
+    step of long work. InputError if a name is unknown or a value is not allowed.
     """
     query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
     vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))

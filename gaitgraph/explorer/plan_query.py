@@ -1,8 +1,7 @@
 """The query that the page sends on a click: its state, checked; and the answers, a plan and a roll–pitch diagram.
 
-The state is the page's whole memory and comes back with every query. Anyone might have sent it: unknown names, wrong
-types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES` are refused, and a vehicle is a preset's name,
-never a file.
+Anyone might have sent it: unknown names, wrong types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES`
+are refused, and a vehicle is a preset's name, never a file.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections import OrderedDict
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -68,9 +66,8 @@ class Range:
     def contains(self, value: object) -> bool:
         """Return whether a value is one of these numbers."""
         number = number_of(value)
-        if self.whole and not isinstance(value, int):
-            return False
-        return (self.low < number if self.above else self.low <= number) and number <= self.high
+        whole = isinstance(value, int) or not self.whole
+        return whole and self.low <= number <= self.high and not (self.above and number == self.low)
 
     @property
     def allowed(self) -> str:
@@ -125,7 +122,7 @@ _FINE_DIGITS = 10  # of what may be as small as the rounding of the published co
 _CURVES = 16
 _KEPT_PLANS = 16
 
-_plans: OrderedDict[str, Plan] = OrderedDict()
+_plans: dict[str, Plan] = {}  # the last used is the last
 _lock = threading.Lock()
 
 
@@ -144,12 +141,6 @@ def state_of(content: object) -> State:
     """Return the state of an object with any of the names of :data:`DEFAULTS`, the others at their defaults.
 
     ``view`` is ignored. InputError if a name is unknown or a value is not allowed.
-
-    Examples
-    --------
-    >>> state = state_of({"waypoints": [[1.178, -1.178]], "color": "red"})
-    >>> state.empty, state.request.color, state.request.method
-    (False, 'red', 'exact')
     """
     values = DEFAULTS | checked_object(content, (*DEFAULTS, "view"))
     values.pop("view", None)
@@ -174,11 +165,7 @@ def state_of(content: object) -> State:
 
 
 def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
-    """Return a preset, or a vehicle that differs from it by its drag ratio κ (and constants that contradict that).
-
-    >>> vehicle_of("paper", 0.3).drag_coefficient is None
-    True
-    """
+    """Return a preset, or a vehicle that differs from it by its drag ratio κ (and constants that contradict that)."""
     checked_choice("vehicle", preset, preset_names())
     vehicle = vehicle_named(str(preset))
     if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
@@ -221,44 +208,29 @@ def _check_count(name: str, value: object, most: int) -> None:
 def planned(state: State, progress: Progress | None = None) -> Plan:
     """Return the plan of a state that has waypoints; the last few are kept, for the diagram and for undoing."""
     with _lock:
-        if state.key in _plans:
-            _plans.move_to_end(state.key)
-            return _plans[state.key]
-    found = plan(state.request, progress=progress)
+        found = _plans.pop(state.key, None)
+    if found is None:
+        found = plan(state.request, progress=progress)
     with _lock:
         _plans[state.key] = found
-        while len(_plans) > _KEPT_PLANS:
-            _plans.popitem(last=False)
+        for oldest in list(_plans)[:-_KEPT_PLANS]:
+            del _plans[oldest]
     return found
 
 
 def plan_answer(state: State, progress: Progress | None = None) -> dict[str, Any]:
     """Return the plan of a state as plain values.
 
-    Parameters
-    ----------
-    state
-        A checked state.
-    progress
-        Called before each step of long work.
-
-    Returns
-    -------
-    dict
-        ``status`` "empty", "infeasible" or "planned", the verdict with its checks, the paths in the plane, the series
-        over one period and the scene of the tilting vehicle; see ``docs/explorer.md``. Angles are exact in ``corners``
-        and ``vertices``, elsewhere rounded to 1e-6 rad for the picture.
+    ``status`` is "empty", "infeasible" or "planned"; with it come the verdict and its checks, the paths in the plane,
+    the series over one period and the scene of the tilting vehicle. Angles are exact in ``corners`` and ``vertices``,
+    elsewhere rounded to 1e-6 rad for the picture. `progress` is called before each step of long work.
     """
-    lists = ("checks", "warnings", "obstacles", "corners", "types", "colors", "path", "vertices", "order")
+    lists = "checks warnings obstacles corners types colors path vertices order alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
-        "reason": None,
-        **dict.fromkeys(("color", "sign", "length", "lower_bound"), None),
+        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "scene")),
         **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
-        **{name: [] for name in lists},
-        "alternatives": [],
-        "series": None,
-        "scene": None,
+        **{name: [] for name in lists.split()},
     }
     if state.empty:
         return answer
@@ -310,14 +282,12 @@ def plan_answer(state: State, progress: Progress | None = None) -> dict[str, Any
 
 
 def _closed_path(loop: Loop) -> list[list[float]]:
-    plane = loop.gait.alpha[:, :2]
-    return rounded(np.vstack([plane, plane[:1]]))
+    return rounded(loop.gait.alpha[[*range(len(loop.gait.alpha)), 0], :2])
 
 
 def rounded(values: FloatArray, digits: int = 6) -> list[Any]:
     """Return an array as nested lists of numbers with a few decimals, without negative zeros."""
-    out: list[Any] = (np.round(values, digits) + 0.0).tolist()
-    return out
+    return list((np.round(values, digits) + 0.0).tolist())
 
 
 def checks_answer(checks: Iterable[Check]) -> list[dict[str, Any]]:
@@ -344,8 +314,7 @@ def series_answer(
 ) -> dict[str, Any]:
     """Return tilt angles, shape (n, 4) [rad], and what follows from them, as lists over the rows.
 
-    R has the given coefficients, the rest is exact. Times [s] and tilt rates [rad/s] are left out where they are None;
-    hover thrusts are None where no thrusts carry the weight (`hovers`).
+    R has the given coefficients, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
     """
     shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
@@ -364,21 +333,14 @@ def series_answer(
 
 
 def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the vehicle tilting through rows, shape (n, 4) [rad], in at most 101 frames.
-
-    Each frame has its time under ``t``, or without times the number of its row, from 1.
-    """
+    """Return the vehicle tilting through rows, (n, 4) [rad], in at most 101 frames, by time or number of the row."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     scene = vehicle_view(alpha[rows], vehicle).as_mapping(_SCENE, decimals=1)
     return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
-    """Return the numbers of at most so many of `count` rows, spread evenly, the first and the last among them.
-
-    >>> spread_rows(7, 4).tolist()
-    [0, 2, 4, 6]
-    """
+    """Return the numbers of at most so many of `count` rows, spread evenly, the first and the last among them."""
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
 
 

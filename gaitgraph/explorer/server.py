@@ -1,4 +1,4 @@
-"""The server of the page on the loopback address: its routes, what they answer, and how it runs."""
+"""The server of the page on the loopback address: who may ask and how much, its routes, and how it runs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import secrets
 import socket
 import sys
 import threading
+import time
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,6 @@ from urllib.parse import quote
 
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.guards import AT_ONCE, Guard, Job, Refused, answer_in_thread, body_of
 from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.plan_query import (
     DEFAULTS,
@@ -46,60 +46,149 @@ except ImportError as error:
     raise needs_extra((error.name or "starlette").partition(".")[0], "the explorer", "explore") from error
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, MutableMapping
 
-    Work = Callable[[Request, bytes, Job], Any]
+    Message = MutableMapping[str, Any]
+    App = Callable[[Message, Callable[[], Awaitable[Message]], Callable[[Message], Awaitable[None]]], Awaitable[None]]
+    Check = Callable[..., None]
+    Work = Callable[[Request, bytes, Check], Any]
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-_TYPES = {  # by suffix; licences have none
+_TYPES = {  # not from the system, where .js may be something else
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
-    ".svg": "image/svg+xml",
-    ".png": "image/png",
-    "": "text/plain; charset=utf-8",
 }
 _MOST_CONNECTIONS = 400
 
+HEADERS = {
+    "content-security-policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "cache-control": "no-store",
+}
+"""On every answer: nothing is loaded from elsewhere, framed, sniffed, or kept."""
 
-def page_files() -> dict[str, tuple[Path, str]]:
-    """Return the files of the page by their names in its addresses, each with its media type."""
-    return {
-        path.relative_to(_PAGE).as_posix(): (path, _TYPES[path.suffix])
-        for path in sorted(_PAGE.rglob("*"))
-        if path.is_file() and path.suffix in _TYPES
-    }
+LONGEST_BODY = 60.0  # s until a body must be complete
+LONGEST_WORK = 20.0  # s of work on one request
+AT_ONCE = 2  # requests that are worked on at the same time
+
+
+class Refused(GaitgraphError):
+    """A request was refused or given up, with the HTTP status of its answer."""
+
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class Guard:
+    """ASGI middleware that refuses paths without the token and other origins, and adds :data:`HEADERS`."""
+
+    def __init__(self, app: App, *, token: str, port: int) -> None:
+        self.app, self.token = app, token.encode()
+        self.origins = [f"http://{name}:{port}" for name in ("127.0.0.1", "localhost")]
+
+    async def __call__(self, scope: Message, receive: Any, send: Any) -> None:
+        """Refuse a request, or pass it on."""
+        if scope["type"] != "http":
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
+                message = {**message, "headers": [*message.get("headers", ()), *own]}
+            await send(message)
+
+        app, origins = self.app, [value.decode("latin-1") for name, value in scope["headers"] if name == b"origin"]
+        first, slash, _ = scope["path"].removeprefix("/").partition("/")
+        if not (slash and secrets.compare_digest(first.encode(), self.token)):
+            app = _refusal(404, "no such page; open the whole address that 'gaitgraph explore' printed")
+        elif any(origin not in self.origins for origin in origins):
+            app = _refusal(403, f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}")
+        await app(scope, receive, send_with_headers)
+
+
+async def body_of(request: Request, most: int) -> bytes:
+    """Return the body of a request; Refused if it has more bytes than `most`, or does not come to its end."""
+    body = bytearray()
+    try:
+        async with asyncio.timeout(LONGEST_BODY):
+            async for piece in request.stream():
+                body += piece
+                if len(body) > most:
+                    raise Refused(413, f"a body must have at most {most} bytes")
+    except TimeoutError as error:
+        raise Refused(408, f"a body must be complete within {LONGEST_BODY:g} s") from error
+    return bytes(body)
+
+
+async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Callable[[Check], Any]) -> Any:
+    """Run work in a thread when a slot is free; its callback stops it when the client leaves or the time is over."""
+    gone = threading.Event()
+
+    async def watch() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        gone.set()
+
+    def run() -> Any:
+        end = time.monotonic() + LONGEST_WORK
+
+        def check(*_: Any) -> None:
+            if gone.is_set():
+                raise Refused(503, "the client has left")
+            if time.monotonic() > end:
+                advice = "use fewer waypoints, polygons or rows, or the command line"
+                raise Refused(503, f"it took longer than {LONGEST_WORK:g} s; {advice}")
+
+        check()
+        answer = work(check)
+        check()  # the work may have taken long without calling it
+        return answer
+
+    watching = asyncio.ensure_future(watch())
+    try:
+        async with slots:
+            return await asyncio.to_thread(run)
+    finally:
+        gone.set()
+        watching.cancel()
 
 
 def application(token: str, port: int) -> Starlette:
     """Return the ASGI application whose paths begin with a token and whose page has the origin of a port."""
-    files, slots = page_files(), asyncio.Semaphore(AT_ONCE)
+    files = {path.relative_to(_PAGE).as_posix(): path for path in _PAGE.rglob("*") if path.is_file()}
+    slots = asyncio.Semaphore(AT_ONCE)
 
     async def page(request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
         if name not in files:
             return _refusal(404, f"no such page: {shown(name)}")
-        path, media_type = files[name]
-        return Response(path.read_bytes(), media_type=media_type)
+        return Response(files[name].read_bytes(), media_type=_TYPES.get(files[name].suffix, "text/plain"))
 
     def post(name: str, work: Work, most: int = LIMITS["request_bytes"], kind: str = "application/json") -> Route:
-        handler = _handler(work, slots, most, kind)
-        return Route(f"/{token}/api/{name}", handler, methods=["POST"])
+        return Route(f"/{token}/api/{name}", _handler(work, slots, most, kind), methods=["POST"])
 
     app = Starlette(
         routes=[
             Route(f"/{token}/", page),
             Route(f"/{token}/page/{{name:path}}", page),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
-            post("plan", lambda _, body, job: plan_answer(state_of(_content(body)), job.check)),
-            post("diagram", lambda _, body, job: diagram_answer(state_of(_content(body)), job.check)),
-            post("map", lambda _, body, job: map_answer(_content(body), job.check)),
+            post("plan", lambda _, body, check: plan_answer(state_of(_content(body)), check)),
+            post("diagram", lambda _, body, check: diagram_answer(state_of(_content(body)), check)),
+            post("map", lambda _, body, check: map_answer(_content(body), check)),
             post("table", _table, LIMITS["table_bytes"], "application/octet-stream"),
             post("download", _download),
         ],
         middleware=[
-            Middleware(Guard, token=token, port=port, refuse=_refusal),
+            Middleware(Guard, token=token, port=port),
             Middleware(TrustedHostMiddleware, allowed_hosts=[ADDRESS, "localhost"], www_redirect=False),
         ],
         exception_handlers={404: _no_route, 405: _no_route},
@@ -129,7 +218,7 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
             return _refusal(415, f"Content-Type must be {kind}, got {shown(stated)}")
         try:
             body = await body_of(request, most)
-            answer = await answer_in_thread(request, slots, lambda job: work(request, body, job))
+            answer = await answer_in_thread(request, slots, lambda check: work(request, body, check))
         except ClientDisconnect:  # nobody reads this
             return _refusal(400, "the client left before its request was complete")
         except Refused as error:
@@ -157,13 +246,13 @@ def _content(body: bytes) -> Any:
         raise InputError(f"request is not JSON ({str(error).splitlines()[0]}); it must be an object") from error
 
 
-def _table(request: Request, body: bytes, job: Job) -> Any:
-    return table_answer(request.query_params.get("name", ""), body, job.check)
+def _table(request: Request, body: bytes, check: Check) -> Any:
+    return table_answer(request.query_params.get("name", ""), body, check)
 
 
-def _download(_: Request, body: bytes, job: Job) -> Any:
+def _download(_: Request, body: bytes, check: Check) -> Any:
     query = checked_object(_content(body), ("state", "suffix"))
-    name, content = file_answer(state_of(query.get("state", {})), query.get("suffix", ".csv"), job.check)
+    name, content = file_answer(state_of(query.get("state", {})), query.get("suffix", ".csv"), check)
     headers = {"content-disposition": f"attachment; filename={quote(name)}"}
     return Response(content, media_type="application/octet-stream", headers=headers)
 
@@ -171,7 +260,7 @@ def _download(_: Request, body: bytes, job: Job) -> Any:
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
-    gaits = {number: paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}
+    gaits = [(f"Gait {number}", paper_gait(number, PAPER, coefficients_of())) for number in PAPER_GAITS]
     return {
         "version": __version__,
         "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],
@@ -180,7 +269,6 @@ def setup_answer() -> dict[str, Any]:
         "colors": list(CHOICES["color"]),
         "signs": list(CHOICES["sign"]),
         "methods": list(CHOICES["method"]),
-        "objectives_of": {method: list(CHOICES["objective"]) for method in CHOICES["method"]},
         "shadings": list(SHADINGS),
         "formats": formats_answer(),
         "defaults": DEFAULTS,
@@ -188,12 +276,12 @@ def setup_answer() -> dict[str, Any]:
         "ranges": {name: asdict(one) | {"allowed": one.allowed} for name, one in RANGES.items()},
         "paper_gaits": [
             {
-                "name": f"Gait {number}",
+                "name": name,
                 "color": gait.color,
                 "sign": "positive" if gait.R[0] > 0 else "negative",
                 "waypoints": gait.alpha[:, :2].tolist(),
             }
-            for number, gait in gaits.items()
+            for name, gait in gaits
         ],
     }
 
@@ -202,7 +290,7 @@ class Server:
     """A server that listens already, on the loopback address alone; port 0 is a free one. InputError if it is taken."""
 
     def __init__(self, port: int = 0) -> None:
-        self.token = secrets.token_urlsafe(16)
+        token = secrets.token_urlsafe(16)
         # asyncio sends small packets at once only where the protocol is stated; else every answer waits 40 ms.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         try:
@@ -213,9 +301,10 @@ class Server:
             self.close()
             reason = getattr(error, "strerror", None) or error
             raise InputError(f"--port must be a free port, or 0 for any, got {port}: {reason}") from error
-        self.port = int(self._socket.getsockname()[1])
+        port = int(self._socket.getsockname()[1])
+        self.address = f"http://{ADDRESS}:{port}/{token}/"  # whole, with the token
         config = uvicorn.Config(
-            application(self.token, self.port),
+            application(token, port),
             log_config=None,
             log_level="critical",
             access_log=False,
@@ -228,11 +317,6 @@ class Server:
             timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
-
-    @property
-    def address(self) -> str:
-        """The whole address, with the token."""
-        return f"http://{ADDRESS}:{self.port}/{self.token}/"
 
     def run(self) -> None:
         """Serve until interrupted."""

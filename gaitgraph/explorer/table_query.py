@@ -76,10 +76,12 @@ def formats_answer() -> list[dict[str, Any]]:
 def table_answer(name: str, content: bytes, progress: Callable[..., None] | None = None) -> dict[str, Any]:
     """Return the report of a gait file's bytes, and where it breaks a rule; InputError or FileProblem if it is none.
 
-    The suffix of the name is the format, and nothing else of it is used but in messages. `progress` is called while the
-    file is read and judged.
+    The suffix of the name is the format; the rest is used in messages alone. `progress` is called now and then.
     """
-    name = _plain_name(name)
+    last = "".join(letter for letter in re.split(r"[\\/]", name)[-1] if letter.isprintable())
+    if not last:
+        raise InputError(f"name must be a file's name with its suffix, got {shown(name)}")
+    name = last if len(last) <= 100 else last[:60] + "…" + last[-30:]
     form = known_format(name, "table", reads=True)
     if form.folder:
         raise InputError(f"table must be a single file, got {name!r}: a {form.name} is a folder")
@@ -169,15 +171,6 @@ def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
         yield piece
 
 
-def _plain_name(name: str) -> str:
-    """Return the last part of a file's name, printable and short, for messages."""
-    last = re.split(r"[\\/]", name)[-1]
-    last = "".join(letter for letter in last if letter.isprintable())
-    if not last:
-        raise InputError(f"name must be a file's name with its suffix, got {shown(name)}")
-    return last if len(last) <= 100 else last[:60] + "…" + last[-30:]
-
-
 def _state_of_request(table: Table) -> dict[str, Any] | None:
     """Return the state that a file's request is, or None if there is none, or none that the page can show."""
     request = table.about.get("request")
@@ -193,31 +186,24 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
         state.pop("divisions", None)  # not used, and perhaps beyond the page's range
     if number_of(state.get("accuracy")) < RANGES["accuracy"].low:
         state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
+    stated = request.get("vehicle", DEFAULTS["vehicle"])
     try:
-        state |= _preset_of(request.get("vehicle", DEFAULTS["vehicle"]))
+        found: Any = (stated, None)
+        if isinstance(stated, dict):  # a preset, with another drag ratio at most
+            vehicle = vehicle_from_mapping(stated)
+            pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
+            found = next((pair for pair in pairs if vehicle == vehicle_of(*pair)), None)
+        if found is None:
+            return None
+        state["vehicle"], state["drag_ratio"] = found
         state_of(state)
     except GaitgraphError:
         return None
     return state
 
 
-def _preset_of(stated: object) -> dict[str, Any]:
-    """Return a vehicle as a preset and a drag ratio; InputError if it differs from all presets by more."""
-    if not isinstance(stated, dict):
-        return {"vehicle": checked_choice("vehicle", stated, preset_names()), "drag_ratio": None}
-    vehicle = vehicle_from_mapping(stated)
-    for name in preset_names():
-        for drag_ratio in (None, vehicle.drag_ratio):
-            if vehicle == vehicle_of(name, drag_ratio):
-                return {"vehicle": name, "drag_ratio": drag_ratio}
-    raise InputError("vehicle must be a preset, with another drag ratio at most")
-
-
 def file_answer(state: State, suffix: object, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
-    """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip.
-
-    InputError if the suffix is not known, or there is no gait.
-    """
+    """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip."""
     if not isinstance(suffix, str) or suffix not in (*FORMATS, _FILM):
         raise InputError(f"suffix must be one of {', '.join((*FORMATS, _FILM))}, got {shown(suffix)}")
     if state.empty:

@@ -23,16 +23,15 @@ from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region
+from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region, why_empty
 from gaitgraph.surface.borders import Border, bands_between, cosine
 from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region, offset, polygons_of
+from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
-
-    from gaitgraph.optimization.splines import Discs
 
 FloatArray = npt.NDArray[np.float64]
 Worst = Literal["singular_value", "hover_reserve"]
@@ -43,6 +42,23 @@ _ROUNDS = 16
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
 _HIGHEST_SHARE = 1e3
 _SMALL = 1e-7  # what a side of length zero counts as, so that lengths are smooth [rad]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Discs:
+    """Discs to pass, in order: centres, shape (n, 2), and radii, shape (n,) [rad]; a radius of zero is a point."""
+
+    centers: FloatArray
+    radii: FloatArray
+
+    @property
+    def round(self) -> npt.NDArray[np.bool_]:
+        """Which discs have an interior, shape (n,)."""
+        return self.radii > 0
+
+    def misses(self, points: FloatArray) -> float:
+        """Return how far outside its disc the farthest of n points lies [rad]."""
+        return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,14 +77,7 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     least an explicit function of α1. The second condition is the mirror image of the first in the line α2 = −α1, and
     the other rectangle of hover the image of the first in the origin, with −κ for κ.
 
-    Parameters
-    ----------
-    share
-        c, not negative, in units of m·g.
-    vehicle
-        Only its κ and its spin count.
-    accuracy
-        How far the polygons may be from the curved border [rad].
+    The share is not negative, in units of m·g. The polygons are within `accuracy` [rad] of the curved border.
 
     Examples
     --------
@@ -170,21 +179,38 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
 
-def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehicle, *, clearance: float) -> Bracket:
-    """Return the highest level that a loop through discs can keep inside a region.
+def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
+    """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
+    if not region.components:
+        return why_empty(region, floor, vehicle)
+    parts = np.array(region.components, dtype=object)
+    meets = []
+    for number, (center, radius) in enumerate(zip(discs.centers, discs.radii, strict=True), start=1):
+        distance = shapely.distance(parts, shapely.Point(center))
+        meets.append(set(np.flatnonzero(distance <= radius + 1e-12).tolist()))
+        if not meets[-1]:
+            nearest = region.nearest(center)
+            assert nearest is not None  # noqa: S101 - the region has components
+            why = region.why_not(center) or "outside the region"
+            return (
+                f"waypoint {number} ({center[0]:.4f}, {center[1]:.4f}) is not flyable ({why}); the nearest flyable "
+                f"point, ({nearest[0]:.4f}, {nearest[1]:.4f}), is {float(distance.min()):.4f} rad away, more than "
+                f"its radius {radius:.4g}"
+            )
+    for first in range(len(meets)):
+        for second in range(first + 1, len(meets)):
+            if not meets[first] & meets[second]:
+                a, b = discs.centers[first], discs.centers[second]
+                factor = separating_factor((a[0], a[1]), (b[0], b[1]), vehicle)
+                separated = f", separated by {factor}" if factor else ""
+                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
+    return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"
 
-    Parameters
-    ----------
-    region
-        The admissible region, a component of which meets every disc.
-    objective
-        "singular_value" or "hover_reserve".
-    discs
-        What the loop passes.
-    vehicle
-        What it is for.
-    clearance
-        How far from every border the loop that keeps `lower` can stay [rad].
+
+def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehicle, *, clearance: float) -> Bracket:
+    """Return the highest level that a loop through discs can keep inside a region, a component of which meets them.
+
+    A loop that keeps the lower end can stay `clearance` [rad] away from every border.
     """
 
     def joined(level: float) -> bool:
@@ -270,7 +296,6 @@ def least_loop_length(discs: Discs, region: Region | None = None) -> float:
 
     Examples
     --------
-    >>> from gaitgraph.optimization.splines import Discs
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> round(least_loop_length(Discs(centers=square, radii=np.zeros(4))), 9)
     4.0

@@ -10,7 +10,7 @@ itself is the objective the loop is a local optimum, stated with a lower bound o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,39 +18,45 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
 from gaitgraph.optimization.bounds import (
+    Discs,
     component_meeting,
     highest_level,
     largest_share,
     least_loop_length,
     level_region,
     shortest_loop,
+    why_apart,
 )
-from gaitgraph.optimization.least_effort import LeastEffort
-from gaitgraph.optimization.result import OBJECTIVES, Objective, OptimalGait, Optimality, rate_checks
-from gaitgraph.optimization.splines import FEWEST_PIECES, Discs, SmoothLoop, basis_rows, power_pieces
+from gaitgraph.optimization.least_effort import FEWEST_PIECES, LeastEffort, SmoothLoop, power_pieces
 from gaitgraph.planning.request import checked_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import admissible_region, why_empty
-from gaitgraph.surface.region import Region, Zones, offset
-from gaitgraph.surface.sheets import separating_factor
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.region import Zones, offset
 from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
+from gaitgraph.timing.timing_laws import derivative_of
+from gaitgraph.validation.report import Report, lines_of_checks, verdict_line
 from gaitgraph.validation.validating import checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from shapely import Polygon
 
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import Angle, Points
-    from gaitgraph.validation.report import Report
 
 FloatArray = npt.NDArray[np.float64]
+Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
 Sign = Literal["positive", "negative"]
+
+OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")
+"""What a gait can be optimal in, the default first."""
 
 CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
@@ -60,6 +66,183 @@ _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
+_CHORD = 1e-4
+_TEXTS = {  # name, unit, and which side of the value the bound is on
+    "singular_value": ("least singular value along the gait", "", "at most"),
+    "hover_reserve": ("hover reserve along the gait", " of m·g", "at most"),
+    "tilt_rate": ("tilt-rate effort", " rad²/s", "at least"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimality:
+    """How good a gait is; everything here can be checked without the search.
+
+    Parameters
+    ----------
+    gap
+        What a better gait could gain at most, as a fraction of the bound (a worst case), or of the value (effort).
+    stationarity
+        What is left of the slope of the effort when the active constraints are taken off, as a fraction of it: zero at
+        a point that meets the first-order (Karush–Kuhn–Tucker) conditions; 0 for a gait that stands still.
+    violation
+        How far the gait passes outside a disc, at most [rad]; of the region it is never outside.
+    active
+        What holds the gait, in words.
+    """
+
+    gap: float
+    stationarity: float
+    violation: float
+    active: tuple[str, ...]
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return asdict(self) | {"active": list(self.active)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OptimalGait:
+    """The answer to :func:`optimal_gait`: a smooth gait with its own measures, or why there is none. Truthy with one.
+
+    Parameters
+    ----------
+    objective
+        One of :data:`OBJECTIVES`.
+    waypoints, radius
+        Centres, shape (n, 2), and radii, shape (n,), of the discs to pass [rad]; repeated ones merged.
+    period
+        T [s].
+    reason
+        Why there is no gait, or why it is not flyable; None if it is.
+    sign
+        Sign of R: "positive" or "negative"; None without a gait.
+    curve
+        The gait as a smooth curve; its parameter is the time [s].
+    report
+        All checks, along the whole curve.
+    value, bound
+        What was reached, certain along the whole curve; and what no gait can better: an upper bound of a worst case,
+        a lower bound of effort.
+    effort
+        ∫ ‖α̇‖² dt over the period [rad²/s].
+    optimality
+        How good the gait is.
+    passed, times
+        Where, shape (n, 4) [rad], and when, shape (n,) [s], the discs are passed.
+    history
+        The effort of every loop on the way, the last one the gait's [rad²/s].
+    warnings
+        What deserves attention.
+    """
+
+    objective: Objective
+    waypoints: FloatArray
+    radius: FloatArray
+    period: float
+    reason: str | None
+    sign: str | None = None
+    curve: Curve | None = None
+    report: Report | None = None
+    value: float | None = None
+    bound: float | None = None
+    effort: float | None = None
+    optimality: Optimality | None = None
+    passed: FloatArray | None = None
+    times: FloatArray | None = None
+    history: tuple[float, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """Whether a gait was "found", or it is "infeasible"."""
+        return "found" if self else "infeasible"
+
+    def __bool__(self) -> bool:
+        return self.curve is not None
+
+    def _found(self) -> Curve:
+        if self.curve is None:
+            raise Infeasible(self.reason)
+        return self.curve
+
+    @property
+    def gait(self) -> Gait:
+        """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
+        return self._found().polyline(_CHORD)
+
+    def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
+        """Return even samples of the curve with exact rates and accelerations, as a table; Infeasible if there is none.
+
+        `samples` and `rate` are as for :func:`gaitgraph.timing.timed_gait.parametrize`.
+        """
+        return merged(self.pieces(samples=samples, rate=rate))
+
+    def pieces(
+        self, *, samples: int | None = None, rate: float | None = None, rows: int = ROWS_OF_A_PIECE
+    ) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces of at least 2 rows, so that any length fits in memory."""
+        curve = self._found()
+        count = checked_clock(self.period, "smooth", samples=samples, rate=rate)
+        about = {
+            "vehicle": curve.vehicle.as_mapping(),
+            "coefficients": curve.coefficients.kind,
+            "crossing_tolerance": curve.crossing_tolerance,
+            "period": self.period,
+            "made_by": "optimize",
+            "objective": self.objective,
+            "waypoints": self.waypoints.tolist(),
+            "radius": self.radius.tolist(),
+        }
+        for piece in pieces_of(_timed(curve, count), rows=rows):
+            yield replace(piece, about=about)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
+        verdict = self.report.as_mapping() if self.report is not None else {}
+        gait = self.gait if self.curve is not None else None
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "objective": self.objective,
+            "sign": self.sign,
+            "waypoints": self.waypoints.tolist(),
+            "radius": self.radius.tolist(),
+            "period": self.period,
+            "value": self.value,
+            "bound": self.bound,
+            "effort": self.effort,
+            "length": self.curve.length if self.curve is not None else None,
+            "optimality": None if self.optimality is None else self.optimality.as_mapping(),
+            "passed": [] if self.passed is None else self.passed.tolist(),
+            "times": [] if self.times is None else self.times.tolist(),
+            "history": list(self.history),
+            "path": [] if gait is None else gait.alpha.tolist(),
+            "colors": [] if gait is None else list(gait.colors),
+            "valid": verdict.get("valid", False),
+            "flyable": verdict.get("flyable", False),
+            "reachable_from_hover": verdict.get("reachable_from_hover", False),
+            "checks": verdict.get("checks", []),
+            "warnings": [*self.warnings, *verdict.get("warnings", [])],
+        }
+
+    def __repr__(self) -> str:
+        return f"<OptimalGait: {str(self).splitlines()[0]}>"
+
+    def __str__(self) -> str:
+        if self.curve is None or self.report is None or self.optimality is None:
+            return f"no gait: {self.reason}"
+        what, unit, comparison = _TEXTS[self.objective]
+        lines = [
+            f"{what} {self.value:.4f}{unit}; any gait through these discs has {comparison} {self.bound:.4f}{unit}",
+            f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
+            f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
+            f"{self.optimality.stationarity:.1e}, held by {', '.join(self.optimality.active) or 'nothing'}",
+            verdict_line(self.report.valid, self.report.flyable, self.report.reachable_from_hover),
+            *lines_of_checks(self.report.checks),
+            *(f"warning: {warning}" for warning in self.warnings),
+        ]
+        return "\n".join(lines)
 
 
 def optimal_gait(
@@ -129,18 +312,13 @@ def optimal_gait(
     a radius it takes no notice of the region. No smooth loop attains it where the shortest loop has corners: more
     pieces come nearer, and turn sharper.
 
-    Without a stated largest thrust the hover reserve of far tilted rotors is large because they waste thrust.
-
     Examples
     --------
     >>> found = optimal_gait([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
     >>> bool(found), round(found.value, 2), found.bound - found.value < 1e-3 * found.bound, found.report.flyable
     (True, 0.59, True, True)
     """
-    for name, value, known in (
-        ("objective", objective, OBJECTIVES),
-        ("sign", sign, ("auto", "positive", "negative")),
-    ):
+    for name, value, known in (("objective", objective, OBJECTIVES), ("sign", sign, ("auto", "positive", "negative"))):
         if not isinstance(value, str) or value not in known:
             hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
             raise InputError(f"{name} must be {', '.join(known[:-1])} or {known[-1]}, got {shown(value)}{hint}")
@@ -203,6 +381,34 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     discs = Discs(centers=np.array([centers[k] for k in kept]), radii=np.array([radii[k] for k in kept]))
     discs.centers.flags.writeable = discs.radii.flags.writeable = False
     return discs, notes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _TimedCurve(TimedGait):
+    """A smooth curve of cubic pieces whose parameter is the time [s], as a timed gait."""
+
+    curve: Curve
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times."""
+        return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
+
+    def peaks(self, order: int) -> FloatArray:
+        """Return the largest size of a derivative of each angle, exact, shape (4,).
+
+        On a piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.
+        """
+        pieces, width = self.curve.pieces, np.diff(self.curve.breaks)[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            tip = -pieces[1] / (3 * pieces[0])
+        tip = np.clip(np.nan_to_num(tip, nan=0.0, posinf=0.0, neginf=0.0), 0.0, width)
+        derivative = derivative_of(pieces, order)
+        peaks = np.max([np.abs(np.polyval(derivative, at)) for at in (0 * width, tip, width)], axis=0)
+        return np.tile(peaks.max(axis=0), 2)
+
+
+def _timed(curve: Curve, samples: int) -> _TimedCurve:
+    return _TimedCurve(gait=curve.polyline(_CHORD), period=curve.span, law="optimal", samples=samples, curve=curve)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -282,9 +488,8 @@ class _Search:
         point = shapely.shortest_line(middle, shared).coords[-1]
         if self.objective != "tilt_rate":
             point = shapely.point_on_surface(shared).coords[0]
-        count = max(self.pieces, FEWEST_PIECES)
-        points = np.tile(np.array(point), (count, 1))
-        return SmoothLoop(points=points, passes=np.linspace(0.0, count, len(self.discs.radii), endpoint=False))
+        passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
+        return SmoothLoop(points=np.tile(np.array(point), (self.pieces, 1)), passes=passes)
 
     def _start(self, polygon: Polygon, targets: FloatArray) -> tuple[LeastEffort, SmoothLoop] | None:
         """Return the problem in a polygon and a loop of shortest legs, from one disc to the next, as its start."""
@@ -323,23 +528,17 @@ class _Search:
         return None
 
     def _described(
-        self,
-        base: OptimalGait,
-        loop: SmoothLoop,
-        history: Iterable[float],
-        problem: LeastEffort | None,
-        bound: float,
+        self, base: OptimalGait, loop: SmoothLoop, history: Iterable[float], problem: LeastEffort | None, bound: float
     ) -> OptimalGait:
         """Return the answer that a loop is, every number of it taken from the loop itself."""
-        count = len(loop.points)
-        width = self.period / count
+        width = self.period / len(loop.points)
         curve = Curve(
-            breaks=np.linspace(0.0, self.period, count + 1),
+            breaks=np.linspace(0.0, self.period, len(loop.points) + 1),
             pieces=power_pieces(loop.points, width),
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )
-        report = curve.check(floor=self.floor).with_checks(rate_checks(curve))
+        report = curve.check(floor=self.floor).with_checks(_timed(curve, 1).rate_checks())
         scale = 2.0 / self.period
         effort = scale * loop.effort
         value = effort if self.objective == "tilt_rate" else self._worst(report)
@@ -348,11 +547,9 @@ class _Search:
         if problem is not None:
             stationarity, held, by_border = problem.stationarity(loop)
             active = [f"waypoint {number + 1}" for number in held]
-            if by_border and self.objective == "tilt_rate":
-                active.append("the border of the flyable region")
-            elif by_border:
-                active.append("the level that it keeps, or the border of the flyable region")
-        plane = np.asarray(basis_rows(loop.passes, count) @ loop.points)
+            level = "" if self.objective == "tilt_rate" else "the level that it keeps, or "
+            active += [f"{level}the border of the flyable region"] * by_border
+        plane = loop.passed()
         size = value if self.objective == "tilt_rate" else bound
         gap = abs(bound - value) / size if size > 0 else 0.0
         passed, times = np.hstack([plane, plane]), loop.passes * width
@@ -387,31 +584,3 @@ class _Search:
             return least
         mass, gravity = self.vehicle.require("mass", "gravity", purpose="the hover reserve")
         return min(least, float(most) - float(report["thrust_limit"].value or 0.0) / float(mass * gravity))
-
-
-def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> str:
-    """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
-    if not region.components:
-        return why_empty(region, floor, vehicle)
-    parts = np.array(region.components, dtype=object)
-    meets = []
-    for number, (center, radius) in enumerate(zip(discs.centers, discs.radii, strict=True), start=1):
-        distance = shapely.distance(parts, shapely.Point(center))
-        meets.append(set(np.flatnonzero(distance <= radius + 1e-12).tolist()))
-        if not meets[-1]:
-            nearest = region.nearest(center)
-            assert nearest is not None  # noqa: S101 - the region has components
-            why = region.why_not(center) or "outside the region"
-            return (
-                f"waypoint {number} ({center[0]:.4f}, {center[1]:.4f}) is not flyable ({why}); the nearest flyable "
-                f"point, ({nearest[0]:.4f}, {nearest[1]:.4f}), is {float(distance.min()):.4f} rad away, more than "
-                f"its radius {radius:.4g}"
-            )
-    for first in range(len(meets)):
-        for second in range(first + 1, len(meets)):
-            if not meets[first] & meets[second]:
-                a, b = discs.centers[first], discs.centers[second]
-                factor = separating_factor((a[0], a[1]), (b[0], b[1]), vehicle)
-                separated = f", separated by {factor}" if factor else ""
-                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
-    return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"

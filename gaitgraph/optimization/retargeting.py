@@ -30,10 +30,11 @@ from gaitgraph.gait.table import ANGLES, Table, setting_of
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import gait_of, read_table
-from gaitgraph.optimization.result import red_columns
 from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
+from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
 from gaitgraph.validation.report import Report, verdict_line
 from gaitgraph.validation.validating import checked_limits, validate
@@ -139,29 +140,23 @@ class Retargeted:
     @property
     def added(self) -> int:
         """How many rows were added between the given ones."""
-        if self.table is None or self.rows is None:
-            return 0
-        return len(self.table) - len(self.rows)
+        return 0 if self.table is None or self.rows is None else len(self.table) - len(self.rows)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        there = self.table is not None
         verdict = self.after.as_mapping() if self.after is not None else {}
-        colors = list(self.table["color"]) if self.table is not None else []
+        largest, row = self.largest if self else (None, None)
         return {
             "status": self.status,
             "reason": self.reason,
-            "rows": len(self._moves()) if there else None,
-            "unchanged": self.unchanged if there else None,
-            "added": self.added if there else None,
-            "total": self.total if there else None,
-            "rms": self.rms if there else None,
-            "largest": self.largest[0] if there else None,
-            "largest_row": self.largest[1] if there else None,
-            "moved": self._moves().tolist() if there else [],
+            "rows": None if self.moved is None else len(self.moved),
+            **{name: getattr(self, name) if self else None for name in ("unchanged", "added", "total", "rms")},
+            "largest": largest,
+            "largest_row": row,
+            "moved": [] if self.moved is None else self.moved.tolist(),
             "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
             "path": [] if self.table is None else self.table.alpha.tolist(),
-            "colors": colors,
+            "colors": [] if self.table is None else list(self.table["color"]),
             "t": self.table["t"].tolist() if self.table is not None and "t" in self.table else None,
             "alternatives": list(self.alternatives),
             "before": self.before.as_mapping(),
@@ -173,10 +168,7 @@ class Retargeted:
         }
 
     def __repr__(self) -> str:
-        moves = (
-            f", {len(self.table)} rows, moved by {self.largest[0]:.4f} rad at most" if self.table is not None else ""
-        )
-        return f"<Retargeted: {self.status}{moves}>"
+        return f"<Retargeted: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:
         before = verdict_line(self.before.valid, self.before.flyable, self.before.reachable_from_hover)
@@ -241,11 +233,8 @@ def retarget(
     -----
     What is flyable already, and where it may be, comes back unchanged, bit by bit; so does what this function returned.
     A row that is flyable by itself stays; one within the region's accuracy, 1e-6 rad, of its border may move by that.
-    A row whose opposite arms differ by about half a turn is on the red sheet too, but one of the two rotors would push
-    down; it moves far. Whole turns of α3 or α4 against α1 or α2 are taken off, with a warning.
-
-    Times stay. An added row has its time by its share of the path's length. If the vehicle's limits of
-    rates then fail, the report says so, and which period would do.
+    Whole turns of α3 or α4 against α1 or α2 are taken off, with a warning. Times stay; an added row has its time by its
+    share of the path's length.
 
     Not guaranteed: that the whole curve is nearest in any sense, only its rows are; that no other component would need
     a shorter detour.
@@ -318,7 +307,13 @@ def retarget(
     if "t" in table:
         columns["t"] = _times(table["t"], new, placed, closing)
     alpha = np.vstack([new, new[:1]]) if closing else new
-    columns |= red_columns(alpha, numbers, crossing_tolerance)
+    types = types_of("red", alpha[:, 0], alpha[:, 1], numbers, crossing_tolerance)
+    columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
+    columns |= {
+        "color": ("red",) * len(alpha),
+        "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
+        "R": np.array(level_determinant(alpha, numbers)),
+    }
     about = {
         "vehicle": chosen.as_mapping(),
         "coefficients": numbers.kind,

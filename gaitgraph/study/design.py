@@ -1,8 +1,7 @@
 """What a study asks for: its axes, vehicles and gaits, and its cases, each known by its number alone.
 
-A study crosses vehicles, gaits, biases, periods and initial attitudes. On a *grid* it has every combination, the
-vehicle changing slowest and the pitch fastest. A *random sample* draws each quantity of each case by a generator that
-is keyed by the seed and the number of the case: case 17 is the same in a longer sample and on any worker.
+On a *grid* a study has every combination, the vehicle changing slowest and the pitch fastest. A *random sample* draws
+each quantity of a case by a generator that is keyed by the seed and the number of the case.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,6 @@ from gaitgraph.errors import GaitgraphError, Infeasible, InputError, did_you_mea
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
-from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.reading import gait_of, read_table
 from gaitgraph.planning.planner import plan
@@ -48,8 +46,6 @@ Convert = Callable[[Any, str], Any]
 class Axis:
     """The values that one quantity takes in a study: `values` in their order, or a range `ends` to draw from.
 
-    Examples
-    --------
     >>> Axis(values=(0.8, 1.0)).drawn(0.6), Axis(ends=(1.0, 2.0)).drawn(0.6)
     (1.0, 1.6)
     """
@@ -59,10 +55,8 @@ class Axis:
 
     def drawn(self, share: float) -> Any:
         """Return the value that a number drawn from [0, 1) stands for."""
-        if self.ends is None:
-            return self.values[int(share * len(self.values))]
-        low, high = self.ends
-        return low + share * (high - low)
+        low, high = self.ends or (0.0, 0.0)
+        return low + share * (high - low) if self.ends else self.values[int(share * len(self.values))]
 
     def as_mapping(self) -> Any:
         """Return the axis as plain values: a list, or a table of ``from`` and ``to``."""
@@ -72,21 +66,10 @@ class Axis:
 
 
 def axis_of(content: Any, name: str, convert: Convert, *, random: bool) -> Axis:
-    """Return the axis that a study's entry describes.
+    """Return the axis of an entry: a value, a list, or a table of ``from``, ``to`` (both included) and ``count``.
 
-    Parameters
-    ----------
-    content
-        One value, a list of values, or a table of ``from``, ``to`` (both included) and ``count``.
-    name
-        What messages call the entry.
-    convert
-        Given a value and its name, returns what it means, or raises InputError.
-    random
-        Whether cases are drawn; a range without ``count`` is then one to draw from.
+    `convert` reads a value. Where cases are drawn (`random`), a range without ``count`` is one to draw from.
 
-    Examples
-    --------
     >>> axis_of({"from": 0, "to": "pi/2", "count": 3}, "roll", angle_from_text, random=False).values
     (0.0, 0.7853981633974483, 1.5707963267948966)
     """
@@ -133,35 +116,26 @@ def _whole(value: Any, name: str, low: int, high: int) -> int:
     return value
 
 
-def _checked(read: Callable[[Any, str], float], allowed: Callable[[float], bool], what: str) -> Convert:
-    """Return what reads a number and checks it; `what` says in messages what it must be."""
-
-    def convert(value: Any, name: str) -> float:
-        number = read(value, name)
-        if not allowed(number):
-            raise InputError(f"{name} must be {what}, got {shown(value)}")
-        return number
-
-    return convert
+_RANGES: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "biases": ("above 0 and at most 1", lambda eta: 0 < eta <= 1),
+    "periods": ("between 1e-6 and 1e6 s", lambda T: 1e-6 <= T <= 1e6),
+    "roll": ("an angle from −π to π", lambda angle: abs(angle) <= math.pi),
+    "pitch": ("an angle between −π/2 and π/2", lambda angle: abs(angle) < HALF_PI),
+}
 
 
-_ROLL = _checked(angle_from_text, lambda angle: abs(angle) <= math.pi, "an angle from −π to π")
-_PITCH = _checked(angle_from_text, lambda angle: abs(angle) < HALF_PI, "an angle between −π/2 and π/2")
-_BIAS = _checked(lambda value, _: number_of(value), lambda eta: 0 < eta <= 1, "above 0 and at most 1")
-_PERIOD = _checked(lambda value, _: number_of(value), lambda T: 1e-6 <= T <= 1e6, "between 1e-6 and 1e6 s")
+def _checked(value: Any, name: str) -> float:
+    """Return the number or the angle that a value of an axis of :data:`_RANGES` means."""
+    number = angle_from_text(value, name) if name.startswith("attitudes.") else number_of(value)
+    what, allowed = _RANGES[name.removeprefix("attitudes.").partition(".")[0]]
+    if not allowed(number):
+        raise InputError(f"{name} must be {what}, got {shown(value)}")
+    return number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """One entry of a study's vehicles.
-
-    Parameters
-    ----------
-    base
-        The vehicle, with the first value of each constant that varies; rows call it by its name.
-    varied
-        The axis of each constant that varies, in the order of the entry.
-    """
+    """A vehicle of a study, with the first value of each constant that varies, and the axes of those constants."""
 
     base: Vehicle
     varied: Mapping[str, Axis] = field(default_factory=dict)
@@ -213,23 +187,11 @@ def _model_of(entry: Any, place: str, folder: Path, random: bool) -> Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaitSource:
-    """One entry of a study's gaits: what makes the gait for a vehicle.
-
-    Parameters
-    ----------
-    name
-        What rows call it.
-    kind
-        "paper", a gait of the paper by `number`; "request", planned for each vehicle; or "corners", of a file.
-    content
-        The number, the fields of the request, or the columns; plain values.
-    law
-        The timing law; one of :data:`gaitgraph.timing.timed_gait.LAWS`.
-    """
+    """One entry of a study's gaits: what makes the gait for a vehicle."""
 
     name: str
-    kind: str
-    content: Mapping[str, Any]
+    kind: str  # "paper", a gait of the paper; "request", planned for each vehicle; or "corners", of a file
+    content: Mapping[str, Any]  # the number, the fields of the request, or the columns; plain values
     law: str = LAWS[0]
 
     def gait(self, vehicle: Vehicle) -> Gait:
@@ -241,17 +203,7 @@ class GaitSource:
             if answer.loop is None:
                 raise Infeasible(answer.reason)
             return answer.gait
-        import numpy as np
-
-        columns: dict[str, Any] = {
-            name: tuple(values) if name == "color" else np.array(values, dtype=float)
-            for name, values in self.content.items()
-        }
-        return gait_of(Table(columns=columns), vehicle=vehicle)
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the entry as plain values."""
-        return {"name": self.name, "kind": self.kind, "content": dict(self.content), "law": self.law}
+        return gait_of(dict(self.content), vehicle=vehicle)
 
 
 def _source_of(entry: Any, place: str, folder: Path) -> GaitSource:
@@ -259,7 +211,7 @@ def _source_of(entry: Any, place: str, folder: Path) -> GaitSource:
     values = {"file": entry} if isinstance(entry, str) else entry
     if not isinstance(values, dict):
         raise InputError(f"{place} must be gait1 to gait4, a file or a table of a request, got {shown(entry)}")
-    if set(values) == {"name", "kind", "content", "law"}:  # as GaitSource.as_mapping writes it
+    if set(values) == {"name", "kind", "content", "law"}:  # as Study.as_mapping writes it
         return GaitSource(**values)
     _check_keys(values, ["name", "file"] if "file" in values else ["name", *_REQUESTED], place)
     file = values.get("file", "")
@@ -333,10 +285,8 @@ class Study:
         The vehicles and the gaits.
     biases, periods, roll, pitch
         Axes of η, T [s], and the initial attitude [rad].
-    flight
-        How every case is flown.
-    anyway
-        Whether gaits that are refused before take-off are flown all the same.
+    flight, anyway
+        How every case is flown, and whether gaits that are refused before take-off are flown all the same.
     count, seed
         Of a random sample; None for a grid.
 
@@ -430,7 +380,7 @@ class Study:
         return {
             "name": self.name,
             "vehicles": [model.as_mapping() for model in self.models],
-            "gaits": [source.as_mapping() for source in self.sources],
+            "gaits": [asdict(source) for source in self.sources],
             "biases": self.biases.as_mapping(),
             "periods": self.periods.as_mapping(),
             "attitudes": {"roll": self.roll.as_mapping(), "pitch": self.pitch.as_mapping()},
@@ -459,10 +409,8 @@ def read_study(path: str | Path) -> Study:
 
     Raises
     ------
-    FileProblem
-        If a file cannot be read.
-    InputError
-        If it is no study; the message names file and field.
+    InputError, FileProblem
+        If it is no study, or a file cannot be read; the message names file and field.
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":
@@ -529,10 +477,10 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
         name=name,
         models=models,
         sources=sources,
-        biases=axis_of(content.get("biases", 1.0), "biases", _BIAS, random=random),
-        periods=axis_of(content.get("periods", 1.0), "periods", _PERIOD, random=random),
-        roll=axis_of(attitudes.get("roll", 0.0), "attitudes.roll", _ROLL, random=random),
-        pitch=axis_of(attitudes.get("pitch", 0.0), "attitudes.pitch", _PITCH, random=random),
+        biases=axis_of(content.get("biases", 1.0), "biases", _checked, random=random),
+        periods=axis_of(content.get("periods", 1.0), "periods", _checked, random=random),
+        roll=axis_of(attitudes.get("roll", 0.0), "attitudes.roll", _checked, random=random),
+        pitch=axis_of(attitudes.get("pitch", 0.0), "attitudes.pitch", _checked, random=random),
         flight=flight,
         anyway=anyway,
         count=count,

@@ -1,28 +1,49 @@
-"""Run a study on Dask: what is there is kept, what is missing is flown, and every batch is written when it is done."""
+"""Run a study on Dask: what is there is kept, what is missing is flown, and every batch is written when it is done.
+
+A case that cannot be planned, is refused, does not settle or fails is a row too, with its reason.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
+import math
 import os
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
+from gaitgraph import __version__
+from gaitgraph.angles import number_of
+from gaitgraph.errors import GaitgraphError, Infeasible, InputError, needs_extra, shown
+from gaitgraph.flight.simulation import fly
 from gaitgraph.plots.axes import require_matplotlib
-from gaitgraph.study.design import Study, read_study, study_from_mapping
-from gaitgraph.study.rows import KEPT, MANIFEST, OUTCOMES, flown_batch, lost_row, opened_dataset, versions
-from gaitgraph.study.summary import page_of, reasons_of
+from gaitgraph.study.dataset import (
+    FLIGHT,
+    KEPT,
+    MANIFEST,
+    OUTCOMES,
+    columns_of_constant,
+    opened_dataset,
+    page_of,
+    reasons_of,
+)
+from gaitgraph.study.design import Case, Study, read_study, study_from_mapping
+from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    Batch = tuple[int, list[dict[str, Any]]]
+    from gaitgraph.gait.gait import Gait
+
+    Row = dict[str, Any]
+    Batch = tuple[int, list[Row]]
 
 MOST_WORKERS = 1024
 
@@ -38,6 +59,7 @@ EMPTY = 60.0
 
 # An interrupt at the terminal reaches the workers too; this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+_LONGEST_REASON = 500
 _IN_FLIGHT = 256  # batches that the scheduler holds at a time
 _DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 
@@ -48,12 +70,10 @@ class StudyRun:
 
     Parameters
     ----------
-    study
-        What was asked.
-    folder
-        Where its rows are: ``rows/part-….parquet``, and the page ``summary.html``.
+    study, folder
+        What was asked, and where its rows and its page are.
     outcomes
-        How many cases had each of :data:`gaitgraph.study.rows.OUTCOMES`.
+        How many cases had each of :data:`gaitgraph.study.dataset.OUTCOMES`.
     reasons
         Outcome, reason and count of the cases that did not settle; a reason has the numbers of the first such case.
     flown
@@ -209,6 +229,84 @@ def run_study(
         flown=flown,
         table=table,
     )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what rows depend on; MissingExtra if the engine is not installed."""
+    try:
+        return {"gaitgraph": __version__, "mujoco": version("mujoco")}
+    except PackageNotFoundError as error:
+        raise needs_extra("mujoco", "a study", "study") from error
+
+
+def flown_batch(text: str, numbers: Sequence[int], expected: Mapping[str, str]) -> list[Row]:
+    """Return the rows of some cases of a study; every worker runs this. InputError if its versions are not expected."""
+    here = versions()
+    for name, wanted in expected.items():
+        if here.get(name) != wanted:
+            raise InputError(f"workers must have {name} {wanted}, with which the study began, got {here.get(name)}")
+    study = study_from_mapping(json.loads(text))
+    gaits: dict[str, Gait | GaitgraphError] = {}
+    return [row_of(study.case(number), study, gaits) for number in numbers]
+
+
+def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) -> Row:
+    """Return the row of a case, whatever goes wrong in it; `gaits` keeps what was planned for the cases before."""
+    row = _known_of(case)
+    try:
+        row["drag_ratio"] = case.vehicle.drag_ratio
+        key = repr((case.model.base.name, case.varied, case.source.name))
+        if key not in gaits:
+            try:
+                gaits[key] = case.source.gait(case.vehicle)
+            except GaitgraphError as error:
+                gaits[key] = error
+        gait = gaits[key]
+        if isinstance(gait, GaitgraphError):
+            raise gait
+        timed = parametrize(gait if case.eta == 1 else gait.biased(case.eta), case.period, law=case.source.law)
+        report = timed.check()
+        row |= {
+            "valid": report.valid,
+            "flyable": report.flyable,
+            "reachable_from_hover": report.reachable_from_hover,
+            "gait_singular_value": report["least_singular_value"].value,
+            "gait_tilt_rate": report["tilt_rate"].value,
+        }
+        flight = fly(timed, attitude=(case.roll, case.pitch), settings=study.flight, anyway=study.anyway)
+        values = flight.as_mapping()
+        numbers = {name: number_of(values[name]) for name in FLIGHT}
+        row |= {name: number if math.isfinite(number) else None for name, number in numbers.items()}
+        outcome, reason = ("settled" if flight.settled else "not settled"), flight.reason
+        outcome = "refused" if flight.refused else outcome
+    except Infeasible as error:
+        outcome, reason = "no gait", str(error)
+    except GaitgraphError as error:
+        outcome, reason = "failed", str(error)
+    except Exception as error:  # a case never ends the study
+        outcome, reason = "failed", f"{type(error).__name__}: {error}"
+    reason = " ".join(reason.split())
+    reason = reason if len(reason) <= _LONGEST_REASON else reason[:_LONGEST_REASON] + "…"
+    return row | {"outcome": outcome, "reason": reason}
+
+
+def lost_row(case: Case) -> Row:
+    """Return the row of a case that ended each process that flew it."""
+    return _known_of(case) | {"outcome": "failed", "reason": "each worker that flew this case alone died"}
+
+
+def _known_of(case: Case) -> Row:
+    row: Row = {"case": case.number, "vehicle": case.model.base.name}
+    for name, value in case.varied.items():
+        columns = columns_of_constant(name)
+        row |= zip(columns, value if len(columns) > 1 else (value,), strict=True)
+    return row | {
+        "gait": case.source.name,
+        "eta": case.eta,
+        "period": case.period,
+        "roll": case.roll,
+        "pitch": case.pitch,
+    }
 
 
 def check_size(study: Study, workers: int) -> None:

@@ -2,7 +2,7 @@
 
 import { HALF_PI, angle, angleFromText, exactText, figure, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
-import { numberFrom, suits } from "./state.js";
+import { numberFrom } from "./state.js";
 
 const LABELS = {
   auto: "auto",
@@ -41,7 +41,7 @@ function filled(select, options, onChoose) {
 const labelled = (values) => values.map((value) => [value, LABELS[value] ?? value]);
 
 /**
- * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), problem(text), tell(text).
+ * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), problem(text).
  *
  * Returns a function that shows a state.
  */
@@ -53,15 +53,16 @@ export function bindControls(setup, on) {
   for (const [key, values] of [
     ["color", setup.colors],
     ["sign", setup.signs],
+    ["method", setup.methods],
   ]) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));
   }
-  shows.push(bindMethod(setup, on));
   const bind = (id, key, options) => {
     const show = filled(byId(id), options, choose(key));
     shows.push((state) => show(state[key]));
   };
+  bind("objective", "objective", labelled(setup.objectives));
   bind(
     "law",
     "law",
@@ -139,35 +140,6 @@ export function bindControls(setup, on) {
 
   shows.push(bindDragRatio(setup, on), bindEta(on), bindWaypoints(on), bindPolygons(on));
   return (state) => shows.forEach((show) => show(state));
-}
-
-/** The method, and the objective, of which some go with one method only. */
-function bindMethod(setup, on) {
-  let state = null;
-  const showMethod = segmented(byId("field-method"), "method", labelled(setup.methods), (method) => {
-    if (suits({ ...state, method }, setup)) {
-      on.commit({ method });
-      return;
-    }
-    const { objective } = setup.defaults;
-    const lost = LABELS[state.objective] ?? state.objective;
-    on.commit({ method, objective });
-    on.tell(`The objective is now “${LABELS[objective]}”: “${lost}” does not go with the method “${LABELS[method]}”.`);
-  });
-  const select = byId("objective");
-  const showObjective = filled(select, labelled(setup.objectives), (objective) => on.commit({ objective }));
-  return (next) => {
-    state = next;
-    showMethod(next.method);
-    for (const option of select.options) {
-      const methods = setup.methods.filter((method) => suits({ method, objective: option.value }, setup));
-      const why = `${methods.map((method) => LABELS[method] ?? method).join(", ")} only`;
-      option.disabled = !methods.includes(next.method);
-      option.textContent = `${LABELS[option.value] ?? option.value}${option.disabled ? ` (${why})` : ""}`;
-      option.title = option.disabled ? `It goes with the method ${why}` : "";
-    }
-    showObjective(next.objective);
-  };
 }
 
 function bindDragRatio(setup, on) {

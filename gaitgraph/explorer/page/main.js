@@ -491,10 +491,6 @@ async function start() {
     preview: (patch) => store.preview(patch),
     look: (patch) => store.look(patch),
     problem,
-    tell(text) {
-      notice(text);
-      say(text);
-    },
     remove: removeWaypoint,
     removePolygon,
     selectPolygon(kind, index) {

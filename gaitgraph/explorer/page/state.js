@@ -138,16 +138,7 @@ export function stateFrom(hash, setup) {
       problems.push(`${part.length > 60 ? `${part.slice(0, 60)}…` : part}: ${why}`);
     }
   }
-  if (!suits(state, setup)) {
-    problems.push(`objective=${state.objective}: not with the method ${state.method}`);
-    state.objective = setup.defaults.objective;
-  }
   return { state, problems };
-}
-
-/** Return whether the objective is one that goes with the method. */
-export function suits({ method, objective }, setup) {
-  return setup.objectives_of[method].includes(objective);
 }
 
 /** Return what a plan depends on, as a text to compare: everything but the view and the biased gait. */
