@@ -1,7 +1,6 @@
 """Angles: reading what people type, arithmetic modulo π, and writing multiples of π.
 
-Inside the package every angle is a float in radians. This module is the only door through which degrees and
-texts such as ``"3pi/8"`` come in.
+Inside the package every angle is a float in radians. Only this module reads degrees and texts such as ``"3pi/8"``.
 """
 
 from __future__ import annotations
@@ -12,8 +11,6 @@ from numbers import Complex, Number, Real
 from typing import Any
 
 from gaitgraph.errors import InputError, shown
-
-__all__ = ["HALF_PI", "angle_from_text", "distance_to_multiple", "number_of", "text_from_angle", "wrapped"]
 
 HALF_PI = math.pi / 2
 """π/2, the end of the range in which tilt angles are represented (rad)."""
@@ -30,7 +27,7 @@ _LONGEST = 64
 
 
 def angle_from_text(value: object, name: str = "angle") -> float:
-    """Return the angle that a number or a text means.
+    """Return the angle [rad] that a number or a text means.
 
     Parameters
     ----------
@@ -38,17 +35,12 @@ def angle_from_text(value: object, name: str = "angle") -> float:
         A real number (rad), or a text: a number (rad), a multiple of π such as ``"3pi/8"``, ``"-3*pi/8"`` or
         ``"π/2"``, or degrees such as ``"67.5deg"`` or ``"67.5°"``.
     name
-        What the error message calls the value.
-
-    Returns
-    -------
-    float
-        The angle in radians.
+        Name of the value in the error message.
 
     Raises
     ------
     InputError
-        If the value is no angle or not finite.
+        If the value is not an angle or not finite.
 
     Examples
     --------
@@ -57,16 +49,20 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     >>> angle_from_text("-67.5deg")
     -1.1780972450961724
     """
-    allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
-    angle = math.nan
-    if isinstance(value, str):
-        match = _ANGLE.fullmatch(value.strip().replace("−", "-")) if len(value) <= _LONGEST else None
-        if match is not None:
-            angle = _angle_of(match)
-    else:
-        angle = number_of(value)
+    angle = number_of(value)
+    if isinstance(value, str) and len(value) <= _LONGEST:
+        match = _ANGLE.fullmatch(value.strip().replace("−", "-"))
+        if match and match["plain"]:
+            angle = float(match["plain"])
+            if (match["unit"] or "").lower() in ("deg", "°"):
+                angle = math.radians(angle)
+        elif match and (divisor := float(match["divisor"] or 1)):
+            angle = float(match["factor"] or 1) * math.pi / divisor
+        if match and match["sign"] == "-":
+            angle = -angle
     if not math.isfinite(angle):
-        raise InputError(f"{name}: {shown(value)} is no angle; allowed is {allowed}")
+        allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
     return angle
 
 
@@ -88,19 +84,6 @@ def number_of(value: object) -> float:
         return math.nan
 
 
-def _angle_of(match: re.Match[str]) -> float:
-    if match["plain"] is not None:
-        angle = float(match["plain"])
-        if (match["unit"] or "").lower() in ("deg", "°"):
-            angle = math.radians(angle)
-    else:
-        divisor = float(match["divisor"] or 1)
-        if divisor == 0:
-            return math.nan
-        angle = float(match["factor"] or 1) * math.pi / divisor
-    return -angle if match["sign"] == "-" else angle
-
-
 def text_from_angle(angle: float, *, ascii_only: bool = False) -> str:
     """Return a short text: a multiple of π/32 when the angle is one (to 1e-9 rad), else four decimals.
 
@@ -120,9 +103,7 @@ def text_from_angle(angle: float, *, ascii_only: bool = False) -> str:
 
 
 def wrapped(angle: Any) -> Any:
-    """Return the angle modulo π in [−π/2, π/2]; angles in that range, both ends included, stay as they are.
-
-    Works on floats and on arrays of any shape.
+    """Return angles, of any shape, modulo π in [−π/2, π/2]; those in that range, ends included, are unchanged.
 
     >>> wrapped(math.pi / 2) == math.pi / 2, round(wrapped(2.0), 4)
     (True, -1.1416)
@@ -135,9 +116,7 @@ def wrapped(angle: Any) -> Any:
 
 
 def distance_to_multiple(angle: Any, period: float) -> Any:
-    """Return the distance (rad, not negative) from an angle to the nearest multiple of a period.
-
-    Works on floats and on arrays of any shape.
+    """Return the distance (rad, not negative) from angles, of any shape, to the nearest multiple of a period.
 
     >>> round(distance_to_multiple(3.0, math.pi), 4)
     0.1416

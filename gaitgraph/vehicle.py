@@ -4,19 +4,15 @@ Four arms lie in the body's x–y plane, a quarter turn apart; arm *i* carries a
 arm's own outward axis, from upright. Body axes: x forward, y left, z up. Rotor 1 sits on the first arm, rotors
 2, 3, 4 follow counter-clockwise seen from above; opposite rotors share their spin, neighbours do not.
 
-All that the gait surfaces depend on is the *drag ratio* κ = Km/(Kf·L) and the spin sense:
-
-* turning all arms about z turns forces and torques alike, so no surface moves; only the roll and pitch axes of
-  the attitude diagrams turn along;
-* mirroring every spin replaces κ by −κ, which is the same as α → −α: every surface and region is mirrored in
-  the origin of the (α1, α2) plane.
+The gait surfaces depend only on the *drag ratio* κ = Km/(Kf·L) and the spin sense. Turning all arms about z moves
+no surface, only the roll and pitch axes of the attitude diagrams. Mirroring every spin replaces κ by −κ, which
+mirrors every surface and region in the origin of the (α1, α2) plane.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -25,7 +21,7 @@ from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 Spin = Literal["clockwise", "counterclockwise"]
 
@@ -55,13 +51,13 @@ _ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_a
 class Vehicle:
     """The constants of one tilt-rotor; immutable, in SI units.
 
-    What is not known stays None; :meth:`require` says so in the error of whatever needs it. The drag ratio is
-    always known afterwards: give Kf, Km and the arm length, or Km/Kf and the arm length, or κ itself.
+    Unknown constants are None. The drag ratio must be known: give Kf, Km and the arm length, or Km/Kf and the arm
+    length, or κ itself.
 
     Parameters
     ----------
     name
-        What messages and files call the vehicle.
+        Name of the vehicle in messages and files.
     mass
         Mass m [kg].
     gravity
@@ -102,17 +98,12 @@ class Vehicle:
     Raises
     ------
     InputError
-        If a value is not a positive finite number (or angle), if constants contradict each other, or if they do
-        not determine κ.
+        If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open.
 
     Examples
     --------
     >>> round(Vehicle(drag_to_thrust=0.0165, arm_length=0.2754).drag_ratio, 4)
     0.0599
-    >>> Vehicle(drag_ratio=0.1).require("mass", purpose="hover thrust in newtons")
-    Traceback (most recent call last):
-    ...
-    gaitgraph.errors.MissingConstant: vehicle 'unnamed' states no mass (kg), which hover thrust in newtons needs
     """
 
     name: str
@@ -160,19 +151,19 @@ class Vehicle:
     ) -> None:
         stated = {field: value for field, value in locals().items() if field != "self"}
         if not isinstance(name, str) or not name or not name.isprintable():
-            raise InputError(f"vehicle name: {shown(name)}; allowed is a printable text that is not empty")
+            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
         for field in UNITS:
             if field != "inertia" and (stated[field] is not None or field == "gravity"):
                 stated[field] = _positive(field, stated[field])
         if inertia is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
-                raise InputError(f"inertia: {shown(inertia)}; allowed are three positive numbers (kg m²)")
+                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
         stated["first_arm_angle"] = angle_from_text(first_arm_angle, "first_arm_angle")
         if first_rotor_spin not in ("clockwise", "counterclockwise"):
-            spin = first_rotor_spin
-            hint = did_you_mean(spin, ["clockwise", "counterclockwise"]) if isinstance(spin, str) else ""
-            raise InputError(f"first_rotor_spin: {shown(spin)}; allowed are 'clockwise' and 'counterclockwise'{hint}")
+            got = shown(first_rotor_spin)
+            hint = did_you_mean(got.strip("'"), ["clockwise", "counterclockwise"])
+            raise InputError(f"first_rotor_spin must be 'clockwise' or 'counterclockwise', got {got}{hint}")
         # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
@@ -183,22 +174,22 @@ class Vehicle:
                 stated[field] = _positive(field, derived)  # a quotient of extreme constants can overflow or vanish
             elif derived is not None and not math.isclose(stated[field], derived, rel_tol=1e-6):
                 raise InputError(
-                    f"{field}: {stated[field]!r} contradicts {formula} = {derived!r} of the other constants; "
-                    "allowed is to state one or the other"
+                    f"{field} must equal {formula} = {derived!r} of the other constants, or be omitted, "
+                    f"got {stated[field]!r}"
                 )
         if stated["drag_ratio"] is None:
             raise InputError(
-                "vehicle constants do not determine the drag ratio κ; allowed are thrust_coefficient, "
+                "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
                 "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
-            raise InputError(f"drag_ratio: {stated['drag_ratio']!r}; allowed is 1e-9 to 1e9 (dimensionless)")
+            raise InputError(f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}")
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
 
     @property
     def signed_drag_ratio(self) -> float:
-        """κ, negative when every spin is mirrored against the paper's; what the formulas take."""
+        """κ, negative if the spins are mirrored against the paper's, as the formulas use it."""
         return self.drag_ratio if self.first_rotor_spin == "clockwise" else -self.drag_ratio
 
     @property
@@ -211,31 +202,21 @@ class Vehicle:
         )
 
     def require(self, *names: str, purpose: str) -> tuple[Any, ...]:
-        """Return the named constants, or raise MissingConstant for the first that is not stated.
-
-        Parameters
-        ----------
-        names
-            Field names.
-        purpose
-            What needs them, for the message.
-        """
+        """Return the named constants, or raise MissingConstant for the first that is None; `purpose` needs it."""
         for name in names:
             if getattr(self, name) is None:
                 raise MissingConstant(f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs")
         return tuple(getattr(self, name) for name in names)
 
     def replace(self, **changes: Any) -> Vehicle:
-        """Return a vehicle with some constants changed; what was derived from them is derived anew.
+        """Return a vehicle with some constants changed; what was derived from them is derived again.
 
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
         True
         """
-        unknown = set(changes) - {field.name for field in fields(self)}
-        if unknown:
-            raise _unknown_field(sorted(unknown)[0])
+        _check_fields(changes)
         new = {field.name: getattr(self, field.name) for field in fields(self)} | changes
-        # What is stated anew wins over what it would follow from; what follows is derived anew.
+        # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
             changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
         elif "drag_to_thrust" in changes:
@@ -249,24 +230,18 @@ class Vehicle:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
-        out: dict[str, Any] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value is not None:
-                out[field.name] = list(value) if isinstance(value, tuple) else value
-        return out
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        values["inertia"] = None if self.inertia is None else list(self.inertia)
+        return {name: value for name, value in values.items() if value is not None}
 
     def __repr__(self) -> str:
-        """Return what makes this vehicle again: the constants that are stated and do not follow from others."""
+        """Return a call that makes this vehicle: the constants that are stated and do not follow from others."""
         follows = {
             "drag_to_thrust": _quotient(self.drag_coefficient, self.thrust_coefficient),
             "drag_ratio": _quotient(self.drag_to_thrust, self.arm_length),
         }
-        stated = (
-            f"{field.name}={getattr(self, field.name)!r}"
-            for field in fields(self)
-            if getattr(self, field.name) not in (_DEFAULTS.get(field.name), follows.get(field.name))
-        )
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        stated = (f"{k}={v!r}" for k, v in values.items() if v not in (_DEFAULTS.get(k), follows.get(k)))
         return f"Vehicle({', '.join(stated)})"
 
     def __str__(self) -> str:
@@ -280,11 +255,10 @@ class Vehicle:
 
 
 def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
-    """Return the names of the constants that a vehicle states, and of those that follow, with values for people.
+    """Return names and values, as texts, of the constants that a vehicle states, and of those that follow.
 
-    >>> constants_of(Vehicle(drag_ratio=0.1, max_tilt=math.pi / 3))
-    [('gravity', '9.80665 m/s²'), ('drag ratio', '0.1'), ('first arm angle', '0 rad'),
-    ('first rotor spin', 'clockwise'), ('max tilt', '1.0472 rad')]
+    >>> constants_of(Vehicle(drag_ratio=0.1, max_tilt=math.pi / 3))[-2:]
+    [('first rotor spin', 'clockwise'), ('max tilt', '1.0472 rad')]
     """
     out = []
     for name, value in vehicle.as_mapping().items():
@@ -296,8 +270,7 @@ def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
             text = ", ".join(f"{part:.6g}" for part in value)
         else:
             text = value if isinstance(value, str) else f"{value:.6g}"
-        unit = "rad" if name in _ANGLES else ""
-        unit = UNITS.get(name, unit).removeprefix("dimensionless")
+        unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
         out.append((name.replace("_", " "), f"{text} {unit}".strip()))
     return out
 
@@ -309,16 +282,17 @@ def _quotient(numerator: float | None, denominator: float | None) -> float | Non
 def _positive(name: str, value: object) -> float:
     number = angle_from_text(value, name) if name in _ANGLES and isinstance(value, str) else number_of(value)
     if not 1e-30 <= number <= 1e30:
-        raise InputError(f"{name}: {shown(value)}; allowed is a positive finite number ({UNITS[name]})")
+        raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
     return number
 
 
-def _unknown_field(name: str) -> InputError:
+def _check_fields(names: Iterable[str]) -> None:
+    """Raise InputError for the first name that is not a field of :class:`Vehicle`."""
     known = [field.name for field in fields(Vehicle)]
-    hint = did_you_mean(name, [*known, "preset"])
-    return InputError(
-        f"vehicle: {name!r} is no constant of a vehicle{hint or '; allowed are preset, ' + ', '.join(known)}"
-    )
+    for name in names:
+        if name not in known:
+            hint = did_you_mean(name, [*known, "preset"]) or f"; known are preset, {', '.join(known)}"
+            raise InputError(f"vehicle has no constant {name!r}{hint}")
 
 
 PAPER = Vehicle(
@@ -333,77 +307,52 @@ PAPER = Vehicle(
 """The vehicle of Shen, Ma and Tsuchiya (2022), the default; κ = 0.168666."""
 
 
-@cache
-def _presets() -> dict[str, Vehicle]:
-    # beetle_omni: physical parameters as published in the JSK lab's robot configuration; its rotor 1 is front
-    # left and pushes the body clockwise.
-    beetle = Vehicle(
-        name="beetle_omni",
-        mass=3.0386,
-        gravity=9.798,
-        arm_length=0.2754,
-        drag_to_thrust=0.0165,
-        inertia=(0.0627958, 0.0620796, 0.0948795),
-        first_arm_angle=math.pi / 4,
-        first_rotor_spin="counterclockwise",
-        servo_lag=0.048,
-    )
-    return {vehicle.name: vehicle for vehicle in (PAPER, beetle)}
+# beetle_omni: physical parameters as published in the JSK lab's robot configuration; its rotor 1 is front left and
+# pushes the body clockwise.
+_BEETLE = Vehicle(
+    name="beetle_omni",
+    mass=3.0386,
+    gravity=9.798,
+    arm_length=0.2754,
+    drag_to_thrust=0.0165,
+    inertia=(0.0627958, 0.0620796, 0.0948795),
+    first_arm_angle=math.pi / 4,
+    first_rotor_spin="counterclockwise",
+    servo_lag=0.048,
+)
+_PRESETS = {vehicle.name: vehicle for vehicle in (PAPER, _BEETLE)}
 
 
 def preset_names() -> list[str]:
-    """Return the names of the vehicles that come with the package, the default first.
-
-    >>> preset_names()
-    ['paper', 'beetle_omni']
-    """
-    return list(_presets())
+    """Return the names of the vehicles that come with the package, the default first."""
+    return list(_PRESETS)
 
 
 def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
-    """Return the vehicle that a table of constants describes.
+    """Return the vehicle that a table of constants by name describes; an entry ``preset`` names one to start from.
 
-    Parameters
-    ----------
-    constants
-        Field names of :class:`Vehicle` to values; angles may be texts. An entry ``preset`` names a vehicle to
-        start from.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
-
-    Examples
-    --------
     >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
     0.429
     """
     if not isinstance(constants, dict) or not all(isinstance(name, str) for name in constants):
-        raise InputError(f"vehicle: {shown(constants)}; allowed is a table of constants by name")
+        raise InputError(f"vehicle must be a table of constants by name, got {shown(constants)}")
     constants = dict(constants)
     preset = constants.pop("preset", None)
-    known = {field.name for field in fields(Vehicle)}
-    for name in constants:
-        if name not in known:
-            raise _unknown_field(name)
+    _check_fields(constants)
     if preset is None:
         return Vehicle(**constants)
     if not isinstance(preset, str):
-        raise InputError(f"vehicle preset: {shown(preset)}; allowed are {', '.join(preset_names())}")
+        raise InputError(f"vehicle preset must be one of {', '.join(_PRESETS)}, got {shown(preset)}")
     base = _preset(preset)
     constants.setdefault("name", f"{base.name}, changed" if constants else base.name)
     return base.replace(**constants)
 
 
 def _preset(name: str) -> Vehicle:
-    try:
-        return _presets()[name]
-    except KeyError:
+    if name not in _PRESETS:
         hint = did_you_mean(name, preset_names())
-        raise InputError(
-            f"vehicle: {name!r} is neither a preset ({', '.join(preset_names())}) nor a .toml file{hint}"
-        ) from None
+        raise InputError(f"vehicle must be a preset ({', '.join(_PRESETS)}) or a .toml file, got {name!r}{hint}")
+    return _PRESETS[name]
 
 
 def vehicle_named(name_or_file: str | Path) -> Vehicle:
@@ -413,10 +362,8 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
 
     Raises
     ------
-    InputError
-        If the name is unknown or the file holds something else.
-    FileProblem
-        If the file cannot be read.
+    InputError, FileProblem
+        If the name is unknown, or the file cannot be read or holds something else.
     """
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return _preset(name_or_file)
@@ -426,10 +373,10 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
         content = table_from_toml(text)
         inner = content.get("vehicle", content)
         if not isinstance(inner, dict):
-            raise InputError(f"vehicle: {shown(inner)} is no table of constants")
+            raise InputError(f"vehicle must be a table of constants, got {shown(inner)}")
         if inner is not content and len(content) > 1:
             beside = next(name for name in content if name != "vehicle")
-            raise InputError(f"{beside}: stands beside the [vehicle] table; allowed is inside it")
+            raise InputError(f"{beside} must be inside the [vehicle] table, got it beside the table")
         return vehicle_from_mapping({"name": path.stem, **inner} if "preset" not in inner else inner)
     except InputError as error:
         raise InputError(f"vehicle file {str(path)!r}: {error}") from error

@@ -176,18 +176,18 @@ def test_help(run: Any, command: list[str]) -> None:
 WRONG = [
     ("plan", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
-    ("plan --waypoint 0.1,x", "waypoint 1 alpha2: 'x'"),
+    ("plan --waypoint 0.1,x", "waypoint 1 alpha2 must be a finite number in radians"),
     ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1 must be in [−π/2, π/2]"),
     ("plan --waypoint 0,0 --color green", "color must be one of auto, red, blue, got 'green'"),
     ("plan --waypoint 0,0 --divisions 1", "divisions must be a whole number from 2 to 256, got 1"),
     ("plan --waypoint 0,0 --divisions many", "--divisions"),
     ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
     ("plan --waypoint 0,0 --rate 3 --samples 2", "samples and rate must not both be given"),
-    ("plan --waypoint 0,0 --vehicle x", "vehicle: 'x'"),
-    ("roots 0 0 --vehicle=", "vehicle: ''"),
+    ("plan --waypoint 0,0 --vehicle x", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'x'"),
+    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
-    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "'published' belong to the paper"),
+    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "got 'published', which belong to the paper"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),
     ("plan --waypoint 0,0 --output no/x.csv", "folder 'no' does not exist"),
@@ -318,7 +318,7 @@ class TestValidate:
             ),
             (["--crossing-tolerance", "-0.1"], "--crossing-tolerance must be an angle ≥ 0"),
             (["--require", "pretty"], "'pretty' is not one of 'valid', 'flyable'"),
-            (["--vehicle", "car"], "vehicle: 'car' is neither a preset"),
+            (["--vehicle", "car"], "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'car'"),
         ):
             result = run("validate", name, *options)
             assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)

@@ -261,10 +261,10 @@ class TestCoefficients:
         with pytest.raises(InputError) as caught:
             coefficients_of(vehicle_named("beetle_omni"), "published")
         assert str(caught.value) == (
-            "coefficients: 'published' belong to the paper's vehicle (κ = 0.168666), not to 'beetle_omni' "
-            "(κ = 0.0599129); allowed is 'exact'"
+            "coefficients must be 'exact' for 'beetle_omni' (κ = 0.0599129), got 'published', "
+            "which belong to the paper's vehicle (κ = 0.168666)"
         )
-        with pytest.raises(InputError, match="coefficients: 'rounded'; allowed are 'published' and 'exact'"):
+        with pytest.raises(InputError, match="coefficients must be 'published' or 'exact', got 'rounded'"):
             coefficients_of(PAPER, "rounded")  # type: ignore[arg-type]
 
 
@@ -617,7 +617,7 @@ class TestShapes:
             for index in np.ndindex(*shape):
                 np.testing.assert_allclose(together[index], function(alpha[index].tolist()), rtol=1e-12, atol=1e-12)
         for wrong in ((), (3,), (4, 1)):
-            with pytest.raises(InputError, match=r"^alpha: an array of shape .*; allowed is \(\.\.\., 4\)$") as caught:
+            with pytest.raises(InputError, match=r"^alpha must be an array of shape \(.*4\), got shape ") as caught:
                 function(np.zeros(wrong))
             assert str(wrong) in str(caught.value)
 

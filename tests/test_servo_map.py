@@ -245,7 +245,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"limits": 3}, "limits must be the least and the largest .*, got 3"),
     ({"sign": 2}, "sign must be 1 or −1, got 2"),
     ({"sign": True}, "sign must be 1 or −1, got True"),
-    ({"zero": "5dg"}, "zero: '5dg' is no angle"),
+    ({"zero": "5dg"}, "zero must be a finite number in radians"),
     ({"clip": 1}, "clip must be true or false, got 1"),
     ({"time_unit": "msec"}, "time_unit must be s, ms or us, got 'msec'; did you mean 'ms'"),
     ({"time": ""}, "time must be a printable text of 1 to 64 characters, got ''"),

@@ -174,9 +174,9 @@ def test_what_is_no_list_of_polygons_is_refused(name: str, value: Any) -> None:
         ([(0, 0), (1, 0), (0.5,)], "must have corners [alpha1, alpha2], got (0.5,)"),
         ([(0, 0), (1, 0), (0, 1, 2)], "corners [alpha1, alpha2], got (0, 1, 2)"),
         ([(0, 0), (1, 0), "ab"], "corners [alpha1, alpha2], got 'ab'"),
-        ([(0, 0), (1, 0), (0, "x")], "alpha2: 'x' is no angle"),
-        ([(0, 0), (math.inf, 0), (0, 1)], "alpha1: inf is no angle"),
-        ([(0, 0), (1, True), (0, 1)], "alpha2: True is no angle"),
+        ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
+        ([(0, 0), (math.inf, 0), (0, 1)], "alpha1 must be a finite number in radians"),
+        ([(0, 0), (1, True), (0, 1)], "alpha2 must be a finite number in radians"),
         ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got (10000000.0, 1)"),
         ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
         ([(0, 0), (2, 0), (1, 0), (1, 1)], "must be a simple polygon: "),  # a side run back

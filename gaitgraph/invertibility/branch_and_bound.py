@@ -1,7 +1,7 @@
 """The least value along segments, by branch and bound.
 
 An interval whose lower bound is good enough is settled, any other is cut. The result brackets the true least value;
-nothing is decided by samples alone.
+no decision rests on samples alone.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Bound", "Bounds", "Least", "Several", "Value", "Values", "least_along", "least_of_bent", "least_of_each"]
-
 FloatArray = npt.NDArray[np.float64]
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
@@ -25,7 +23,7 @@ Values = Callable[[FloatArray], Several]
 Bounds = Callable[[Several, Several, FloatArray, FloatArray], Sequence[FloatArray]]
 
 _BATCH = 1 << 15
-# A round over few points costs the same however many there are: few open intervals are cut finer than in two.
+# An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
@@ -34,14 +32,9 @@ _MOST_HALVINGS = 20_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Least:
-    """The least value along each of m segments: certainly in [lower, upper].
+    """The least value along each of m segments, proven to be in [lower, upper]; all of shape (m,).
 
-    Parameters
-    ----------
-    lower, upper
-        The bracket, shape (m,); `upper` is attained at `fraction`.
-    fraction
-        Where, from 0 at a segment's start to 1 at its end, shape (m,).
+    `upper` is attained at `fraction`, from 0 at a segment's start to 1 at its end.
     """
 
     lower: FloatArray
@@ -67,35 +60,7 @@ def least_along(
     known: float = math.inf,
     at_ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> Least:
-    """Bracket the least of a function along straight segments.
-
-    Parameters
-    ----------
-    starts, ends
-        The segments, shape (m, 4), m ≥ 1.
-    value
-        The function, from (k, 4) to (k,).
-    bound
-        A lower bound of the function on an interval from its values at both ends and the ends themselves.
-    tolerance
-        Width at which a bracket is narrow enough.
-    floor
-        If given, a segment is settled as soon as the comparison of its least value with `floor` is.
-    each
-        Whether every segment's own bracket is narrowed, or only that of the least of all.
-    enough
-        If given, for each segment a value from which on nothing more needs to be known, shape (m,).
-    known
-        A value that is attained elsewhere: without `each`, what certainly stays above it is not narrowed.
-    at_ends
-        The function's values at starts and ends, if they are at hand.
-
-    Notes
-    -----
-    Intervals are halved in batches, the latest first, so that memory stays bounded however many are open; a few are
-    cut into 32 pieces, which saves rounds. Not guaranteed: that every bracket is as narrow as `tolerance`. Work is
-    bounded; `lower` is always valid.
-    """
+    """Bracket the least of one function, from (k, 4) to (k,); see :func:`least_of_each`."""
     (found,) = least_of_each(
         starts,
         ends,
@@ -124,31 +89,21 @@ def least_of_each(
     enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
 ) -> tuple[Least, ...]:
-    """Bracket the least of each of a few functions along straight segments, all in one search.
+    """Bracket the least of each of a few functions along straight segments, shape (m, 4), all in one search.
 
-    Parameters
-    ----------
-    starts, ends, tolerance, floor, each, enough
-        As for :func:`least_along`.
-    values
-        From points, shape (k, 4), to the functions, each of shape (k,), as many as `known` has numbers; and behind them
-        what else `bounds` wants to know there, in the same shape.
-    bounds
-        Lower bounds of the functions on intervals, from what `values` gave at both ends and the ends themselves.
-    known
-        For each function a value that is attained elsewhere, or +∞.
-    at_ends
-        What `values` gives at starts and ends, if it is at hand.
+    `values` maps points, shape (k, 4), to the functions, each of shape (k,), as many as `known` has numbers, then to
+    any other arrays of that shape that `bounds` needs. `bounds` returns lower bounds of the functions on intervals from
+    `values` at both ends and the ends themselves; `at_ends` are `values` at starts and ends, if at hand.
 
-    Returns
-    -------
-    tuple
-        A bracket for each function; an interval is cut until it is settled for all of them.
+    An interval is cut until the bracket of every function is as narrow as `tolerance`: that of every segment with
+    `each`, else that of the least of all and of `known`, a value that each function attains elsewhere. A segment
+    is settled earlier if the comparison of its least value with `floor` is, or above its value of `enough`, shape (m,).
+
+    Intervals are halved in batches, the latest first, so that memory is bounded; a few are cut into 32 pieces, to save
+    iterations. Not guaranteed: that every bracket is as narrow as `tolerance`. Work is bounded; `lower` is always
+    valid.
     """
-    starts, ends = (
-        np.atleast_2d(np.asarray(starts, dtype=float)),
-        np.atleast_2d(np.asarray(ends, dtype=float)),
-    )
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     steps, functions = ends - starts, range(len(known))
     v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
     best = [np.minimum(v0[k], v1[k]) for k in functions]
@@ -218,10 +173,10 @@ def least_of_each(
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
-    """Return a lower bound of functions on intervals from their values at both ends.
+    """Return a lower bound of functions on intervals from their values at both ends, if |f''| ≤ `bend` there.
 
-    A function stays above its chord minus bend·s·(1 − s)/2, if `bend` bounds |f''| over the interval, whose s goes
-    from 0 to 1. Where the chord is steep that parabola, and so the function, is least at an end.
+    With s from 0 to 1, a function stays above its chord minus bend·s·(1 − s)/2. That parabola is least at an end where
+    the chord is steep.
 
     >>> least_of_bent(np.array([0.0, 0.0]), np.array([0.0, 1.0]), np.array([8.0, 2.0])).tolist()
     [-1.0, 0.0]

@@ -30,29 +30,6 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.vehicle import PAPER, Vehicle
 
-__all__ = [
-    "DEFAULT_FLOOR",
-    "Coefficients",
-    "arm_angles",
-    "coefficients_of",
-    "control_force_matrix",
-    "control_moment_matrix",
-    "decoupling_matrix",
-    "determinant",
-    "hover_thrust_shares",
-    "least_singular_value",
-    "least_singular_value_bound",
-    "level_determinant",
-    "level_determinant_resolution",
-    "noise_of",
-    "pitch_sensitivity",
-    "roll_sensitivity",
-    "scaled_decoupling_matrix",
-    "thrust_signs",
-    "zero_moment_direction",
-    "zero_moment_inputs",
-]
-
 FloatArray = npt.NDArray[np.float64]
 Kind = Literal["published", "exact"]
 
@@ -101,7 +78,7 @@ class Coefficients:
 
     @property
     def rounding(self) -> tuple[float, float, float, float]:
-        """What each of the four numbers may be off by (half a unit of its last digit)."""
+        """Assumed error of each of the four numbers (half a unit of its last digit)."""
         if self.kind == "published":
             return _PUBLISHED_ROUNDING
         a, b, c, d = (abs(x) * _EPSILON for x in (self.attitude, self.single, self.double, self.triple))
@@ -109,12 +86,12 @@ class Coefficients:
 
     @property
     def delta_rounding(self) -> float:
-        """What δ may be off by because `attitude` is rounded [rad]."""
+        """Assumed error of δ from the rounding of `attitude` [rad]."""
         return 0.5 * self.rounding[0] / (1.0 + self.attitude**2) + _EPSILON
 
     @property
     def sheet_rounding(self) -> float:
-        """What α3 and α4 of the blue sheet, 2δ away, may be off by because `attitude` is rounded [rad]."""
+        """Assumed error of α3 and α4 of the blue sheet, 2δ away, from the rounding of `attitude` [rad]."""
         return 2.0 * self.delta_rounding if self.kind == "published" else 0.0
 
 
@@ -124,14 +101,14 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
     Parameters
     ----------
     vehicle
-        The vehicle; all that counts is κ, the spin sense and the angle of the first arm.
+        The vehicle; only κ, the spin sense and the angle of the first arm matter.
     kind
-        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+        "published", "exact", or None: published for the paper's vehicle, exact for any other.
 
     Raises
     ------
     InputError
-        If published coefficients are asked for a vehicle that is not the paper's.
+        If published coefficients are requested for a vehicle that is not the paper's.
 
     Examples
     --------
@@ -143,14 +120,14 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
     if kind == "published":
         if not vehicle.carries_published_coefficients:
             raise InputError(
-                f"coefficients: 'published' belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f}), not to "
-                f"{vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}); allowed is 'exact'"
+                f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}), got 'published', "
+                f"which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     if kind != "exact":
         raise InputError(
-            f"coefficients: {shown(kind)}; allowed are 'published' and 'exact'"
+            f"coefficients must be 'published' or 'exact', got {shown(kind)}"
             + did_you_mean(str(kind), ["published", "exact"])
         )
     k = vehicle.signed_drag_ratio
@@ -165,11 +142,12 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
     )
 
 
-def _columns(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
+    """Return tilt angles as an array of shape (..., 4), or raise InputError."""
     angles = np.asarray(alpha, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != 4:
-        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
-    return angles[..., 0], angles[..., 1], angles[..., 2], angles[..., 3]
+        raise InputError(f"alpha must be an array of shape (..., 4), got shape {angles.shape}")
+    return angles
 
 
 def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
@@ -181,7 +159,7 @@ def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
 
 def _arm_frame_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return (Rθ, Rφ) for a first arm along body x, by the factorised form of (4) and (5)."""
-    a1, a2, a3, a4 = _columns(alpha)
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     delta = coefficients.delta
     scale = 1.0 / math.sin(2.0 * delta)
     pitch = scale * np.sin(a1 + a3 - 2 * delta) * np.sin(a2 - a4)
@@ -221,28 +199,18 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
     4.0
     """
-    a1, a2, a3, a4 = _columns(alpha)
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     pairs = pair_features(a1, a3) @ coefficients.bilinear_form
     return np.sum(pairs * pair_features(a2, a4), axis=-1)
 
 
 def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
-    """Return how large |R| must be for its sign to mean something, shape (...).
+    """Return the |R| above which its sign is certain, shape (...); `angle_rounding` is the error of each angle [rad].
 
-    The bound adds up what the rounding of the coefficients, the rounding of δ that α3 and α4 inherit from them,
-    the rounding of the angles themselves and floating point can change in R, to first order, with the second
-    order bounded. For exact coefficients and exact angles only floating point remains.
-
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (..., 4) [rad].
-    coefficients
-        The coefficients that R is computed with.
-    angle_rounding
-        What each given angle may be off by, e.g. 5e-4 for angles printed with three decimals [rad].
+    It adds up the effects on R of rounded coefficients, of δ in α3 and α4, of rounded angles and of floating point, to
+    first order with the second order bounded.
     """
-    a1, a2, a3, a4 = _columns(alpha)
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     first, second = pair_features(a1, a3), pair_features(a2, a4)
     _, single, double, triple = coefficients.rounding
     form = coefficients.bilinear_form
@@ -262,25 +230,20 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
 
 
 def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
-    """Return |∂R/∂αᵢ| for each angle, per radian, shape (..., 4).
-
-    >>> level_determinant_slopes([0, 0, 0, 0], coefficients_of(kind="exact")).round(4).tolist()
-    [5.5915, 5.5915, 5.5915, 5.5915]
-    """
-    a1, a2, a3, a4 = _columns(alpha)
+    """Return |∂R/∂αᵢ| for each angle, per radian, shape (..., 4)."""
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     form = coefficients.bilinear_form
     right, left = pair_features(a2, a4) @ form.T, pair_features(a1, a3) @ form
-    parts = ((a1, a3, right), (a2, a4, left), (a3, a1, right), (a4, a2, left))
-    return np.stack([np.abs(np.sum(_feature_slope(x, y) * rest, axis=-1)) for x, y, rest in parts], axis=-1)
-
-
-def _feature_slope(moving: FloatArray, still: FloatArray) -> FloatArray:
-    """Return the derivative of the pair features with respect to one of the two angles."""
-    return np.stack([-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still)], axis=-1)
+    slopes = []
+    for moving, still, rest in ((a1, a3, right), (a2, a4, left), (a3, a1, right), (a4, a2, left)):
+        # The derivative of the pair features with respect to the moving angle.
+        parts = (-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still))
+        slopes.append(np.abs(np.sum(np.stack(parts, axis=-1) * rest, axis=-1)))
+    return np.stack(slopes, axis=-1)
 
 
 def noise_of(coefficients: Coefficients) -> float:
-    """Return the |R| that floating point alone can make out of zero."""
+    """Return a bound of the |R| that floating point alone makes where R = 0."""
     return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum())
 
 
@@ -343,7 +306,7 @@ def thrust_signs(vehicle: Vehicle) -> FloatArray:
 
 def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
-    angles = np.stack(_columns(alpha), axis=-1)
+    angles = np.ascontiguousarray(tilt_angles(alpha))
     arms, lift = arm_angles(vehicle), thrust_signs(vehicle)
     sine, cosine = np.sin(angles), np.cos(angles)
     outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)])
@@ -384,8 +347,7 @@ def scaled_decoupling_matrix(
 ) -> FloatArray:
     """Return the dimensionless 4×4 matrix with rows τ(α)/(L·Kf) and F(α)·vertical/Kf, shape (..., 4, 4).
 
-    It is the decoupling matrix without mass, inertia and Euler kinematics, none of which can make it singular
-    for |pitch| < π/2. Needs no constant but κ.
+    It is the decoupling matrix without mass, inertia and Euler kinematics, none of which is singular for |pitch| < π/2.
     """
     force, moment = rotor_directions(alpha, vehicle)
     up = body_vertical(roll, pitch)
@@ -436,12 +398,12 @@ def decoupling_matrix(
 
 
 def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
-    """Return w₀, rotor inputs that make no torque, up to a common factor, shape (..., 4).
+    """Return w₀, rotor inputs without torque, up to a common factor, shape (..., 4).
 
-    In closed form, (sin(β2+β4)·cos β3, sin(β1+β3)·cos β4, sin(β2+β4)·cos β1, sin(β1+β3)·cos β2); all zero where
-    the control moment matrix has rank two or less.
+    It is (sin(β2+β4)·cos β3, sin(β1+β3)·cos β4, sin(β2+β4)·cos β1, sin(β1+β3)·cos β2), zero where the control moment
+    matrix has rank two or less.
     """
-    a1, a2, a3, a4 = _columns(alpha)
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     delta = math.atan(vehicle.signed_drag_ratio)
     b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
     odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
@@ -461,8 +423,8 @@ def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
 def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return the thrusts that carry the weight without torque in level flight, in units of m·g, shape (..., 4).
 
-    Positive pushes up along the tilted rotor axis. Not finite where the matrix is singular in level flight. Off
-    the gait surfaces a horizontal force remains, which this does not show.
+    Positive pushes up along the tilted rotor axis. Not finite where the matrix is singular in level flight. Off the
+    gait surfaces a horizontal force remains, which is not included.
 
     >>> hover_thrust_shares([0, 0, 0, 0]).round(12).tolist()
     [0.25, 0.25, 0.25, 0.25]
@@ -481,7 +443,7 @@ def least_singular_value(
 ) -> Any:
     """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
 
-    It says how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and
+    It measures how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and
     min(2κ, √2) at α = 0.
 
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
@@ -492,19 +454,16 @@ def least_singular_value(
 
 
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
-    """Return a lower bound of :func:`least_singular_value`, level, from arithmetic alone, shape (...).
+    """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
 
-    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant
-    and e3 the sum of the squares of all 3×3 minors. All roots are real, so Newton's iteration from λ = 0 climbs
-    towards the least of them and never passes it. Five steps come within a few parts in 10⁶ of it, unless other
-    singular values are near; the bound stays one. A decomposition of every matrix costs about ten times as much.
-
-    >>> alpha = [0.3, -0.2, 0.1, 0.5]
-    >>> bool(0.99 * least_singular_value(alpha) < least_singular_value_bound(alpha) < least_singular_value(alpha))
-    True
+    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
+    e3 the sum of the squares of all 3×3 minors. All roots are real, so Newton's iteration from λ = 0 increases towards
+    the least of them and never passes it. Five steps come within a few parts in 10⁶, unless other singular values are
+    near; the result stays a bound.
     """
     kappa = vehicle.signed_drag_ratio
-    sine, cosine = np.sin(np.stack(_columns(alpha))), np.cos(np.stack(_columns(alpha)))
+    angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))
+    sine, cosine = np.sin(angles), np.cos(angles)
     sense = kappa * np.array([1.0, -1.0, 1.0, -1.0]).reshape(4, *[1] * (sine.ndim - 1))
     # The entries, with column signs that thrust up: arms 2 and 4 roll, arms 1 and 3 pitch, all four yaw and lift.
     y1, x2, y3, x4 = (cosine + sense * sine) * np.array([-1.0, 1.0, 1.0, -1.0]).reshape(sense.shape)

@@ -1,8 +1,8 @@
 """Bounds along straight segments of tilt angles: R, residuals, singular values and hover thrusts between two rows.
 
 Each function brackets the least value of a quantity along segments, so that a check holds between two rows and not only
-at them. :mod:`gaitgraph.invertibility.branch_and_bound` has the search; here are the bounds on an interval that it
-needs.
+at them. Starts and ends have shape (m, 4) [rad]; options are those of
+:func:`gaitgraph.invertibility.branch_and_bound.least_of_each`.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return where, as a fraction, the least |sin| of several phases, shape (m, k), is met on intervals, shape (m,)."""
+    """Return the fraction at which the least |sin| of several phases, shape (m, k), is on intervals, shape (m,)."""
     ends = np.stack([np.abs(np.sin(x0)), np.abs(np.sin(x1))], axis=-1)
     zero = np.maximum(np.floor(x0 / math.pi), np.floor(x1 / math.pi)) * math.pi
     crossing = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
@@ -62,9 +62,9 @@ def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
-    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's
-    second derivative is at most its size times the square of the sum of both frequencies. Where one factor is
-    constant along the segment, as on both sheets, its value at the start replaces its size.
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's second
+    derivative is at most its size times the square of the sum of both frequencies. A factor that is constant along the
+    segment, as on both sheets, counts with its value at the start instead of its size.
     """
     form, factors, sizes, both = _form_of_sums(coefficients)
     turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
@@ -80,7 +80,7 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
 def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and norms of its parts.
 
-    The second array has what multiplies cos Δ1, then cos Δ2, as columns; the third their sizes; the last number is a
+    The second array has the factors of cos Δ1, then cos Δ2, as columns; the third their sizes; the last number is a
     norm of the part without differences.
     """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
@@ -94,17 +94,10 @@ def range_of_level_determinant(
     ends: npt.ArrayLike,
     coefficients: Coefficients,
     *,
-    tolerance: float = 1e-6,
     known: tuple[float, float] = (math.inf, math.inf),
     at_ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> tuple[Least, Least]:
-    """Bracket the least of R and that of −R along segments; see :func:`least_level_determinant`.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> least, _ = range_of_level_determinant([0, 0, 0, 0], [0.4, 0.4, 0.4, 0.4], coefficients_of())
-    >>> round(least.worst()[0], 3)
-    2.864
-    """
+    """Bracket the least of R and that of −R along segments, in one search."""
 
     def values(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
         value = np.asarray(level_determinant(alpha, coefficients))
@@ -115,7 +108,7 @@ def range_of_level_determinant(
         return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
 
     both = None if at_ends is None else ((at_ends[0], -at_ends[0]), (at_ends[1], -at_ends[1]))
-    least, minus_largest = least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both)
+    least, minus_largest = least_of_each(starts, ends, values, bounds, tolerance=1e-6, known=known, at_ends=both)
     return least, minus_largest
 
 
@@ -128,16 +121,9 @@ def least_level_determinant(
     tolerance: float = 1e-6,
     floor: float = math.inf,
     each: bool = False,
-    known: float = math.inf,
     at_ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> Least:
-    """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign.
-
-    >>> corners = np.array([[1.1, -1.1, 1.1, -1.1], [1.1, -0.4, 1.1, -0.4]])
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> round(least_level_determinant(corners[:1], corners[1:], coefficients_of(), sign=-1).worst()[0], 3)
-    3.197
-    """
+    """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
 
     def value(alpha: FloatArray) -> FloatArray:
         return np.asarray(sign * level_determinant(alpha, coefficients))
@@ -145,9 +131,7 @@ def least_level_determinant(
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return least_of_bent(f0, f1, level_determinant_curvature(p0, p1 - p0, coefficients))
 
-    return least_along(
-        starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, known=known, at_ends=at_ends
-    )
+    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, at_ends=at_ends)
 
 
 def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
@@ -182,10 +166,10 @@ def largest_residual(
 
 
 def singular_value_bound(vehicle: Vehicle) -> Bound:
-    """Return a bound from values at both ends that hold for the least singular value, or lie below it, at any attitude.
+    """Return a bound from values at both ends that are the least singular value at any attitude, or less.
 
-    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in
-    ‖Δα‖ with that constant.
+    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in ‖Δα‖
+    with that constant.
     """
     constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
 
@@ -213,31 +197,23 @@ def least_singular_value_along(
 
     On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a segment is known; only the
     third is searched. Elsewhere every end costs a decomposition: see :func:`least_singular_value_of_all`.
-
-    Parameters
-    ----------
-    starts, ends
-        The segments, shape (m, 4) [rad].
-    tolerance, floor, each, known
-        As for :func:`least_along`.
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    bound, on_red = singular_value_bound(vehicle), _on_red(starts, ends)
-    asked: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
+    bound = singular_value_bound(vehicle)
+    options: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
+    if not _on_red(starts, ends):
+        return least_along(
+            starts, ends, lambda alpha: np.asarray(least_singular_value(alpha, vehicle)), bound, **options
+        )
 
-    def value(alpha: FloatArray) -> FloatArray:
-        if on_red:
-            return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
-        return np.asarray(least_singular_value(alpha, vehicle))
+    def block(alpha: FloatArray) -> FloatArray:
+        return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
 
-    if not on_red:
-        return least_along(starts, ends, value, bound, **asked)
     delta = math.atan(vehicle.signed_drag_ratio)
-    quarter = math.pi / 2
-    phases = [side[:, :2] + np.array([-delta, delta]) + quarter for side in (starts, ends)]
+    phases = [side[:, :2] + np.array([-delta, delta]) + math.pi / 2 for side in (starts, ends)]
     alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
     enough = alone if each else np.full(len(alone), alone.min())
-    third = least_along(starts, ends, value, bound, enough=enough, **asked)
+    third = least_along(starts, ends, block, bound, enough=enough, **options)
     fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
     return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
 
@@ -252,8 +228,8 @@ def least_singular_value_of_all(
 ) -> Least:
     """Bracket the least singular value over many segments, most of them without any decomposition.
 
-    Parameters as for :func:`least_singular_value_along`. A bound from arithmetic alone settles the segments that
-    certainly stay above the least of all, or above `known`; their `upper` is +∞, since no value of theirs is known.
+    A bound from arithmetic alone settles the segments that certainly stay above the least of all, or above `known`;
+    their `upper` is +∞, since no value of theirs is known.
     """
     starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     if _on_red(starts, ends):
@@ -278,7 +254,7 @@ def _bounds_without_decomposition(
 
 
 def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return a lower bound of the least singular value, level, on segments of the red sheet, without halving them.
+    """Return a lower bound of the least singular value, level, on segments of the red sheet, without a search.
 
     The two lone values are cosines, whose least is known. The 2×2 block is √2·B with |det B| = |D|,
     D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ, whose range follows from those of both terms; and the squares of the
@@ -312,21 +288,17 @@ def keeps_singular_value_above(
         above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
         above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
-    open_ = ~above
-    if open_.any():
-        asked: dict[str, Any] = {"tolerance": 1e-6, "floor": floor, "each": True}
-        above[open_] = least_singular_value_along(starts[open_], ends[open_], vehicle, **asked).lower >= floor
+    if not above.all():
+        p, q = starts[~above], ends[~above]
+        found = least_singular_value_along(p, q, vehicle, tolerance=1e-6, floor=floor, each=True)
+        above[~above] = found.lower >= floor
     return np.asarray(above)
 
 
-_NO_LIFT = 1e-300  # divides without an overflow
-
-
 def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
-    """Return whether all hover thrusts are positive along whole segments, shape (m,).
+    """Return whether all hover thrusts are positive along whole segments, shape (m,); decided exactly.
 
-    Decided exactly: each factor of w₀ keeps its sign, and no rotor is tilted beyond π/2, where a positive thrust
-    would push down.
+    Each factor of w₀ must keep its sign, and no rotor may tilt beyond π/2, where a positive thrust pushes down.
     """
     p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     s0, s1 = _phases_of_inputs(p0, vehicle), _phases_of_inputs(p1, vehicle)
@@ -347,7 +319,7 @@ def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
-    """Return where on a segment, as a fraction, a factor of the zero-moment inputs is least, zero if one vanishes."""
+    """Return the fraction of a segment at which a factor of the zero-moment inputs is least, or vanishes."""
     return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
 
 
@@ -362,26 +334,21 @@ def thrust_shares_along(
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Bracket the hover thrusts along segments.
 
-    Returns
-    -------
-    upward
-        Whether every thrust is positive on the whole segment; see :func:`thrusts_push_up`.
-    least
-        Bracket of the least thrust share T/(m·g); NaN where not `upward`.
-    largest
-        Bracket of the least of −T/(m·g), that is of minus the largest share; NaN where not `upward`.
+    Returns whether every thrust is positive on the whole segment (:func:`thrusts_push_up`), and the brackets of the
+    least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
-    starts, ends = (
-        np.atleast_2d(np.asarray(starts, dtype=float)),
-        np.atleast_2d(np.asarray(ends, dtype=float)),
-    )
+    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     upward = thrusts_push_up(starts, ends, vehicle)
     lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)
     fraction[:] = 0.0
     if upward.any():
 
         def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
-            return _shares_and_parts(alpha, vehicle)
+            # The least share, minus the largest, then |w₀| of each rotor and V: where all push up, a share is |wᵢ|/V
+            # with V = Σ|wⱼ|·cos αⱼ, as in hover_thrust_shares.
+            inputs = np.abs(zero_moment_inputs(alpha, vehicle))
+            lift = (inputs * np.cos(alpha)).sum(axis=-1)
+            return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
 
         def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
             return _bounds_of_shares(v0, v1, p1 - p0, vehicle)
@@ -393,22 +360,12 @@ def thrust_shares_along(
     return upward, least, largest
 
 
-def _shares_and_parts(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
-    """Return the least hover thrust share, minus the largest, then |w₀| of each rotor and V, where all push up.
-
-    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ; see :func:`gaitgraph.invertibility.matrices.hover_thrust_shares`.
-    """
-    inputs = np.abs(zero_moment_inputs(alpha, vehicle))
-    lift = (inputs * np.cos(alpha)).sum(axis=-1)
-    return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
-
-
 def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
     """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
 
-    |wᵢ| and V are products of sines of linear functions, whose second derivatives are bounded. So |wᵢ| − c·V is, where
-    c is the least share at both ends; where that stays positive the share is nowhere below c, and elsewhere below by no
-    more than it lacks over the least of V. The same holds for the largest share, with signs turned.
+    |wᵢ| and V are products of sines of linear functions, with bounded second derivatives. So is |wᵢ| − c·V, where c is
+    the least share at both ends. Where that stays positive no share is below c; elsewhere a share is below c by no more
+    than its deficit over the least of V. The same holds for the largest share, with signs reversed.
     """
     squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
@@ -417,7 +374,7 @@ def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehic
     bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1).T
     lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
     inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
-    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), _NO_LIFT)
+    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)  # divides without an overflow
     out = []
     for k, sense in enumerate((1.0, -1.0)):
         c = np.minimum(v0[k], v1[k])

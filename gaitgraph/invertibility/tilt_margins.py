@@ -5,13 +5,12 @@ the vertical lies in the plane across v. The least tilt from upright that brings
 
     tilt margin = asin(|R|/‖v‖) = atan(|R|/√(Rφ² + Rθ²)),
 
-90° on the gait surfaces and 0° where R = 0. Where v = 0 the matrix is singular at every attitude: there is no margin,
-and floating point would make one up out of noise, so NaN is returned wherever v is below what the coefficients, the
-digits of the angles and floating point carry.
+90° on the gait surfaces and 0° where R = 0. Where v = 0 the matrix is singular at every attitude and there is no
+margin: NaN is returned wherever v is within the errors of the coefficients, of the angles and of floating point.
 
-The determinant does not say how well the matrix can be inverted: its least singular value does. Within a tilt τ below
-the margin, the least over all attitudes is attained at the tilt τ itself (docs/theory.md, section 13), which leaves one
-direction to be searched, and that is a quartic equation.
+How well the matrix can be inverted is measured by its least singular value, not by the determinant. Within a tilt τ
+below the margin, the least over all attitudes is attained at the tilt τ itself (docs/theory.md, section 13); its
+direction is a root of a quartic equation.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.branch_and_bound import Least, least_along
+from gaitgraph.invertibility.branch_and_bound import least_along
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     attitude_of,
@@ -37,22 +36,10 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
     rotor_directions,
+    tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import largest_sine, level_determinant_curvature
 from gaitgraph.vehicle import PAPER, Vehicle
-
-__all__ = [
-    "EVERYWHERE",
-    "LeastMargin",
-    "attitude_sensitivities",
-    "least_singular_value_within",
-    "least_tilt_margin",
-    "nearest_singular_attitude",
-    "segment_singular_everywhere",
-    "sensitivity_deviations",
-    "singular_everywhere",
-    "tilt_margin",
-]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -62,8 +49,7 @@ EVERYWHERE = (
 )
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
-_LARGEST_RESOLUTION = 0.1
-"""Above it v is never in doubt: coefficients of four digits and angles of three carry less than that."""
+_LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four digits and angles of three
 
 
 def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -93,13 +79,13 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     coefficients
         Those of formula (1); the physical margin takes exact ones.
     angle_rounding
-        What each angle may be off by [rad].
+        Assumed error of each angle [rad].
 
     Returns
     -------
     array of the leading shape, in [0, π/2]
-        NaN where there is none, because the matrix is singular at every attitude, to within what the digits carry; and
-        where an angle is NaN.
+        NaN where there is none, because the matrix is singular at every attitude to within the errors, and where an
+        angle is NaN.
 
     Notes
     -----
@@ -112,7 +98,7 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
     array([90.  , 86.79])
     """
-    angles = _tilt_angles(alpha)
+    angles = _finite_or_nan(alpha)
     return np.abs(_signed_margin(angles.reshape(-1, 4), coefficients, angle_rounding)).reshape(angles.shape[:-1])[()]
 
 
@@ -134,16 +120,14 @@ def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding:
     return margin
 
 
-def _tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
+def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), NaN where they are not finite, or raise InputError."""
-    angles = np.asarray(alpha, dtype=float)
-    if angles.ndim == 0 or angles.shape[-1] != 4:
-        raise InputError(f"alpha: an array of shape {angles.shape}; allowed is (..., 4)")
+    angles = tilt_angles(alpha)
     return np.where(np.isfinite(angles), angles, np.nan)
 
 
 def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4): the same formulas with two functions an angle."""
+    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4), with one sine and one cosine of each angle."""
     columns = np.ascontiguousarray(rows.T)
     s1, s2, s3, s4 = np.sin(columns)
     c1, c2, c3, c4 = np.cos(columns)
@@ -165,12 +149,11 @@ def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[Flo
 def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
-    """Return whether Rφ, Rθ and R are all below what coefficients and digits carry, shape (...).
+    """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, shape (...).
 
-    The matrix is then singular at every attitude, as on all of the blue sheet; what floating point or rounded
-    coefficients leave of v says nothing.
+    The matrix is then singular at every attitude, as on all of the blue sheet.
     """
-    alpha = _tilt_angles(alpha)
+    alpha = _finite_or_nan(alpha)
     a1, a2, a3, a4 = np.moveaxis(alpha, -1, 0)
     v = np.abs(attitude_sensitivities(alpha, coefficients))
     delta, noise = coefficients.delta, noise_of(coefficients)
@@ -194,7 +177,7 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
     >>> bool(abs(determinant(alpha, exact, roll, pitch)) < 1e-12)
     True
     """
-    v = attitude_sensitivities(_tilt_angles(alpha), coefficients)
+    v = attitude_sensitivities(_finite_or_nan(alpha), coefficients)
     across = np.hypot(v[..., 0], v[..., 1])
     noise = noise_of(coefficients)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -228,16 +211,9 @@ def sensitivity_deviations(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeastMargin:
-    """The least tilt margin along segments: certainly in [lower, upper].
+    """The least tilt margin along segments [rad], proven to be in [lower, upper]; both NaN if there is no margin.
 
-    Parameters
-    ----------
-    lower, upper
-        The bracket [rad]; `upper` is attained. Both NaN where there is no margin.
-    segment, fraction
-        Where.
-    reason
-        "" or why it is zero, or why there is none.
+    `upper` is attained at `fraction` of `segment`. `reason` is why the margin is zero, or why there is none, or "".
     """
 
     lower: float
@@ -260,40 +236,17 @@ def least_tilt_margin(
     angle_rounding: float = 0.0,
     tolerance: float = 1e-7,
 ) -> LeastMargin:
-    """Bracket the least tilt margin along straight segments of tilt angles.
+    """Bracket the least tilt margin along consecutive segments of finite tilt angles, shape (m, 4), to a tolerance [rad].
 
-    Zero where R changes its sign, or where v vanishes at a place alone; there is none if v vanishes along a whole
-    segment, if a single place is all there is, or if digits do not tell v from zero somewhere.
+    Zero where R changes its sign, or where v vanishes at an isolated point. There is none if v vanishes along a whole
+    segment, if there is only one point, or if v cannot be distinguished from zero somewhere because of rounding.
 
-    Parameters
-    ----------
-    starts, ends
-        Consecutive segments, shape (m, 4), m ≥ 1 [rad].
-    coefficients, angle_rounding
-        As for :func:`tilt_margin`.
-    tolerance
-        Width at which the bracket is narrow enough [rad].
-
-    Raises
-    ------
-    InputError
-        If the angles are not finite, the shapes differ, or the tolerance is no positive number.
-
-    Examples
-    --------
     >>> from gaitgraph.invertibility.matrices import coefficients_of
     >>> corners = np.array([[3, -3, 2.4, -2.4], [3, -1, 2.4, -0.8]]) * math.pi / 8
     >>> round(math.degrees(least_tilt_margin(corners[:1], corners[1:], coefficients_of(kind="exact")).lower), 2)
     74.46
     """
-    starts, ends = np.atleast_2d(_tilt_angles(starts)), np.atleast_2d(_tilt_angles(ends))
-    if starts.shape != ends.shape or starts.ndim != 2 or not len(starts) or np.isnan(starts + ends).any():
-        raise InputError(
-            f"starts, ends: arrays of shapes {starts.shape} and {ends.shape}; allowed are two of (m, 4), m at least 1, "
-            "of finite angles"
-        )
-    if not 0 < number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance: {shown(tolerance)}; allowed is a number above 0 (rad)")
+    starts, ends = np.atleast_2d(tilt_angles(starts)), np.atleast_2d(tilt_angles(ends))
     none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
     if none is not None:
         return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=EVERYWHERE)
@@ -307,39 +260,28 @@ def least_tilt_margin(
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         across, rise = sensitivity_deviations(p0, p1, coefficients)
         off = np.hypot(across, rise)
-        lower = np.minimum(*(_lowered(f, p, off, coefficients) for f, p in ((f0, p0), (f1, p1))))
-        return np.maximum(lower, 0.0)
+        lower = np.full(len(f0), np.inf)
+        for margin, alpha in ((f0, p0), (f1, p1)):
+            # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
+            # the margin is at least m where it is not negative.
+            size = np.linalg.norm(attitude_sensitivities(alpha, coefficients), axis=-1)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = off / size
+            lower = np.minimum(lower, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
+        return np.asarray(np.maximum(lower, 0.0))
 
-    found: Least = least_along(starts, ends, value, bound, tolerance=tolerance)
-    lower, upper, segment, fraction = found.worst()
+    lower, upper, segment, fraction = least_along(starts, ends, value, bound, tolerance=tolerance).worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
     segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)
     at = starts[segment] + fraction * (ends - starts)[segment]
     alone = not crossed and bool(singular_everywhere(at, coefficients, angle_rounding=angle_rounding))
     if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
-        # Only rounding makes it so: no margin can be told.
+        # Exactly, v may not vanish here: the margin cannot be decided.
         return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
-    reason = (
-        "R changes its sign"
-        if crossed
-        else "the matrix is singular at every attitude there, and not beside"
-        if alone
-        else "R vanishes there"
-    )
+    reason = "the matrix is singular at every attitude there, and not beside" if alone else "R vanishes there"
+    reason = "R changes its sign" if crossed else reason
     return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
-
-
-def _lowered(margin: FloatArray, alpha: FloatArray, off: FloatArray, coefficients: Coefficients) -> FloatArray:
-    """Return what is left of an end's margin when v strays from its chord by `off`.
-
-    R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and the
-    margin is at least m where it is not negative.
-    """
-    size = np.linalg.norm(attitude_sensitivities(alpha, coefficients), axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = off / size
-    return np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0)
 
 
 def segment_singular_everywhere(
@@ -381,7 +323,7 @@ def checked_tilt(tilt: object) -> float:
     """Return a tilt in [0, π/2) [rad], or raise InputError."""
     number = number_of(tilt)
     if not 0 <= number < HALF_PI:
-        raise InputError(f"tilt: {shown(tilt)}; allowed is an angle from 0 up to, but not, π/2 rad")
+        raise InputError(f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}")
     return number
 
 
@@ -414,8 +356,8 @@ def least_singular_value_within(
     n exactly if nᵀQ(λ)n < 0, with Q(λ) = f₀f₀ᵀ − λ·(1 + Σ fᵢfᵢᵀ/(μᵢ − λ)), μᵢ and uᵢ the squared singular values and
     right singular vectors of the control moment matrix, fᵢ = F·uᵢ. Q has one positive direction at most, so that the
     least of nᵀQn within a tilt is on its rim, where it is a trigonometric polynomial of degree two: the direction is a
-    root of a quartic. Each step takes the λ of the best direction so far, and the best direction for that λ; they
-    end where no direction is better.
+    root of a quartic. Each step computes λ of the best direction so far, then the best direction for that λ, until no
+    direction is better.
 
     Examples
     --------
@@ -425,7 +367,7 @@ def least_singular_value_within(
     True
     """
     tilt = checked_tilt(tilt)
-    angles = _tilt_angles(alpha)
+    angles = _finite_or_nan(alpha)
     known = np.asarray(np.isfinite(angles).all(axis=-1))
     rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
     force, moment = rotor_directions(rows, vehicle)
@@ -433,7 +375,7 @@ def least_singular_value_within(
     within = tilt_margin(rows, exact) > tilt
     value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, exact)
     attitude[np.isnan(attitude)] = 0.0
-    # The direction of the nearest singular attitude is a good one to begin with.
+    # The first guess is the direction of the nearest singular attitude.
     nearest = body_vertical(attitude[:, 0], attitude[:, 1])
     azimuth = np.arctan2(nearest[:, 1], nearest[:, 0])
     open_ = np.flatnonzero(within)

@@ -8,7 +8,7 @@ singular where v·n = 0, v = (−Rθ, Rφ, R): on half a great circle, one branc
 A gait is singular somewhere in its period at every n that is perpendicular to some v(t). At all other n, v(t)·n has one
 sign for all t: they form two convex cones, that of all n with v(t)·n > 0 and its mirror image. So the acceptable
 attitudes around (0, 0) are exactly those of the dual of the cone that v sweeps: a spherical polygon with one side for
-each extreme v, found by a convex hull in the plane. No raster and no root finding is needed.
+each extreme v, found by a convex hull in the plane.
 """
 
 from __future__ import annotations
@@ -37,16 +37,13 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-DIAGRAM_AREA = math.pi**2
-"""Area of the roll–pitch diagram (−π/2, π/2)² [rad²]."""
-
+DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
 _LONGEST_PIECE = 0.1  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
 _FEW_RAYS = 64
 _SAME_RAY = 1e-9
-_SAG = 1e-6
-"""Largest distance of straight sides of a polygon from the curves [rad]."""
+_SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 
 _UP = np.array([0.0, 0.0, 1.0])
 _NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular somewhere in the period"
@@ -136,7 +133,7 @@ class AcceptableAttitudes:
     ----------
     polygon
         Acceptable attitudes connected with (0, 0), as (roll, pitch) [rad]; empty if there are none. Every attitude in
-        it is acceptable, between samples of the period too; its straight sides are within 1e-6 rad of the curves.
+        it is proven acceptable over the whole period; its straight sides are within 1e-6 rad of the curves.
     beyond
         Acceptable attitudes not connected with (0, 0); may be empty.
     error
@@ -179,7 +176,10 @@ class AcceptableAttitudes:
     @property
     def swept(self) -> BaseGeometry:
         """The attitudes that the gait's singular curves sweep over a period."""
-        return _diagram().difference(self.polygon).difference(self.beyond)
+        import shapely
+
+        diagram = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+        return diagram.difference(self.polygon).difference(self.beyond)
 
 
 def acceptable_attitudes(
@@ -224,41 +224,36 @@ def acceptable_attitudes(
         raise InputError(f"alpha must be finite angles in radians, got {points[~np.isfinite(points)][0]}")
     if not 0 < number_of(tolerance) < math.inf:
         raise InputError(f"tolerance must be a finite number above 0, got {shown(tolerance)}")
-    sweep = _Sweep.of(points, coefficients)
-    lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
-    if lost.any():
-        held = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None
-        held |= not singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
-        nothing = _empty()
-        return AcceptableAttitudes(
-            polygon=nothing,
-            beyond=nothing,
-            error=0.0,
-            tolerance=float(tolerance),
-            pieces=len(sweep.starts),
-            reason=EVERYWHERE if held else _NOT_LEVEL,
-        )
-    heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
-    sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
-    around = (sign * heights > 0).all()
-    pieces = len(sweep.starts)
-    polygon, error, reason = _empty(), 0.0, _NOT_LEVEL
-    others = []
-    for side in (sign, -sign):
-        inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
-        found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
-        if side == sign and around and found is not None:
-            polygon, error, pieces = found
-            reason = ""
-        elif side == sign and around:
-            error, reason = 1.0, "R is too near to zero to be decided"
-        elif found is not None:
-            others.append(found[0])
     import shapely
 
+    sweep = _Sweep.of(points, coefficients)
+    polygon, error, reason, pieces = shapely.Polygon(), 0.0, _NOT_LEVEL, len(sweep.starts)
+    sides: list[float] = []
+    others: list[Polygon] = []
+    heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
+    sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
+    lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
+    if not lost.any():
+        sides = [sign, -sign]
+    elif segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None or not (
+        singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
+    ):
+        reason = EVERYWHERE
+    for side in sides:
+        inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
+        found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
+        if side == sign and (sign * heights > 0).all():
+            # Level flight is nowhere singular at the samples: this is the cone around (0, 0).
+            if found is None:
+                error, reason = 1.0, "R is too near to zero to be decided"
+            else:
+                polygon, error, pieces = found
+                reason = ""
+        elif found is not None:
+            others.append(found[0])
     return AcceptableAttitudes(
         polygon=polygon,
-        beyond=shapely.union_all(others),
+        beyond=shapely.union_all(others) if sides else shapely.Polygon(),
         error=error,
         tolerance=float(tolerance),
         pieces=pieces,
@@ -326,11 +321,13 @@ def _narrowed(
 ) -> tuple[Polygon, float, int] | None:
     """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
 
-    None if there is none, or if that cannot be decided. A piece inside the cone of the samples changes nothing and is
-    dropped; a piece that reaches beyond the cone is cut finer.
+    None if there is none, or if that cannot be decided. Pieces inside the cone of the samples are dropped; the others
+    are cut finer.
     """
-    pieces = most = len(sweep.starts)
-    most = max(_MOST_PIECES, 2 * most)
+    import shapely
+
+    pieces = len(sweep.starts)
+    most = max(_MOST_PIECES, 2 * pieces)
     core = np.zeros((0, 3))
     while True:
         rays = sweep.safe_rays(sign)
@@ -340,11 +337,20 @@ def _narrowed(
         doubtful = np.any(rays @ inside <= 0, axis=1)
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
-            out = ((sweep.across > 0) | (sweep.level > 0)) & _reaches_beyond(rays, outer, inside)
+            out = (sweep.across > 0) | (sweep.level > 0)
+            if len(outer) >= 3:
+                hull = shapely.Polygon(_projected(outer, inside))
+                shapely.prepare(hull)
+                x, y = np.moveaxis(_projected(rays, inside), -1, 0)
+                out &= ~shapely.contains_xy(hull, x, y).all(axis=1)
             sweep, rays, core = sweep.only(out), rays[out], outer
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            gap = _gap(extreme, outer)
-            # What straight sides leave open bounds what finer pieces can gain.
+            areas = []
+            for ring in (_ring_of(extreme), _ring_of(outer)):
+                x, y = (ring - ring[0]).T
+                areas.append(abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / 2)
+            gap = abs(areas[1] - areas[0]) / DIAGRAM_AREA
+            # Finer pieces gain no more than the straight sides lose.
             last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
             if last or gap <= tolerance:
                 polygon = _polygon_of(extreme)
@@ -357,28 +363,6 @@ def _narrowed(
             return None
         pieces += int(doubtful.sum())
         sweep = sweep.cut(doubtful, coefficients)
-
-
-def _reaches_beyond(rays: FloatArray, cone: FloatArray, inside: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return for rays of shape (m, k, 3) whether one of each k is outside a cone given by its extreme rays."""
-    import shapely
-
-    if len(cone) < 3:
-        return np.ones(len(rays), dtype=bool)
-    hull = shapely.Polygon(_projected(cone, inside))
-    shapely.prepare(hull)
-    x, y = np.moveaxis(_projected(rays, inside), -1, 0)
-    return np.asarray(~shapely.contains_xy(hull, x, y).all(axis=1))
-
-
-def _gap(inner: FloatArray, outer: FloatArray) -> float:
-    """Return about what fraction of the diagram lies between two regions, each given by its extreme rays."""
-    areas = []
-    for rays in (inner, outer):
-        points = _ring_of(rays)
-        x, y = (points - points[0]).T
-        areas.append(abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / 2)
-    return abs(areas[1] - areas[0]) / DIAGRAM_AREA
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:
@@ -407,22 +391,6 @@ def _inside(rays: FloatArray) -> FloatArray | None:
         chosen = np.concatenate([chosen, worst])
 
 
-def _convex_hull(points: FloatArray) -> npt.NDArray[np.intp]:
-    """Return the corners of the convex hull of points in the plane, counter-clockwise, by number.
-
-    Qhull keeps its hulls convex where points are within rounding of each other. Points on a line have two corners.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return np.asarray(ConvexHull(points).vertices, dtype=np.intp)
-    except (QhullError, ValueError):  # all on a line, or fewer than three
-        offset = points - points[0]
-        farthest = offset[np.argmax(np.sum(offset**2, axis=1))]
-        along = offset @ farthest
-        return np.unique([np.argmin(along), np.argmax(along)])
-
-
 def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
     """Return the central projection of rays onto the plane at distance one along `inside`, shape (..., 2)."""
     first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
@@ -433,11 +401,20 @@ def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
 def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     """Return the extreme rays of a cone and the horizon's, unit vectors, counter-clockwise about `inside`.
 
-    Rays within 1e-9 rad of each other are one.
+    Rays within 1e-9 rad of each other are one. Qhull keeps its hulls convex where points are within rounding of each
+    other; of points on a line only both ends are extreme.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     everything = np.vstack([_UP, rays])
     everything /= np.linalg.norm(everything, axis=1, keepdims=True)
-    index = _convex_hull(_projected(everything, inside))
+    points = _projected(everything, inside)
+    try:
+        index = np.asarray(ConvexHull(points).vertices, dtype=np.intp)
+    except (QhullError, ValueError):  # all on a line, or fewer than three
+        offset = points - points[0]
+        along = offset @ offset[np.argmax(np.sum(offset**2, axis=1))]
+        index = np.unique([np.argmin(along), np.argmax(along)])
     kept = [int(index[0])]
     for k in [*index[1:].tolist(), kept[0]]:
         if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
@@ -454,12 +431,15 @@ def _polygon_of(rays: FloatArray) -> Polygon:
     import shapely
 
     polygon = shapely.Polygon(_ring_of(rays))
-    whole = polygon if polygon.is_valid else _largest_part(shapely.make_valid(polygon))
-    return cast("Polygon", whole.normalize())  # so that its first corner is the same wherever its sides were cut
+    if not polygon.is_valid:
+        parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(polygon))).tolist()
+        polygons = (part for part in parts if isinstance(part, shapely.Polygon))
+        polygon = max(polygons, key=lambda part: float(part.area), default=shapely.Polygon())
+    return cast("Polygon", polygon.normalize())  # so that its first corner is the same wherever its sides were cut
 
 
 def _ring_of(rays: FloatArray) -> FloatArray:
-    """Return the border of that polygon as points (roll, pitch)."""
+    """Return the border of the polygon of :func:`_polygon_of` as points (roll, pitch), shape (k, 2)."""
     if len(rays) == 1:
         return HALF_PI * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     horizon = np.flatnonzero((rays == _UP).all(axis=1))
@@ -473,14 +453,6 @@ def _ring_of(rays: FloatArray) -> FloatArray:
     curved = len(rays) - horizon.size
     points = _arcs(starts[:curved], along[:curved], turn[:curved])
     return np.concatenate([points, _border(starts[-1], float(turn[-1]))]) if horizon.size else points
-
-
-def _largest_part(shape: BaseGeometry) -> Polygon:
-    """Return the largest polygon of a geometry; an empty one if there is none."""
-    import shapely
-
-    parts = [part for part in shapely.get_parts(shapely.get_parts(shape)).tolist() if isinstance(part, shapely.Polygon)]
-    return max(parts, key=lambda part: float(part.area), default=shapely.Polygon())
 
 
 def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
@@ -530,15 +502,3 @@ def _border(start: FloatArray, turn: float) -> FloatArray:
             within = min(max(angle + side, first), first + turn)
             points.append((math.copysign(HALF_PI, math.sin(within)), -math.asin(math.cos(angle))))
     return np.array(points)
-
-
-def _diagram() -> Polygon:
-    import shapely
-
-    return shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-
-
-def _empty() -> Polygon:
-    import shapely
-
-    return shapely.Polygon()

@@ -1,9 +1,7 @@
 """A gait's robustness to attitude, beside that of its biased gaits.
 
-A gait, a timed gait, a table or a file, on the surfaces or off them, gets one report: the least tilt margin over the
-period with its location and direction, the acceptable attitudes around level flight, the least singular value at the
-worst attitude within a tilt, the singular curves, and the same for the gait scaled by each η. The coefficients are the
-exact ones of the vehicle unless published ones are requested, because the report is about physics.
+The coefficients are the exact ones of the vehicle unless published ones are requested, because the report is about
+physics.
 """
 
 from __future__ import annotations
@@ -48,7 +46,6 @@ FloatArray = npt.NDArray[np.float64]
 Scaling = Literal["none", "biased", "scaled"]
 
 DEFAULT_TILT = math.radians(30)
-"""Tilt within which the least singular value is computed, by default [rad]."""
 
 _BRACKET = 5e-4
 _MOST_CURVES = 10_000
@@ -113,6 +110,13 @@ class Robustness:
 
         margin, acceptable = self.tilt_margin, self.acceptable
         outline = shapely.get_coordinates(acceptable.polygon.simplify(1e-3))[:-1].tolist()
+        curves = []
+        for place, curve in self.curves:
+            x, y, z = map(float, curve.normal)
+            numbers = {"R_theta": 0.0 - x, "R_phi": y, "R": z, "kind": curve.kind}
+            points = curve.points(_POINTS_OF_A_CURVE)
+            branches = [points.tolist()] if len(points) else []
+            curves.append({**place.as_mapping(self.noun), **numbers, "branches": branches})
         return {
             **({} if self.scaling == "none" else {"eta": self.eta, "scaling": self.scaling}),
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
@@ -129,25 +133,12 @@ class Robustness:
             "least_singular_value_at_least": self.singular_value[0],
             "least_singular_value_where": self.singular_where.as_mapping(self.noun),
             "least_singular_value_attitude": list(self.singular_attitude),
-            "singular_curves": [_mapping_of_curve(place, curve, self.noun) for place, curve in self.curves],
+            "singular_curves": curves,
         }
 
     def __repr__(self) -> str:
         margin = "no tilt margin" if self.tilt_margin is None else f"tilt margin {self.tilt_margin:.4f} rad"
         return f"<Robustness of {self.name}: {margin}, acceptable fraction {self.acceptable.fraction:.4f}>"
-
-
-def _mapping_of_curve(place: Place, curve: SingularCurve, noun: str) -> dict[str, Any]:
-    x, y, z = map(float, curve.normal)
-    points = curve.points(_POINTS_OF_A_CURVE)
-    return {
-        **place.as_mapping(noun),
-        "R_theta": 0.0 - x,
-        "R_phi": y,
-        "R": z,
-        "kind": curve.kind,
-        "branches": [points.tolist()] if len(points) else [],
-    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,8 +204,12 @@ def _details(one: Robustness) -> list[str]:
     if acceptable.reason:
         lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
     else:
-        unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
-        error = f" (error below {_rounded_up(100 * acceptable.error)} %{unmet})" if acceptable.error else ""
+        error = ""
+        if acceptable.error:
+            unit = 10.0 ** math.floor(math.log10(100 * acceptable.error))
+            bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
+            unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
+            error = f" (error below {bound:.1g} %{unmet})"
         part = f"{100 * acceptable.fraction:.2f} % of attitudes{error}"
         lines.append(f"acceptable around level: {part}, {acceptable.area:.4f} rad²")
     if one.singular_value[1] == 0:
@@ -226,12 +221,6 @@ def _details(one: Robustness) -> list[str]:
             f"{worst}, {_attitude(one.singular_attitude)}"
         )
     return lines
-
-
-def _rounded_up(bound: float) -> str:
-    """Return a bound with one digit, not below it."""
-    unit = 10.0 ** math.floor(math.log10(bound))
-    return f"{math.ceil(bound / unit) * unit:.1g}"
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -277,7 +266,7 @@ def robustness_of(
     curves
         Number of locations for which singular curves are returned.
     progress
-        Called with a short text before each gait of the sweep, and before the gait itself.
+        Called with a short text before each gait of the sweep and the gait itself.
 
     Raises
     ------
@@ -302,22 +291,33 @@ def robustness_of(
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
         raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
     segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)
+    rounding = rounding if angle_rounding is None else float(angle_rounding)
     numbers = coefficients_of(vehicle, coefficients or "exact")
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:
         if progress is not None:
             progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
+        factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
+        moved = replace(segments, alpha=segments.alpha * factor)
+        margin = least_tilt_margin(moved.starts, moved.ends, numbers, angle_rounding=rounding)
+        where = moved.place(margin.segment, margin.fraction)
+        nearest = nearest_singular_attitude(where.alpha, numbers)
+        direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
+        value, singular_where, attitude = _singular_value(moved, margin, where, direction, tilt, vehicle)
+        places = _spread(moved, curves)
         found.append(
-            _of(
-                segments,
-                scaling,
-                eta,
-                vehicle=vehicle,
-                coefficients=numbers,
+            Robustness(
+                scaling=scaling,
+                eta=eta,
+                margin=margin,
+                where=where,
+                direction=direction,
+                acceptable=acceptable_attitudes(moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding),
                 tilt=tilt,
-                tolerance=tolerance,
-                angle_rounding=rounding if angle_rounding is None else float(angle_rounding),
-                curves=curves,
+                singular_value=value,
+                singular_where=singular_where,
+                singular_attitude=attitude,
+                curves=tuple((at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in places),
                 noun=noun,
             )
         )
@@ -338,68 +338,24 @@ def _closed_segments(
 ) -> tuple[Segments, Vehicle, float, str]:
     """Return the segments of a closed gait, its vehicle, the assumed error of its angles, and the word for a point."""
     if isinstance(gait, (Gait, TimedGait)):
-        bare = gait if isinstance(gait, Gait) else gait.gait
-        rounding = max(bare.coefficients.sheet_rounding, _distance_from_sheet(bare.alpha, bare.coefficients))
-        return segments_of(bare), bare.vehicle, rounding, "corner"
-    gait = as_table(gait)
-    if isinstance(gait, (str, Path)):
-        table = read_table(gait)
-    elif isinstance(gait, Table):
-        table = gait
+        points = gait if isinstance(gait, Gait) else gait.gait
+        segments, digits, noun = segments_of(points), 0.0, "corner"
     else:
-        raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
-    with naming_file(gait):
-        rows, times = closed_rows(table, vehicle=vehicle)
-    rounding = max(
-        table.rounding, rows.coefficients.sheet_rounding, _distance_from_sheet(rows.alpha, rows.coefficients)
-    )
-    segments = replace(segments_of(rows), t=times, after_t=None if times is None else float(times[0]))
-    return segments, rows.vehicle, rounding, "row"
-
-
-def _distance_from_sheet(alpha: FloatArray, coefficients: Coefficients) -> float:
-    """Return how far points are from the sheets that they all lie on, which shows their error; zero off the sheets."""
-    near = family_distances(alpha, coefficients)[..., :2].min(axis=-1)
-    return float(near.max()) if near.max() <= DEFAULT_TOLERANCE else 0.0
-
-
-def _of(
-    segments: Segments,
-    scaling: Scaling,
-    eta: float,
-    *,
-    vehicle: Vehicle,
-    coefficients: Coefficients,
-    tilt: float,
-    tolerance: float,
-    angle_rounding: float,
-    curves: int,
-    noun: str,
-) -> Robustness:
-    factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
-    moved = replace(segments, alpha=segments.alpha * factor)
-    margin = least_tilt_margin(moved.starts, moved.ends, coefficients, angle_rounding=angle_rounding)
-    where = moved.place(margin.segment, margin.fraction)
-    nearest = nearest_singular_attitude(where.alpha, coefficients)
-    direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
-    value, place, attitude = _singular_value(moved, margin, where, direction, tilt, vehicle)
-    return Robustness(
-        scaling=scaling,
-        eta=eta,
-        margin=margin,
-        where=where,
-        direction=direction,
-        acceptable=acceptable_attitudes(moved.starts, coefficients, tolerance=tolerance, angle_rounding=angle_rounding),
-        tilt=tilt,
-        singular_value=value,
-        singular_where=place,
-        singular_attitude=attitude,
-        curves=tuple(
-            (place, singular_curve(place.alpha, coefficients, angle_rounding=angle_rounding))
-            for place in _spread(moved, curves)
-        ),
-        noun=noun,
-    )
+        gait = as_table(gait)
+        if isinstance(gait, (str, Path)):
+            table = read_table(gait)
+        elif isinstance(gait, Table):
+            table = gait
+        else:
+            raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
+        with naming_file(gait):
+            points, times = closed_rows(table, vehicle=vehicle)
+        segments = replace(segments_of(points), t=times, after_t=None if times is None else float(times[0]))
+        digits, noun = table.rounding, "row"
+    # The distance of points from the sheets that they all lie on is an error of their angles.
+    far = float(family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max())
+    rounding = max(digits, points.coefficients.sheet_rounding, far if far <= DEFAULT_TOLERANCE else 0.0)
+    return segments, points.vehicle, rounding, noun
 
 
 def _singular_value(
@@ -429,7 +385,7 @@ def _singular_value(
 def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
     """Return the segments that may hold the least of a costly value, whose bound holds between any two points.
 
-    Most rows of a long table are near others: values at a few rows, then at more, exclude most segments.
+    Values at a few rows, then at more, exclude most segments: most rows of a long table are near others.
     """
     starts, ends = segments.starts, segments.ends
     rows = np.arange(len(starts))
@@ -441,13 +397,9 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
         found = value(starts[anchors])
         least = min(least, float(found.min()))
         nearest = np.searchsorted(anchors, rows - rows % stride)
-        lower = np.stack(
-            [
-                2 * bound(found[nearest], np.zeros(len(rows)), starts[anchors][nearest], side[rows])
-                for side in (starts, ends)
-            ]
-        )
-        rows = rows[lower.min(axis=0) <= least]
+        at, zero = starts[anchors][nearest], np.zeros(len(rows))
+        lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, ends)]
+        rows = rows[np.minimum(*lower) <= least]
     return rows
 
 
@@ -461,7 +413,6 @@ def _spread(segments: Segments, count: int) -> list[Place]:
     places = []
     for at in np.arange(count) * (total / max(count, 1)):
         segment = min(int(np.searchsorted(before, at, side="right")) - 1, len(size) - 1)
-        places.append(
-            segments.place(segment, min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0)
-        )
+        fraction = min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0
+        places.append(segments.place(segment, fraction))
     return places
