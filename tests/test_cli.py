@@ -187,7 +187,7 @@ WRONG = [
     ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
-    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "got 'published', which belong to the paper"),
+    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "got 'published', which belong"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),
     ("plan --waypoint 0,0 --output no/x.csv", "folder 'no' does not exist"),

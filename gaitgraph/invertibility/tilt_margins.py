@@ -236,7 +236,7 @@ def least_tilt_margin(
     angle_rounding: float = 0.0,
     tolerance: float = 1e-7,
 ) -> LeastMargin:
-    """Bracket the least tilt margin along consecutive segments of finite tilt angles, shape (m, 4), to a tolerance [rad].
+    """Bracket the least tilt margin along consecutive segments of finite angles, shape (m, 4), to a tolerance [rad].
 
     Zero where R changes its sign, or where v vanishes at an isolated point. There is none if v vanishes along a whole
     segment, if there is only one point, or if v cannot be distinguished from zero somewhere because of rounding.
