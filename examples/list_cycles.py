@@ -34,7 +34,7 @@ print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, 
 
 graph = gg.surface_graph("negative")
 answer = gg.graph.simple_cycle(graph, nodes_above(graph, waypoints), any_order=True)
-if isinstance(answer, gg.graph.SimpleCycle):
+if answer.cycle is not None:
     print(f"through its corners, in any order: {answer.cycle.length:.4f} rad, proven shortest: {answer.exact}")
     print(f"flyable {answer.cycle.report.flyable}, by the whole report")
     plots.gait_loop(answer.cycle.path, ax=plots.singular_value_map())

@@ -45,17 +45,15 @@ if TYPE_CHECKING:
     from gaitgraph.flight.simulation import fly as fly
     from gaitgraph.gait.gait import Gait as Gait, lift as lift
     from gaitgraph.gait.table import Table as Table
-    from gaitgraph.graph.build import surface_graph as surface_graph
-    from gaitgraph.graph.contract import validate_graph as validate_graph
+    from gaitgraph.graph.build import surface_graph as surface_graph, validate_graph as validate_graph
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
     from gaitgraph.io.reading import gait_of as gait_of, read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
     from gaitgraph.optimization.retargeting import retarget as retarget
-    from gaitgraph.planning.location import location_of as location_of
-    from gaitgraph.planning.plan import Plan as Plan
-    from gaitgraph.planning.planner import plan_loop as plan_loop
+    from gaitgraph.planning.any_angle import location_of as location_of
+    from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.transitions import transition as transition
     from gaitgraph.robustness.biased import robustness_of as robustness_of
     from gaitgraph.study.running import run_study as run_study

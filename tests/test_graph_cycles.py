@@ -15,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
-from gaitgraph.graph.cycle_list import Cycle, NoCycle, SimpleCycle, cycles, simple_cycle
+from gaitgraph.graph.cycle_list import Cycle, SimpleCycle, cycles, simple_cycle
 from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
 from gaitgraph.planning.grid import grid_cycles
 from gaitgraph.planning.request import request_of
@@ -311,10 +311,11 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         answer = simple_cycle(graph, stops, use=use, any_order=any_order, effort=None)
         assert items_of(graph, cycles(graph, use=use, through=stops, any_order=any_order)) == expected
         if not expected:
-            assert isinstance(answer, NoCycle)
-            assert (answer.proven, answer.bound, bool(answer)) == (True, math.inf, False)
+            assert (answer.exact, answer.bound, answer.gap, bool(answer)) == (True, math.inf, 0.0, False)
             continue
-        assert isinstance(answer, SimpleCycle)
+        assert answer
+        assert answer.cycle is not None
+        assert answer.reason is None
         shortest = [item for item in expected if item[0] == expected[0][0]]
         assert items_of(graph, [answer.cycle])[0] in shortest
         assert simple_cycle(graph, stops, use=use, any_order=any_order) == answer
@@ -324,34 +325,33 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         for effort in (1, 10, 100):
             hasty = simple_cycle(graph, stops, use=use, any_order=any_order, effort=effort)
             assert hasty.bound <= answer.cycle.length
-            if isinstance(hasty, SimpleCycle):
+            if hasty.cycle is not None:
                 assert passes([index[name] for name in hasty.nodes], numbers, any_order)
                 assert hasty.cycle.length >= answer.cycle.length
                 assert hasty.exact is (hasty.gap == 0)
                 assert not hasty.exact or hasty.cycle.length == answer.cycle.length
                 assert hasty.cycle.length <= hasty.bound * (1 + hasty.gap) * (1 + 1e-12)
             else:
-                assert not hasty.proven
-                assert "none found in" in hasty.reason
+                assert (hasty.exact, hasty.gap) == (False, math.inf)
+                assert "none found in" in str(hasty.reason)
 
 
 def test_the_stops_are_passed_in_their_order() -> None:
     graph = surface_graph("negative")
     corners = [(*cell, "red") for cell in ((14, 2), (14, 6), (10, 6), (10, 2))]
     answer = simple_cycle(graph, [[corner] for corner in corners])
-    assert isinstance(answer, SimpleCycle)
+    assert answer.cycle is not None
     assert answer.cycle.length == pytest.approx(math.pi)
     places = [answer.nodes.index(corner) for corner in corners]
     assert places == sorted(places)
     assert places[0] == 0
     crossed = [corners[k] for k in (0, 2, 1, 3)]
     longer = simple_cycle(graph, [[corner] for corner in crossed], effort=20_000)
-    assert isinstance(longer, SimpleCycle)
+    assert longer.cycle is not None
     assert longer.cycle.length > answer.cycle.length
     places = [longer.nodes.index(corner) for corner in crossed]
     assert places == sorted(places)
     free = simple_cycle(graph, [[corner] for corner in crossed], any_order=True)
-    assert isinstance(free, SimpleCycle)
     assert free.cycle == answer.cycle
 
 
@@ -359,7 +359,7 @@ def test_the_heuristic_answers_where_the_search_does_not() -> None:
     graph = surface_graph("negative", 32)
     stops = [[(i, j, "red")] for i, j in ((20, 6), (28, 6), (28, 14), (22, 12), (24, 9), (19, 10))]
     answer = simple_cycle(graph, stops, effort=50)
-    assert isinstance(answer, SimpleCycle)
+    assert answer.cycle is not None
     assert 0 < answer.bound <= answer.cycle.length
     assert answer.gap == pytest.approx(answer.cycle.length / answer.bound - 1)
     assert all(stop[0] in answer.nodes for stop in stops)
@@ -371,15 +371,13 @@ def test_why_there_is_no_simple_cycle() -> None:
     lonely = red[0]
     graph.remove_edges_from(list(graph.edges(lonely))[1:])
     answer = simple_cycle(graph, [[red[3]], [lonely]])
-    assert answer == NoCycle(reason="stop 2 lies on no cycle", proven=True, bound=math.inf)
+    assert answer == SimpleCycle(reason="stop 2 lies on no cycle", exact=True, bound=math.inf)
     blue = next(name for name, data in graph.nodes(data=True) if data["color"] == "blue")
     answer = simple_cycle(graph, [[red[3]], [red[4]], [blue]])
-    assert isinstance(answer, NoCycle)
-    assert answer.reason.startswith("stops 1 and 3 are not joined")
+    assert str(answer.reason).startswith("stops 1 and 3 are not joined")
     assert list(cycles(graph, through=[[red[3]], [blue]])) == []
     twice = simple_cycle(graph, [[red[3]], [red[5]], [red[3]], [red[7]]])
-    assert isinstance(twice, NoCycle)
-    assert "passes some node twice" in twice.reason
+    assert "passes some node twice" in str(twice.reason)
 
 
 # Effort, interruption, progress, input
@@ -447,11 +445,9 @@ NODE = (14, 2, "red")
         ({"through": [[NODE], []]}, "through: stop 2 must be "),
         ({"through": [[NODE, [1]]]}, "through: stop 1 must have "),
         ({"through": [[NODE]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
-        ({"any_order": 1}, "any_order must be True or False, got 1"),
         ({"effort": 0}, "effort must be a whole number ≥ 1 or None, got 0"),
         ({"effort": 1.5}, "effort must be .* got 1.5"),
         ({"effort": True}, "effort must be .* got True"),
-        ({"progress": 3}, "progress must be .* got 3"),
         ({"graph": 3}, "graph must be a networkx.Graph .* got 3"),
     ],
 )

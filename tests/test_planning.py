@@ -18,7 +18,7 @@ from tests.published import GAITS, PublishedGait
 if TYPE_CHECKING:
     import networkx as nx
 
-    from gaitgraph.planning.plan import Plan
+    from gaitgraph.planning.planner import Plan
 
 G1, G2, G3, G4 = GAITS
 

@@ -27,7 +27,7 @@ from tests.published import GAITS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.planning.plan import Loop, Plan
+    from gaitgraph.planning.planner import Loop, Plan
 
 Point = tuple[float, float]
 G1, G2, G3, G4 = GAITS

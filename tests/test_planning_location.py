@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.planning.location import location_of
+from gaitgraph.planning.any_angle import location_of
 from gaitgraph.planning.request import request_of
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]

@@ -168,5 +168,5 @@ def test_orientation_is_exact_near_zero(base: list[float], ulps: int, along: flo
 
 
 def test_what_is_no_polygon_is_refused() -> None:
-    with pytest.raises(InputError, match="region: a LineString; allowed are polygons"):
+    with pytest.raises(InputError, match="region must consist of polygons, got a LineString"):
         ShortestPaths(shapely.LineString([(0, 0), (1, 1)]))

@@ -33,7 +33,7 @@ def region_command(use: Any, request_file: str | None = None, as_json: bool = Fa
 
     The exit code is 1 if no part holds them all, so that no closed gait can pass them.
     """
-    from gaitgraph.planning.location import location_of
+    from gaitgraph.planning.any_angle import location_of
     from gaitgraph.planning.request import read_request, request_from_mapping
 
     if request_file is None and "waypoints" not in given:

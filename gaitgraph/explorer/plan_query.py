@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.planning.plan import Loop, Plan
+    from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.robustness.biased import Robustness
     from gaitgraph.validation.report import Check
 

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.graph.build import surface_graph as surface_graph
-    from gaitgraph.graph.contract import validate_graph as validate_graph
+    from gaitgraph.graph.build import surface_graph as surface_graph, validate_graph as validate_graph
     from gaitgraph.graph.cycle_list import (
         Cycle as Cycle,
         Cycles as Cycles,
-        NoCycle as NoCycle,
         SimpleCycle as SimpleCycle,
         cycles as cycles,
         simple_cycle as simple_cycle,

@@ -1,7 +1,6 @@
 """The gait surfaces as a graph: roots are nodes, steps between neighbouring roots are edges.
 
-The graph is a plain :class:`networkx.Graph` with a written contract, enforced by
-:func:`gaitgraph.graph.contract.validate_graph`:
+The graph is a plain :class:`networkx.Graph` with a written contract, enforced by :func:`validate_graph`:
 
 Graph metadata (``graph.graph``)
     ``contract``  "gaitgraph surface graph 1";
@@ -37,9 +36,18 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Coefficients,
+    coefficients_of,
+    level_determinant,
+    noise_of,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
 from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
     least_level_determinant,
@@ -47,8 +55,8 @@ from gaitgraph.invertibility.segment_bounds import (
     thrust_shares_along,
     thrusts_push_up,
 )
-from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid
+from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types, types_from_text
+from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid, types_of
 from gaitgraph.validation.rules import jumps
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 
@@ -71,6 +79,9 @@ WAYPOINT_SNAP = 1e-9
 
 _SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-5
+_METADATA = ("contract", "divisions", "step", "sign", "coefficients", "vehicle", "crossing_tolerance", "floor")
+_NODE = ("alpha1", "alpha2", "alpha3", "alpha4", "types", "color", "R", "cell")
+_EDGE_TOLERANCES = {"length": 1e-9, "jump": 1e-9, "least_singular_value": 2e-5}
 
 
 def checked_divisions(divisions: object) -> int:
@@ -173,17 +184,9 @@ def surface_graph(
             numbers = waypoint_counts.setdefault((angles[0], angles[1]), [len(waypoint_counts), 0])
             ids.append(("w", numbers[0], numbers[1]))
             numbers[1] += 1
-        graph.add_node(
-            ids[-1],
-            alpha1=angles[0],
-            alpha2=angles[1],
-            alpha3=angles[2],
-            alpha4=angles[3],
-            types=text_from_types(*pair),
-            color=color,
-            R=value,
-            cell=(i, j) if i >= 0 else None,
-        )
+        node = {f"alpha{k}": angle for k, angle in enumerate(angles, start=1)}
+        cell_of_node = (i, j) if i >= 0 else None
+        graph.add_node(ids[-1], **node, types=text_from_types(*pair), color=color, R=value, cell=cell_of_node)
     names, columns = list(quantities), [column.tolist() for column in quantities.values()]
     graph.add_edges_from(
         (ids[a], ids[b], dict(zip(names, values, strict=True)))
@@ -273,23 +276,14 @@ def edge_quantities(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the edge attributes of the contract as arrays of shape (e,), by name.
 
-    Parameters
-    ----------
-    alpha, red
-        Tilt angles of the nodes, shape (n, 4) [rad], and whether each is red, shape (n,).
-    edge
-        Numbers of the two nodes of each edge, shape (e, 2).
-    wanted
-        The sign of R, +1 or −1.
-    vehicle, coefficients, floor
-        As for :func:`surface_graph`.
+    The nodes have tilt angles `alpha`, shape (n, 4) [rad], and are `red` or not; `edge`, shape (e, 2), has the numbers
+    of both nodes of each edge, and `wanted` is the sign of R, +1 or −1.
     """
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
     jump = jumps(starts, ends, red[a], red[b], coefficients)
-    keeps_sign = np.zeros(len(edge), dtype=bool)
+    keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
     singular = np.zeros(len(edge))
-    flyable = np.zeros(len(edge), dtype=bool)
     if len(edge):
         noise = noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True)
@@ -353,3 +347,125 @@ def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficient
             raise ContractError(f"graph metadata: {key!r} is missing")
     vehicle = vehicle_from_mapping(graph.graph["vehicle"])
     return vehicle, coefficients_of(vehicle, graph.graph["coefficients"])
+
+
+def validate_graph(graph: nx.Graph[Any]) -> None:
+    """Raise ContractError, naming the first thing that breaks it, unless a graph keeps the contract.
+
+    Checked are metadata, ids, attributes and their types, that nodes are roots with the stated types and R, and
+    that edges join neighbours that Figure 15 allows with the stated length, jump and flags. Not checked is that
+    the graph is complete: nodes and edges may be removed.
+
+    Raises
+    ------
+    ContractError
+        If anything differs.
+
+    Examples
+    --------
+    >>> graph = surface_graph(divisions=8)
+    >>> graph.nodes[6, 2, "red"]["R"] = 1.0
+    >>> validate_graph(graph)
+    Traceback (most recent call last):
+    ...
+    gaitgraph.errors.ContractError: node (6, 2, 'red'): R is 1.0, computed is -6.7323
+    """
+    if type(graph) is not nx.Graph:
+        raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
+    for key in _METADATA:
+        if key not in graph.graph:
+            raise ContractError(f"graph metadata: {key!r} is missing")
+    meta = graph.graph
+    if meta["contract"] != CONTRACT:
+        raise ContractError(f"graph metadata: contract must be {CONTRACT!r}, got {meta['contract']!r}")
+    try:
+        divisions = checked_divisions(meta["divisions"])
+        vehicle, coefficients = vehicle_and_coefficients(graph)
+    except (InputError, TypeError) as error:
+        raise ContractError(f"graph metadata: {error}") from error
+    if meta["sign"] not in ("positive", "negative"):
+        raise ContractError(f"graph metadata: sign must be 'positive' or 'negative', got {meta['sign']!r}")
+    for key, expected in (("step", math.pi / divisions), ("crossing_tolerance", math.pi / (2 * divisions))):
+        if not _close(meta[key], expected):
+            raise ContractError(f"graph metadata: {key} is {meta[key]!r}, computed is {expected!r}")
+    if math.isnan(number_of(meta["floor"])):
+        raise ContractError(f"graph metadata: floor must be a number, got {shown(meta['floor'])}")
+    for name, data in graph.nodes(data=True):
+        problem = _problem_of_node(name, data, meta, coefficients)
+        if problem is not None:
+            raise ContractError(f"node {name!r}: {problem}")
+    edges = list(graph.edges(data=True))
+    if not edges:
+        return
+
+    def refuse(k: int, what: str) -> ContractError:
+        return ContractError(f"edge {edges[k][0]!r} – {edges[k][1]!r}: {what}")
+
+    index = {name: k for k, name in enumerate(graph.nodes)}
+    nodes = list(graph.nodes.values())
+    alpha = np.array([[data[f"alpha{k}"] for k in range(1, 5)] for data in nodes])
+    red = np.array([data["color"] == "red" for data in nodes])
+    pairs = np.array([(index[first], index[second]) for first, second, _ in edges])
+    a, b = pairs.T
+    wanted = 1.0 if meta["sign"] == "positive" else -1.0
+    computed = edge_quantities(alpha, red, pairs, wanted, vehicle, coefficients, meta["floor"])
+    for k, (_, _, data) in enumerate(edges):
+        for key in computed:
+            if key not in data:
+                raise refuse(k, f"attribute {key!r} is missing")
+    apart = (np.abs(alpha[a] - alpha[b])[:, :2].max(axis=1) > meta["step"] + 1e-9) | (a == b)
+    if apart.any():
+        raise refuse(int(np.argmax(apart)), "its nodes are not neighbours")
+    codes = np.array([types_from_text(data["types"]) for data in nodes])
+    forbidden = ~neighbors_allowed(tuple(codes[a].T), tuple(codes[b].T))
+    if forbidden.any():
+        k = int(np.argmax(forbidden))
+        raise refuse(k, f"Figure 15 forbids {nodes[a[k]]['types']} beside {nodes[b[k]]['types']}")
+    for key, values in computed.items():
+        tolerance = _EDGE_TOLERANCES.get(key)
+        for k, (value, (_, _, data)) in enumerate(zip(values.tolist(), edges, strict=True)):
+            agrees = data[key] is value if tolerance is None else _close(data[key], value, tolerance)
+            if not agrees:
+                raise refuse(k, f"{key} is {data[key]!r}, computed is {value!r}")
+
+
+def _close(stated: object, computed: float, tolerance: float = 1e-9) -> bool:
+    number = isinstance(stated, (int, float)) and not isinstance(stated, bool)
+    return number and abs(stated - computed) <= tolerance * max(1.0, abs(computed))  # type: ignore[operator]
+
+
+def _problem_of_node(name: Any, data: dict[str, Any], meta: dict[str, Any], coefficients: Coefficients) -> str | None:
+    """Return how a node breaks the contract, or None."""
+    for key in _NODE:
+        if key not in data:
+            return f"attribute {key!r} is missing"
+    if data["color"] not in COLORS:
+        return f"color must be 'red' or 'blue', got {data['color']!r}"
+    if not isinstance(name, tuple) or len(name) != 3:
+        return "its id is neither (i, j, color) nor ('w', k, m)"
+    alpha = [data[f"alpha{k}"] for k in range(1, 5)]
+    if not all(isinstance(angle, float) and abs(angle) <= math.pi / 2 for angle in alpha):
+        return f"tilt angles must be floats in [−π/2, π/2], got {alpha!r}"
+    if name[0] != "w":
+        axis = grid_axis(meta["divisions"]).tolist()
+        inside = all(isinstance(k, int) and 0 < k < meta["divisions"] for k in name[:2])
+        if not inside or data["cell"] != name[:2] or data["color"] != name[2]:
+            return f"its id disagrees with cell {data['cell']!r} and color {data['color']!r}"
+        if not (_close(alpha[0], axis[name[0]]) and _close(alpha[1], axis[name[1]])):
+            return f"(alpha1, alpha2) is {tuple(alpha[:2])!r}, not its grid node"
+    elif data["cell"] is not None:
+        return f"cell must be None off the grid, got {data['cell']!r}"
+    scale = abs(coefficients.single) + 4
+    for label, function in (("Rφ", roll_sensitivity), ("Rθ", pitch_sensitivity)):
+        if abs(float(function(alpha, coefficients))) > 1e-9 * scale:
+            return f"{label} is {float(function(alpha, coefficients))!r}, not zero: it is no root"
+    computed = float(level_determinant(alpha, coefficients))
+    if not _close(data["R"], computed, 1e-9 * scale):
+        return f"R is {data['R']!r}, computed is {computed!r}"
+    if (computed > 0) != (meta["sign"] == "positive"):
+        return f"R is {computed!r}, the graph's sign is {meta['sign']}"
+    pair = types_of(data["color"], alpha[0], alpha[1], coefficients, meta["crossing_tolerance"])
+    expected = text_from_types(int(pair[0]), int(pair[1]))
+    if data["types"] != expected:
+        return f"types are {data['types']!r}, computed are {expected!r}"
+    return None

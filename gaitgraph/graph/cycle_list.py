@@ -139,10 +139,8 @@ class _Numbered:
         self.surface.add_nodes_from((name, dict(data)) for name, data in graph.nodes(data=True))
         self._red = [data["color"] == "red" for data in self.surface.nodes.values()]
 
-    def stops(self, value: object, name: str, any_order: object) -> list[list[int]]:
+    def stops(self, value: object, name: str, any_order: bool) -> list[list[int]]:
         """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
-        if not isinstance(any_order, bool):
-            raise InputError(f"any_order must be True or False, got {shown(any_order)}")
         if not isinstance(value, (list, tuple)):
             raise InputError(f"{name} must be a list of stops, each a list of nodes, got {shown(value)}")
         out = []
@@ -164,10 +162,10 @@ class _Numbered:
         found: list[set[int]] = list(nx.biconnected_components(whole))  # type: ignore[arg-type]
         return [block for block in found if len(block) > 2]
 
-    def rows_past(self, stops: Sequence[Sequence[int]]) -> Rows:
+    def rows_past(self, stops: Sequence[Sequence[int]], blocks: Sequence[set[int]]) -> Rows:
         """Return the edges of those two-connected parts that hold every stop."""
         rows: Rows = [[] for _ in self.rows]
-        for block in self.blocks():
+        for block in blocks:
             if all(not block.isdisjoint(stop) for stop in stops):
                 for k in block:
                     rows[k] += [entry for entry in self.rows[k] if entry[0] in block]
@@ -200,29 +198,20 @@ class _Numbered:
 class Cycles(Iterator[Cycle]):
     """The simple closed cycles of one or more graphs, found while they are asked for; see :func:`cycles`.
 
-    `bound`, `complete` and `steps` are true at any time, after an interruption too.
-
-    Attributes
-    ----------
-    found
-        How many cycles have been yielded.
+    `found` is how many have been yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
     """
 
     found = 0
 
-    def __init__(self, numbered: Sequence[_Numbered], searches: Sequence[CycleSearch]) -> None:
-        self._searches = list(searches)
-        self._streams = [map(one.cycle, search) for one, search in zip(numbered, searches, strict=True)]
-        self._heads: list[Cycle | None] = [None] * len(searches)
+    def __init__(self, sources: Sequence[tuple[_Numbered, CycleSearch]]) -> None:
+        self._sources = list(sources)
+        self._streams = [map(numbered.cycle, search) for numbered, search in sources]
+        self._heads: list[Cycle | None] = [None] * len(sources)
 
     @classmethod
     def merged(cls, parts: Sequence[Cycles]) -> Cycles:
-        """Return the cycles of several graphs as one list in order of length; ties go to the earlier graph."""
-        whole = cls([], [])
-        whole._searches = [search for part in parts for search in part._searches]
-        whole._streams = [stream for part in parts for stream in part._streams]
-        whole._heads = [head for part in parts for head in part._heads]
-        return whole
+        """Return the cycles of several graphs, none begun, in order of length; ties go to the earlier graph."""
+        return cls([source for part in parts for source in part._sources])
 
     def look_ahead(self) -> None:
         """Find the next cycle of each graph without yielding it, which sharpens the bound."""
@@ -243,18 +232,18 @@ class Cycles(Iterator[Cycle]):
     @property
     def bound(self) -> float:
         """Every cycle shorter than this has been yielded [rad]; infinite when there are no more cycles at all."""
-        known = zip(self._heads, self._searches, strict=True)
-        return min((search.bound if head is None else head.length for head, search in known), default=math.inf)
+        known = zip(self._heads, self._sources, strict=True)
+        return min((search.bound if head is None else head.length for head, (_, search) in known), default=math.inf)
 
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return all(search.complete for search in self._searches) and not any(self._heads)
+        return all(search.complete for _, search in self._sources) and not any(self._heads)
 
     @property
     def steps(self) -> int:
         """How many nodes have been expanded."""
-        return sum(search.steps for search in self._searches)
+        return sum(search.steps for _, search in self._sources)
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
@@ -327,14 +316,12 @@ def cycles(
         if not 0 <= number_of(max_length) < math.inf:
             raise InputError(f"max_length must be a finite number ≥ 0 (rad) or None, got {shown(max_length)}")
         most = quanta_of(float(max_length)) + _ROUNDING
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of one text or None, got {shown(progress)}")
     steps = _checked_effort(effort)
     numbered = _Numbered(graph, use)
     stops = numbered.stops(through, "through", any_order)
-    rows = numbered.rows_past(stops) if stops else numbered.rows
+    rows = numbered.rows_past(stops, numbered.blocks()) if stops else numbered.rows
     search = CycleSearch(rows, stops=stops, any_order=any_order, most=most, effort=steps, progress=progress)
-    return Cycles([numbered], [search])
+    return Cycles([(numbered, search)])
 
 
 def _checked_effort(effort: object) -> int | None:
@@ -348,53 +335,37 @@ def _checked_effort(effort: object) -> int | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimpleCycle:
-    """A simple cycle through stops, with what is known about shorter ones.
+    """The answer of :func:`simple_cycle`; truthy when there is a cycle.
 
     Parameters
     ----------
     cycle
-        The cycle.
+        The cycle, or None.
     nodes
         Its nodes from the first stop on, in the direction in which it passes the stops.
     bound
-        No simple cycle through the stops is shorter than this [rad].
+        No simple cycle through the stops is shorter than this [rad]; infinite if there is none.
     exact
-        Whether the cycle is proven to be a shortest one; then `bound` is its length.
+        Whether the answer is proven: that the cycle is a shortest one, or that there is none.
+    reason
+        Why there is no cycle, in one sentence; None if there is one.
     """
 
-    cycle: Cycle
-    nodes: tuple[Any, ...]
-    bound: float
-    exact: bool
+    cycle: Cycle | None = None
+    nodes: tuple[Any, ...] = ()
+    bound: float = math.inf
+    exact: bool = True
+    reason: str | None = None
+
+    def __bool__(self) -> bool:
+        return self.cycle is not None
 
     @property
     def gap(self) -> float:
         """By what part the cycle may be longer than the shortest one, length/bound − 1; 0 if exact."""
         if self.exact:
             return 0.0
-        return self.cycle.length / self.bound - 1 if self.bound > 0 else math.inf
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoCycle:
-    """No simple cycle through stops was found; falsy.
-
-    Parameters
-    ----------
-    reason
-        Why, in one sentence.
-    proven
-        Whether there is none; otherwise the effort was spent.
-    bound
-        No simple cycle through the stops is shorter than this [rad]; infinite if there is none.
-    """
-
-    reason: str
-    proven: bool
-    bound: float
-
-    def __bool__(self) -> bool:
-        return False
+        return math.inf if self.cycle is None or self.bound <= 0 else self.cycle.length / self.bound - 1
 
 
 def simple_cycle(
@@ -404,7 +375,7 @@ def simple_cycle(
     use: Use = "valid",
     any_order: bool = False,
     effort: int | None = 1_000_000,
-) -> SimpleCycle | NoCycle:
+) -> SimpleCycle:
     """Return the shortest simple cycle through stops, or the best one found and how much shorter one could be.
 
     Parameters
@@ -420,8 +391,8 @@ def simple_cycle(
 
     Returns
     -------
-    SimpleCycle or NoCycle
-        Of several shortest cycles always the same one, by no rule. NoCycle is falsy and carries its reason.
+    SimpleCycle
+        Of several shortest cycles always the same one, by no rule. Without a cycle it carries the reason.
 
     Raises
     ------
@@ -446,15 +417,15 @@ def simple_cycle(
     numbers = numbered.stops(stops, "stops", any_order)
     if not numbers:
         raise InputError("stops must be one or more, got none")
-    rows = numbered.rows_past(numbers)
+    blocks = numbered.blocks()
+    rows = numbered.rows_past(numbers, blocks)
     if not any(rows):
-        return NoCycle(reason=_why_apart(numbered.blocks(), numbers), proven=True, bound=math.inf)
+        return SimpleCycle(reason=_why_apart(blocks, numbers))
     search = CycleSearch(rows, stops=numbers, any_order=any_order, effort=steps)
     best = search.shortest()
     exact = best is not None
     if best is None and search.complete:
-        reason = "every closed walk through the stops passes some node twice"
-        return NoCycle(reason=reason, proven=True, bound=math.inf)
+        return SimpleCycle(reason="every closed walk through the stops passes some node twice")
     if best is None:
         order = best_order(graph, [numbered.names[stop[0]] for stop in numbers], use=use) if any_order else None
         ordered = [numbers[k] for k in order.order] if order is not None else numbers
@@ -462,7 +433,7 @@ def simple_cycle(
         best = min((item for item in candidates if item is not None), default=None)
     if best is None:
         reason = f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
-        return NoCycle(reason=reason, proven=False, bound=search.bound)
+        return SimpleCycle(reason=reason, exact=False, bound=search.bound)
     cycle = numbered.cycle(best)
     exact = exact or cycle.length <= search.bound
     return SimpleCycle(

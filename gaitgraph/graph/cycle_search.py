@@ -33,8 +33,7 @@ Item = tuple[int, tuple[int, ...]]
 Step = tuple[int, int, int, Any]
 """One step on: least length over this edge and back, node, length of the edge, state there."""
 
-MOST_HELD = 50_000
-"""A pass keeps up to so many cycles, and twice as many for a moment."""
+MOST_HELD = 50_000  # cycles that a pass keeps; twice as many for a moment
 _NEVER = 1 << 62  # the distance of what cannot be reached
 _MOST_STATES = 30_000
 _REPORT_STEPS = 200_000
@@ -52,24 +51,10 @@ def canonical(path: Sequence[int]) -> tuple[int, ...]:
 def distances(
     rows: Rows, sources: Iterable[tuple[int, int]], *, within: int = _NEVER, avoid: Iterable[int] = (), least: int = 0
 ) -> tuple[dict[int, int], int]:
-    """Return the distance from the nearest source to each node by Dijkstra's algorithm [quanta].
+    """Return the distance [quanta] from the nearest source to each node `within` reach, by Dijkstra's algorithm.
 
-    Parameters
-    ----------
-    rows
-        The graph.
-    sources
-        Nodes, each with the distance at which it starts.
-    within
-        Farther nodes are left out.
-    avoid
-        Nodes that are reached but not passed.
-    least
-        Nodes below this number are left out.
-
-    Returns
-    -------
-    distances of the nodes that were reached, and the least distance of those left out (2^62 if there are none)
+    Each source has the distance at which it starts. Nodes to `avoid` are reached but not passed, those below `least`
+    left out. Returned besides is the least distance of what lay beyond reach, 2^62 if nothing did.
     """
     found: dict[int, int] = {}
     heap = [(distance, node) for node, distance in sources]
@@ -194,34 +179,10 @@ class _Spent(Exception):
 class CycleSearch:
     """The simple cycles of three or more nodes as an iterator of items, in their total order, each once.
 
-    Parameters
-    ----------
-    rows
-        The graph; its edges are stated from both sides, with lengths ≥ 0.
-    stops
-        Nodes, any of which serves the stop; the cycle passes the stops in this cyclic order, one way round or the
-        other. One node may serve several stops in a row. Without stops all cycles are found.
-    any_order
-        The cycle passes the stops in any order.
-    most
-        No longer cycles [quanta], or None.
-    effort
-        Largest number of steps, or None.
-    progress
-        Called with a line of text now and then, or None.
-
-    Attributes
-    ----------
-    floor
-        Every cycle that is shorter than this has been yielded [quanta].
-    complete
-        Whether the search came to its end.
-    steps
-        Nodes expanded so far.
-    found
-        Cycles yielded so far.
-    held
-        Cycles found and not yielded yet, not in order.
+    `rows` states each edge from both sides, with lengths ≥ 0. With `stops` only cycles that pass them, as for
+    :func:`gaitgraph.graph.cycle_list.cycles`; none longer than `most` [quanta]; `effort` limits the steps.
+    Every cycle shorter than `floor` [quanta] has been yielded, `found` of them, in `steps` expanded nodes; `held` are
+    found and not yielded yet, in no order. `complete` says whether the search came to its end.
     """
 
     def __init__(
@@ -262,8 +223,7 @@ class CycleSearch:
     def shortest(self) -> Item | None:
         """Return a shortest cycle, instead of iterating; None if there is none or the effort is spent.
 
-        Which of several shortest ones is the same each time, and need not be the first: there may be very many. When
-        the effort is spent, `held` has the shortest cycle that was met, and `floor` is still a bound.
+        Of several it need not be the first. When the effort is spent `held` has the shortest one that was met.
         """
         width = 0
         try:
@@ -431,11 +391,8 @@ class CycleSearch:
 
 
 def routed_cycle(rows: Rows, stops: Sequence[Sequence[int]]) -> Item | None:
-    """Return a simple cycle through stops in order, not the shortest, or None if none is met.
-
-    Leg after leg is routed around the nodes in use. Every leg is tried as the first one, and the shortest of the
-    cycles is taken.
-    """
+    """Return a simple cycle through stops in order, not the shortest, or None if none is met."""
+    # Leg after leg is routed around the nodes in use. Every leg is tried as the first one; the shortest cycle counts.
     tours: list[list[Sequence[int]]]
     if len(stops) == 1:
         tours = [[(node,), (v,)] for node in stops[0] for v, _ in rows[node]]
@@ -451,7 +408,7 @@ def routed_cycle(rows: Rows, stops: Sequence[Sequence[int]]) -> Item | None:
             if onward and path[-1] in tour[k]:
                 continue
             targets = set(tour[k]).difference(path) if onward else {start}
-            # The way home has more than one edge, as a cycle has three nodes.
+            # The path home has more than one edge, as a cycle has three nodes.
             leg = _leg(rows, path[-1], targets, (reserved | set(path)) - targets, direct=onward or len(path) > 2)
             if leg is None:
                 break
@@ -465,10 +422,7 @@ def routed_cycle(rows: Rows, stops: Sequence[Sequence[int]]) -> Item | None:
 
 
 def _leg(rows: Rows, source: int, targets: set[int], closed: set[int], *, direct: bool) -> Item | None:
-    """Return length and nodes, without the source, of the shortest path to a target around closed nodes.
-
-    Unless `direct`, the path has more than one edge.
-    """
+    """Return length and nodes, without the source, of the shortest path to a target; of two edges unless `direct`."""
     heap: list[tuple[int, int, int]] = [(0, source, -1)]
     parent: dict[int, int] = {}
     while heap:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     import networkx as nx
 
 Use = Literal["flyable", "valid", "two_color"]
-Objective = Literal["shortest", "robust"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
 QUANTA_PER_RADIAN = 1e12
@@ -37,22 +36,14 @@ _ALLOWED: dict[str, Allowed] = {
 
 
 def allowed_edges(use: object) -> Allowed:
-    """Return which edges a use counts, as a predicate on their attributes; InputError if there is no such use.
-
-    >>> allowed_edges("valid")({"continuous": True, "keeps_sign": False})
-    False
-    """
+    """Return which edges a use counts, as a predicate on their attributes; InputError if there is no such use."""
     if not isinstance(use, str) or use not in _ALLOWED:
         raise InputError(f"use must be one of {', '.join(_ALLOWED)}, got {shown(use)}")
     return _ALLOWED[use]
 
 
 def quanta_of(length: float) -> int:
-    """Return a length [rad] as a whole number of quanta.
-
-    >>> quanta_of(0.5)
-    500000000000
-    """
+    """Return a length [rad] as a whole number of quanta."""
     return int(length * QUANTA_PER_RADIAN + 0.5)
 
 
@@ -76,12 +67,7 @@ class Blocked:
 class Order:
     """An order of stops, counted from 0, the first one first.
 
-    Parameters
-    ----------
-    order
-        Each stop once.
-    exact
-        Whether no other order has a shorter closed walk; otherwise that of this one is at most 1.5 times as long.
+    `exact` says that no other order has a shorter closed walk; else that of this one is at most 1.5 times as long.
     """
 
     order: tuple[int, ...]
@@ -93,7 +79,7 @@ def closed_walk(
     stops: Sequence[Sequence[Any]],
     *,
     use: Use = "valid",
-    objective: Objective = "shortest",
+    objective: Literal["shortest", "robust"] = "shortest",
 ) -> ClosedWalk | Blocked:
     """Return the best closed walk through ordered stops and back to the first, or which leg blocks it.
 
@@ -138,7 +124,7 @@ def closed_walk(
             following: dict[Any, tuple[float, list[Any]]] = {}
             for option in options:
                 for node, (so_far, chosen) in reached.items():
-                    total = so_far + paths.length(node, option)
+                    total = so_far + paths.path(node, option)[0]
                     if total < following.get(option, (math.inf, []))[0]:
                         following[option] = (total, [*chosen, option])
             reached = following
@@ -147,7 +133,7 @@ def closed_walk(
     if best is None:
         for leg, here in enumerate(stops):
             onward = stops[(leg + 1) % len(stops)]
-            if all(math.isinf(paths.length(a, b)) for a in here for b in onward):
+            if all(math.isinf(paths.path(a, b)[0]) for a in here for b in onward):
                 return Blocked(leg=leg)
         return Blocked(leg=len(stops) - 1)
 
@@ -156,15 +142,12 @@ def closed_walk(
     starts = []
     for source, target in pairwise(chosen):
         starts.append(len(nodes))
-        nodes += paths.nodes(source, target)[:-1]
+        nodes += paths.path(source, target)[1][:-1]
     return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN, stops=tuple(starts))
 
 
 def _best_worst_case(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allowed: Allowed) -> float | None:
-    """Return the highest least singular value such that the edges which have it join a node of every stop, or None.
-
-    Edges are added in falling order of their value until one component serves every stop.
-    """
+    """Return the highest least singular value such that the edges which have it join a node of every stop, or None."""
     from networkx.utils import UnionFind
 
     served: dict[Any, int] = {}
@@ -175,6 +158,7 @@ def _best_worst_case(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allow
     if every in served.values():
         return math.inf
     edges = [(edge["least_singular_value"], a, b) for a, b, edge in graph.edges(data=True) if allowed(edge)]
+    # Edges are added in falling order of their value until one component serves every stop.
     components: UnionFind[Any] = UnionFind()
     for value, a, b in sorted(edges, key=lambda item: -item[0]):
         first, second = components[a], components[b]
@@ -194,25 +178,16 @@ class _Paths:
         self._adjacency: dict[Any, Any] = dict(graph.adjacency())
         self._place = {name: (data["alpha1"], data["alpha2"]) for name, data in graph.nodes(data=True)}
         self._allowed = allowed
-        self._found: dict[tuple[Any, Any], tuple[int, list[Any]] | None] = {}
+        self._found: dict[tuple[Any, Any], tuple[float, list[Any]]] = {}
 
-    def length(self, source: Any, target: Any) -> float:
-        """Return the length of the shortest path in quanta, infinite if there is none."""
-        found = self._path(source, target)
-        return math.inf if found is None else found[0]
-
-    def nodes(self, source: Any, target: Any) -> list[Any]:
-        """Return the nodes of the shortest path, both ends included; empty if there is none."""
-        found = self._path(source, target)
-        return [] if found is None else found[1]
-
-    def _path(self, source: Any, target: Any) -> tuple[int, list[Any]] | None:
+    def path(self, source: Any, target: Any) -> tuple[float, list[Any]]:
+        """Return length [quanta] and nodes of the shortest path, both ends included; infinite and empty if none."""
         key = (source, target)
         if key not in self._found:
             self._found[key] = (0, [source]) if source == target else self._search(source, target)
         return self._found[key]
 
-    def _search(self, source: Any, target: Any) -> tuple[int, list[Any]] | None:
+    def _search(self, source: Any, target: Any) -> tuple[float, list[Any]]:
         """Search by A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
         place, adjacency, allowed, hypot = self._place, self._adjacency, self._allowed, math.hypot
         x, y = place[target]
@@ -233,7 +208,7 @@ class _Paths:
             for neighbor, edge in adjacency[node].items():
                 if not allowed(edge):
                     continue
-                reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)
+                reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)  # quanta_of, where a call would count
                 if reached < best.get(neighbor, math.inf):
                     best[neighbor] = reached
                     parent[neighbor] = node
@@ -248,7 +223,7 @@ class _Paths:
                     at = place[neighbor]
                     heappush(heap, (reached + hypot(at[0] - x, at[1] - y) * scale, next(order), reached, neighbor))
         if target not in best:
-            return None
+            return math.inf, []
         return best[target], self._fewest_turns(source, target, best)
 
     def _fewest_turns(self, source: Any, target: Any, best: dict[Any, int]) -> list[Any]:
@@ -323,7 +298,7 @@ def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
     paths = _Paths(graph, allowed) if len(stops) <= MOST_ANY_ORDER else None
     for number, here in enumerate(stops):
         if paths is not None:
-            lengths.append([paths.length(other, here) for other in stops[:number]])
+            lengths.append([paths.path(other, here)[0] for other in stops[:number]])
         else:
             found: dict[Any, float] = nx.single_source_dijkstra_path_length(
                 graph, here, weight=lambda a, b, edge: quanta_of(edge["length"]) if allowed(edge) else None
@@ -333,12 +308,9 @@ def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
 
 
 def order_by_lengths(lengths: Sequence[Sequence[float]]) -> Order | None:
-    """Return the order of stops with the shortest closed tour as :func:`best_order` does; None if some are not joined.
+    """Return the order of stops as :func:`best_order` does; None if some are not joined.
 
-    Parameters
-    ----------
-    lengths
-        The length from each stop to each one before it: row k has k entries, infinite where no path is.
+    Row k of `lengths` has the length from stop k to each of the k stops before it, infinite where no path is.
     """
     if any(math.isinf(length) for row in lengths for length in row):
         return None

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.planning.location import location_of as location_of
-    from gaitgraph.planning.plan import Plan as Plan
-    from gaitgraph.planning.planner import plan_loop as plan_loop
+    from gaitgraph.planning.any_angle import location_of as location_of
+    from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.request import PlanRequest as PlanRequest, request_of as request_of
     from gaitgraph.planning.shortest_paths import ShortestPaths as ShortestPaths
     from gaitgraph.planning.transitions import Transition as Transition, transition as transition

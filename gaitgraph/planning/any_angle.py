@@ -2,7 +2,8 @@
 
 The straight loop through the waypoints is tried first: if it is admissible along its whole length, nothing is shorter.
 Otherwise shortest paths are found in the admissible region, whose polygon stays inside the true borders by the
-accuracy at most; the same search in the polygon that encloses it gives a lower bound of every loop.
+accuracy at most; the same search in the polygon that encloses it gives a lower bound of every loop. Where waypoints
+lie in these regions is what :func:`location_of` answers.
 """
 
 from __future__ import annotations
@@ -11,15 +12,16 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.walks import order_by_lengths, quanta_of
 from gaitgraph.invertibility.matrices import (
     Coefficients,
-    Kind,
     coefficients_of,
     least_singular_value_on_red,
     level_determinant,
@@ -31,10 +33,17 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_along,
     thrust_shares_along,
 )
-from gaitgraph.planning.plan import Candidates, Loop, loop_of
-from gaitgraph.planning.refusal import Case, Obstacle, obstacle_at_waypoint, rootless_waypoints, separation
+from gaitgraph.planning.refusal import (
+    Case,
+    FoundPath,
+    Obstacle,
+    note_on_heuristic_order,
+    obstacle_at_waypoint,
+    rootless_waypoints,
+    separation,
+)
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import COLORS, RELATION, Color, Sign, red_label
+from gaitgraph.surface.sheets import RELATION, Color, Sign, red_label
 from gaitgraph.validation.rules import jumps
 
 if TYPE_CHECKING:
@@ -48,80 +57,50 @@ if TYPE_CHECKING:
 
 Use = Literal["flyable", "valid"]
 
-_FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
+_WIDTH = 110
 _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better than 1e-6
 
 
-def add_any_angle_loops(
-    found: Candidates,
-    request: PlanRequest,
-    coefficients: Coefficients,
-    sign: Sign,
-    *,
-    progress: Callable[[str], None] | None = None,
-) -> None:
-    """Add the shortest loops with one sign of R, or what is in their way, to what was found.
-
-    Parameters
-    ----------
-    found
-        Gains loops, obstacles and notes.
-    request, coefficients, sign
-        What is asked for.
-    progress
-        Called with a line of text before each step.
-    """
-    if progress is not None and request.accuracy < _FINE:
-        progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
-    for color in COLORS:
-        if request.color not in ("auto", color):
-            continue
-        if progress is not None:
-            progress(f"searching {color} loops with {RELATION[sign]}")
-        case = Case(request=request, coefficients=coefficients, color=color, sign=sign)
-        rootless = rootless_waypoints(case)
-        answer = obstacle_at_waypoint(case, rootless[0]) if rootless else _loops_of_color(case, found, progress)
-        if isinstance(answer, Obstacle):
-            found.obstacles.append(answer)
-        else:
-            found.loops += answer
-
-
-def _loops_of_color(case: Case, found: Candidates, progress: Callable[[str], None] | None) -> list[Loop] | Obstacle:
-    """Return the shortest flyable and the shortest valid loop of one color, or what is in the way of a valid one."""
-    request, loops = case.request, list[Loop]()
+def any_angle_paths(
+    case: Case, notes: dict[str, None], progress: Callable[[str], None] | None
+) -> list[FoundPath] | Obstacle:
+    """Return the shortest flyable and the shortest valid loop of a case, or what is in the way; notes are added."""
+    request, found = case.request, list[FoundPath]()
+    if progress is not None:
+        progress(f"searching {case.color} loops with {RELATION[case.sign]}")
+    rootless = rootless_waypoints(case)
+    if rootless:
+        return obstacle_at_waypoint(case, rootless[0])
     uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
+    robust = request.objective == "robust" and case.color == "red"
+    reorder = request.any_order and len(request.waypoints) > 3
     for use in uses:
-        robust = request.objective == "robust" and case.color == "red"
-        reorder = request.any_order and len(request.waypoints) > 3
-        if not reorder and straight_loop_holds(case, use, robust=robust):
+        bound: float | None
+        straight = not reorder and straight_loop_holds(case, use, robust=robust)
+        if straight:
             points, order = request.waypoints, tuple(range(len(request.waypoints)))
-            bound: float | None = length_of([*points, points[0]])
-            straight = True
+            bound = length_of([*points, points[0]])
         else:
             region = _most_robust_region(case, use) if robust else prepared_region(case, use)
-            answer = _shortest_chain(case, region, reorder, found, progress)
+            answer = _shortest_chain(case, region, reorder, notes, progress)
             if isinstance(answer, Obstacle):
                 if use == "flyable":
                     continue
-                return loops or answer
+                return found or answer
             points, order, bound = answer
-            if robust:
-                bound = None
-            straight = False
         path = lift(points, case.color, vehicle=request.vehicle, coefficients=case.coefficients)
-        if not any(np.array_equal(path.alpha, loop.path.alpha) for loop in loops):
-            loops.append(loop_of(path, order, request, case.sign, method="exact", lower_bound=bound))
+        if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
+            found.append(case.directed(path, order, None if robust and not straight else bound))
         if straight:
             break  # nothing is shorter
-    return loops
+    return found
 
 
 def _shortest_chain(
     case: Case,
     region: PreparedRegion,
     reorder: bool,
-    found: Candidates,
+    notes: dict[str, None],
     progress: Callable[[str], None] | None,
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float] | Obstacle:
     """Return the points of the shortest closed chain, the order of the waypoints and a lower bound, or an obstacle."""
@@ -161,7 +140,7 @@ def _shortest_chain(
         assert best is not None  # noqa: S101 - every two waypoints are joined
         order = best.order
         if not best.exact:
-            found.note_heuristic_order(len(order))
+            notes[note_on_heuristic_order(len(order))] = None
     chain: list[Point] = []
     bound = 0.0
     for first, second in pairwise([*order, order[0]]):
@@ -193,7 +172,7 @@ def _most_robust_region(case: Case, use: Use) -> PreparedRegion:
     top = prepared_region(case, use, high)
     if joins(top):
         return top
-    # Mostly a waypoint is the worst place, and every step would go up: where that ends is tried first.
+    # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
     last = low
     for _ in range(_ROBUST_STEPS):
         last = (last + high) / 2
@@ -210,7 +189,7 @@ def _most_robust_region(case: Case, use: Use) -> PreparedRegion:
     return best
 
 
-def with_nearest(obstacle: Obstacle, request: PlanRequest, coefficients: Coefficients) -> Obstacle:
+def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
     """Return an obstacle; at a waypoint, with the nearest point that a valid loop of its color and sign may pass."""
     if obstacle.kind != "waypoint":
         return obstacle
@@ -224,10 +203,7 @@ def with_nearest(obstacle: Obstacle, request: PlanRequest, coefficients: Coeffic
 
 
 def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
-    """Return whether the straight loop through a request's waypoints may be used along its whole length.
-
-    With `robust`, also whether its least singular value is that of a waypoint, so that no other loop has a better one.
-    """
+    """Return whether the straight loop may be used along its whole length, and with `robust` whether none is better."""
     request, coefficients = case.request, case.coefficients
     if use == "flyable":
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
@@ -246,6 +222,7 @@ def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
         return False
     if not robust:
         return True
+    # None is better if its least singular value is that of a waypoint.
     along = least_singular_value_along(starts, ends, request.vehicle, tolerance=1e-7)
     at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], request.vehicle)
     return bool(along.lower.min() >= at_waypoints.min() - 1e-6)
@@ -254,11 +231,9 @@ def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
 def _straight_loop_flies(
     starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64], wanted: float, request: PlanRequest
 ) -> bool:
-    """Return whether straight segments on red that form a closed chain are flyable, sign of R included.
-
-    Where all thrusts push up, the borders of R are straight, so that R keeps its sign between points of one label;
-    and positive thrusts are a matter of two quarter planes, each convex.
-    """
+    """Return whether straight segments on red that form a closed chain are flyable, sign of R included."""
+    # Where all thrusts push up, the borders of R are straight, so that R keeps its sign between points of one label;
+    # and positive thrusts are a matter of two quarter planes, each convex.
     vehicle, (a1, a2) = request.vehicle, starts[:, :2].T
     delta = math.atan(vehicle.signed_drag_ratio)
     first, second = a1 - delta, a2 + delta
@@ -276,23 +251,16 @@ def _straight_loop_flies(
     return bool(keeps_singular_value_above(starts, ends, request.floor, vehicle).all())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Leg:
+class Leg(NamedTuple):
     """The shortest path between two points: its points, its length, and a length that none falls below [rad]."""
 
-    points: tuple[Point, ...]
+    points: list[Point]
     length: float
     lower_bound: float
 
 
 class PreparedRegion:
-    """An admissible region, prepared for shortest paths: what is computed for one loop serves the next.
-
-    Parameters
-    ----------
-    region
-        The region in which loops are allowed.
-    """
+    """An admissible region, prepared for shortest paths: what is computed for one loop serves the next."""
 
     def __init__(self, region: Region) -> None:
         self.region = region
@@ -305,14 +273,11 @@ class PreparedRegion:
         return self.paths if same else ShortestPaths(self.region.outer)
 
     def entry(self, point: Point) -> Point | None:
-        """Return the point itself if loops may pass it, else the nearest that they may, if it is near enough, or None.
-
-        Near enough is what the polygon of a curved border leaves out; the segment from there to the point is judged
-        with the whole loop.
-        """
+        """Return the point itself if loops may pass it, else the nearest that they may if that is near, or None."""
         if self.paths.contains(point):
             return point
         nearest = self.region.nearest(point)
+        # Near enough is what the polygon of a curved border leaves out; the segment from there is judged with the loop.
         return nearest if nearest is not None and math.dist(nearest, point) <= 4 * self.region.accuracy else None
 
     def leg(self, start: Point, end: Point) -> Leg | None:
@@ -332,7 +297,7 @@ class PreparedRegion:
             # An end that even the outer figure lacks is no point of the region: only the straight line is certain.
             shortest = math.dist(start, end) if around is None else length_of(around.tolist())
             bound = min(length, shortest)
-        return Leg(points=tuple(points), length=length, lower_bound=bound)
+        return Leg(points, length, bound)
 
 
 def length_of(points: Sequence[Sequence[float]]) -> float:
@@ -345,33 +310,22 @@ def prepared_region(case: Case, use: Use, floor: float | None = None) -> Prepare
     request = case.request
     if floor is None:
         floor = request.floor if use == "flyable" else 0.0
-    return _prepared(
-        request.vehicle,
-        use,
-        case.color,
-        case.sign,
-        request.coefficients,
-        floor,
-        request.zones,
-        request.accuracy,
-    )
+    zones, accuracy = request.zones, request.accuracy
+    return _prepared(use, case.color, case.sign, case.coefficients, floor, request.vehicle, zones, accuracy)
 
 
 @lru_cache(maxsize=32)
 def _prepared(
-    vehicle: Vehicle,
     use: Use,
     color: Color,
     sign: Sign,
-    coefficients: Kind,
+    coefficients: Coefficients,
     floor: float,
+    vehicle: Vehicle,
     zones: Zones | None,
     accuracy: float,
 ) -> PreparedRegion:
-    """Return a prepared region, kept for the next request that needs it.
-
-    With the use "valid" the floor is that of a robust loop, 0 for none.
-    """
+    """Return a prepared region, kept for the next request; with "valid" the floor is that of a robust loop or 0."""
     from gaitgraph.surface.admissible import admissible_region, singular_value_region  # loads shapely
 
     region = admissible_region(
@@ -379,7 +333,7 @@ def _prepared(
         use=use,
         color=color,
         sign=sign,
-        coefficients=coefficients_of(vehicle, coefficients),
+        coefficients=coefficients,
         floor=floor,
         zones=zones,
         accuracy=accuracy,
@@ -393,3 +347,147 @@ def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Regio
     """Return the region in which loops of one color and sign of R are planned for a request."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     return prepared_region(Case(request=request, coefficients=coefficients, color=color, sign=sign), use).region
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaypointLocation:
+    """One waypoint: the number of its part, from 1; or why it is in none, and the nearest point that is in one."""
+
+    point: Point
+    part: int | None
+    why_not: str | None = None
+    nearest: Point | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegionLocation:
+    """The region of one color and sign of R, and where the waypoints lie in it."""
+
+    color: Color
+    sign: Sign
+    region: Region
+    waypoints: tuple[WaypointLocation, ...]
+
+    @property
+    def joined(self) -> bool:
+        """Whether one part of the region, or parts that touch, hold all waypoints."""
+        first, *others = (waypoint.point for waypoint in self.waypoints)
+        return self.waypoints[0].part is not None and all(self.region.joined(first, other) for other in others)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Location:
+    """Where waypoints lie; truthy when, for a color and sign of R, one part of the region holds them all.
+
+    Parameters
+    ----------
+    use
+        "flyable" or "valid": what the region allows.
+    accuracy
+        How far inside its curved borders the region may be [rad].
+    regions
+        One for each color and sign of R that was asked for.
+    """
+
+    use: str
+    accuracy: float
+    regions: tuple[RegionLocation, ...]
+
+    def __bool__(self) -> bool:
+        return any(one.joined for one in self.regions)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "use": self.use,
+            "accuracy": self.accuracy,
+            "joined": bool(self),
+            "regions": [
+                {
+                    "color": one.color,
+                    "sign": one.sign,
+                    "area": one.region.area,
+                    "parts": [
+                        {"area": part.area, "inside": list(part.representative_point().coords[0])}
+                        for part in one.region.components
+                    ],
+                    "waypoints": [
+                        {
+                            "waypoint": list(waypoint.point),
+                            "part": waypoint.part,
+                            "reason": waypoint.why_not,
+                            "nearest": None if waypoint.nearest is None else list(waypoint.nearest),
+                        }
+                        for waypoint in one.waypoints
+                    ],
+                    "joined": one.joined,
+                }
+                for one in self.regions
+            ],
+        }
+
+    def __str__(self) -> str:
+        lines = []
+        for one in self.regions:
+            areas = [f"{part.area:.4g}" for part in one.region.components]
+            parts = f"{len(areas)} part{'s' * (len(areas) > 1)} of {', '.join(areas)} rad²" if areas else "empty"
+            lines.append(f"{one.color}, {RELATION[one.sign]}: {parts}")
+            for number, waypoint in enumerate(one.waypoints, start=1):
+                text = f"waypoint {number} ({waypoint.point[0]:.4f}, {waypoint.point[1]:.4f}): "
+                if waypoint.part is not None:
+                    lines.append(f"  {text}in part {waypoint.part}")
+                    continue
+                nearest = one.region.nearest_as_text(waypoint.point)
+                text += f"{waypoint.why_not}"
+                if nearest is not None:
+                    text += f"; the nearest admissible point is {nearest}"
+                lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
+            if len(one.waypoints) > 1:
+                lines.append("  a loop can join them all" if one.joined else "  no loop can join them")
+        return "\n".join(lines)
+
+
+def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
+    """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
+
+    Parameters
+    ----------
+    request
+        Waypoints, color ("auto": red), sign ("auto": both), vehicle, floor, polygons and accuracy count.
+    use
+        "flyable": where the least singular value, hover thrusts and limits of the vehicle allow a gait; "valid": where
+        R has the sign.
+
+    Raises
+    ------
+    InputError
+        If `use` is neither.
+
+    Examples
+    --------
+    >>> from gaitgraph.planning.request import request_of
+    >>> found = location_of(request_of([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
+    >>> [waypoint.part for waypoint in found.regions[0].waypoints], bool(found)
+    ([1, None], False)
+    >>> [round(angle, 4) for angle in found.regions[0].waypoints[1].nearest]
+    [0.1671, 0.5]
+    """
+    if use not in ("flyable", "valid"):
+        raise InputError(f"use must be 'flyable' or 'valid', got {shown(use)}")
+    color: Color = "blue" if request.color == "blue" else "red"
+    signs: tuple[Sign, ...] = ("positive", "negative")
+    regions = []
+    for sign in signs:
+        if request.sign not in ("auto", sign):
+            continue
+        region = region_of(request, color, sign, use)
+        waypoints = []
+        for point in request.waypoints:
+            part = region.component_of(point)
+            if part is not None:
+                waypoints.append(WaypointLocation(point=point, part=part + 1))
+            else:
+                why, nearest = region.why_not(point), region.nearest(point)
+                waypoints.append(WaypointLocation(point=point, part=None, why_not=why, nearest=nearest))
+        regions.append(RegionLocation(color=color, sign=sign, region=region, waypoints=tuple(waypoints)))
+    return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))

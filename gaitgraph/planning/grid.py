@@ -12,17 +12,23 @@ import numpy as np
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
-from gaitgraph.graph.cycle_list import Cycle, Cycles, NoCycle, SimpleCycle, cycles, simple_cycle
+from gaitgraph.graph.cycle_list import Cycle, Cycles, cycles, simple_cycle
 from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.plan import Candidates, Loop, loop_of
-from gaitgraph.planning.refusal import Case, Obstacle, obstacle_at_waypoint, rootless_waypoints, separation
-from gaitgraph.surface.sheets import COLORS, RELATION, SIGNS, Sign
+from gaitgraph.planning.refusal import (
+    Case,
+    FoundPath,
+    Obstacle,
+    note_on_heuristic_order,
+    obstacle_at_waypoint,
+    rootless_waypoints,
+    separation,
+)
+from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.planning.request import PlanRequest, Point
 
 
@@ -41,39 +47,21 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
     return hints
 
 
-def add_grid_loops(
-    found: Candidates,
-    request: PlanRequest,
-    coefficients: Coefficients,
-    sign: Sign,
-    *,
-    graph: nx.Graph[Any] | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> None:
-    """Add the loops with one sign of R on the grid, or what is in their way, to what was found.
-
-    Parameters
-    ----------
-    found
-        Gains loops, two-color loops that jump, obstacles and notes.
-    request, coefficients, sign
-        What is asked for.
-    graph
-        A surface graph to search, instead of one built for the request.
-    progress
-        Called with a line of text before each step.
-    """
-    cases = [
-        Case(request=request, coefficients=coefficients, color=color, sign=sign)
-        for color in COLORS
-        if request.color in ("auto", color)
-    ]
+def grid_paths(
+    cases: Sequence[Case],
+    notes: dict[str, None],
+    graph: nx.Graph[Any] | None,
+    progress: Callable[[str], None] | None,
+) -> tuple[list[list[FoundPath] | Obstacle], FoundPath | None]:
+    """Return the loops of each color with one sign of R, or what is in their way, and a shorter loop that jumps."""
+    request, sign = cases[0].request, cases[0].sign
+    answers: list[list[FoundPath] | Obstacle] = []
     if graph is None:
         lacking = [rootless_waypoints(case) for case in cases]
         if set.intersection(*map(set, lacking)):
             # Some waypoint has no root at all with this sign: no need to build the graph.
-            found.obstacles += [obstacle_at_waypoint(case, k[0]) for case, k in zip(cases, lacking, strict=True)]
-            return
+            answers += [obstacle_at_waypoint(case, k[0]) for case, k in zip(cases, lacking, strict=True)]
+            return answers, None
         if progress is not None:
             progress(f"building the graph with {RELATION[sign]}")
         graph = _graph(request, sign, request.waypoints)
@@ -86,31 +74,28 @@ def add_grid_loops(
     for case in cases:
         if progress is not None:
             progress(f"searching {case.color} loops")
-        answer = _loops_of_color(graph, served, case, found)
-        if isinstance(answer, Obstacle):
-            found.obstacles.append(answer)
-        else:
-            found.loops += answer
+        answers.append(_paths_of_color(graph, served, case, notes))
     if request.color == "auto" and all(served):
         # The shortest two-color loop may jump, between colors or by a wrap. Then it cannot be valid.
         walk = closed_walk(graph, served, use="two_color")
         if not isinstance(walk, Blocked) and len(walk.nodes) > 1:
             steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
             if not all(graph.edges[a, b]["continuous"] for a, b in steps):
-                path, order = gait_along(graph, walk.nodes), tuple(range(len(served)))
-                found.broken.append(loop_of(path, order, request, sign, method="grid"))
+                return answers, cases[0].directed(gait_along(graph, walk.nodes), tuple(range(len(served))))
+    return answers, None
 
 
-def _loops_of_color(
-    graph: nx.Graph[Any], served: list[list[Any]], case: Case, found: Candidates
-) -> list[Loop] | Obstacle:
+def _paths_of_color(
+    graph: nx.Graph[Any], served: list[list[Any]], case: Case, notes: dict[str, None]
+) -> list[FoundPath] | Obstacle:
     """Return the best flyable and the best valid loop of one color, or what is in the way; notes are added."""
     request = case.request
     stops = [[node for node in nodes if graph.nodes[node]["color"] == case.color] for nodes in served]
     if not all(stops):
         return obstacle_at_waypoint(case, stops.index([]))
     uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
-    loops: list[Loop] = []
+    found: list[FoundPath] = []
+    valid = allowed_edges("valid")
     for use in uses:
         order = tuple(range(len(stops)))
         if request.any_order:
@@ -118,27 +103,22 @@ def _loops_of_color(
             if best is not None:
                 order = best.order
                 if not best.exact:
-                    found.note_heuristic_order(len(order))
+                    notes[note_on_heuristic_order(len(order))] = None
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective="robust" if request.objective == "robust" else "shortest")
         if not isinstance(walk, Blocked):
-            loop = loop_of(gait_along(graph, walk.nodes), order, request, case.sign, method="grid")
-            if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in loops):
-                loops.append(loop)
+            path = case.directed(gait_along(graph, walk.nodes), order)
+            if not any(np.array_equal(path[0].alpha, other.alpha) for other, *_ in found):
+                found.append(path)
         elif use == "valid":
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
-            counts = _reachable(graph, [stops[k][0] for k in ends])
+            # How many nodes usable edges join to each of the two.
+            view = nx.subgraph_view(graph, filter_edge=lambda a, b: bool(valid(graph.edges[a, b])))
+            counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
             wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
             wall += f" of {request.divisions} divisions: more divisions may join them"
             return separation(case, ends, wall, counts)
-    return loops
-
-
-def _reachable(graph: nx.Graph[Any], nodes: Sequence[Any]) -> tuple[int, ...]:
-    """Return how many nodes valid edges join to each of some nodes, that one included."""
-    valid = allowed_edges("valid")
-    view = nx.subgraph_view(graph, filter_edge=lambda a, b: bool(valid(graph.edges[a, b])))
-    return tuple(len(nx.node_connected_component(view, node)) for node in nodes)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,14 +160,14 @@ class GridCycles:
             if self.stops[sign]
         }
         bound = min((answer.bound for answer in answers.values()), default=math.inf)
-        found = [answer.cycle for answer in answers.values() if isinstance(answer, SimpleCycle)]
+        found = [answer.cycle for answer in answers.values() if answer.cycle is not None]
         if found:
             shortest = min(found, key=lambda cycle: cycle.length)
             if self.max_length is None or shortest.length <= self.max_length + 1e-9:
                 return shortest, bound, ""
             limit = f"{self.max_length:g} rad"
             return None, bound, f"within {limit} none was found; the best one has {shortest.length:.4f} rad"
-        reasons = self.missing | {sign: one.reason for sign, one in answers.items() if isinstance(one, NoCycle)}
+        reasons = self.missing | {sign: one.reason for sign, one in answers.items() if one.reason is not None}
         if reasons:
             return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
         if not self.cycles.complete:

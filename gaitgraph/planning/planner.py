@@ -7,17 +7,21 @@ stays as an alternative with its verdict. When nothing is found the plan says wh
 from __future__ import annotations
 
 import math
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.planning.any_angle import add_any_angle_loops, with_nearest
-from gaitgraph.planning.grid import add_grid_loops, notes_beside_the_grid
-from gaitgraph.planning.plan import Candidates, Loop, Plan
+from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
+from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
+from gaitgraph.planning.refusal import Case, Obstacle
 from gaitgraph.planning.request import request_of
-from gaitgraph.timing.timed_gait import LAWS
-from gaitgraph.validation.report import RATE_CHECKS
+from gaitgraph.surface.sheets import COLORS, RELATION
+from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
+from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks, verdict_line
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -26,8 +30,240 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-    from gaitgraph.planning.request import PlanRequest, Points
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.planning.refusal import FoundPath
+    from gaitgraph.planning.request import PlanRequest, Point, Points
     from gaitgraph.surface.sheets import Sign
+    from gaitgraph.validation.report import Report
+
+_WIDTH = 110
+_FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """One closed loop on the surface with its verdict.
+
+    Parameters
+    ----------
+    path
+        Every node that the loop passes, in order, the first not repeated; a gait.
+    gait
+        The same loop with straight runs merged.
+    sign
+        Sign of R: "positive" or "negative".
+    order
+        The request's waypoints, counted from 0, in the order in which the loop visits them.
+    request
+        What it was sought for.
+    lower_bound
+        For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
+        that was asked of it [rad]; None on the grid.
+    """
+
+    path: Gait
+    gait: Gait
+    sign: Sign
+    order: tuple[int, ...]
+    request: PlanRequest
+    lower_bound: float | None
+
+    @cached_property
+    def report(self) -> Report:
+        """All checks, with those of the clock; judged when first asked for."""
+        return parametrize(self.gait, self.request.period, law=self.request.law).check(floor=self.request.floor)
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether the report is there already."""
+        return "report" in vars(self)
+
+    @property
+    def color(self) -> str:
+        """The loop's color: "red", "blue" or "mixed"."""
+        return str(self.gait.color)
+
+    @property
+    def length(self) -> float:
+        """Length in the (α1, α2) plane [rad]."""
+        return self.path.length
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the loop as plain values, ready for JSON."""
+        verdict = self.report.as_mapping()
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "method": self.request.method,
+            "path": self.path.alpha.tolist(),
+            "types": list(self.path.types),
+            "colors": list(self.path.colors),
+            "length": self.length,
+            "lower_bound": self.lower_bound,
+            "corners": self.gait.alpha.tolist(),
+            "vertices": self.path.vertices().tolist(),
+            **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
+        }
+
+    def __repr__(self) -> str:
+        count = len(self.gait.alpha)
+        verdict = "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
+        return (
+            f"<Loop: {self.color}, {RELATION[self.sign]}, {count} corner{'s' * (count > 1)}, "
+            f"{self.length:.4f} rad, {verdict}>"
+        )
+
+    def __str__(self) -> str:
+        head = f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad"
+        if self.report.flyable:
+            return f"{head}: flyable"
+        broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
+        return f"{head}: {'valid, not flyable' if self.report.valid else 'not valid'} ({', '.join(broken)})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
+
+    Parameters
+    ----------
+    request
+        What was asked.
+    loop
+        The chosen loop, or None.
+    reason
+        Why there is no loop, or why the chosen one is not flyable; None if it is.
+    alternatives
+        Other loops through the same waypoints, with their verdicts.
+    obstacles
+        What is in the way of each color and sign that has no loop.
+    warnings
+        What deserves attention.
+    waypoints
+        The waypoints in the order in which the loop passes them [rad].
+    """
+
+    request: PlanRequest
+    loop: Loop | None
+    reason: str | None
+    waypoints: tuple[Point, ...]
+    alternatives: tuple[Loop, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """Whether the plan is "planned" or "infeasible"."""
+        return "infeasible" if self.loop is None else "planned"
+
+    def __bool__(self) -> bool:
+        return self.loop is not None
+
+    @property
+    def _found(self) -> Loop:
+        if self.loop is None:
+            raise Infeasible(self.reason)
+        return self.loop
+
+    @property
+    def gait(self) -> Gait:
+        """The planned gait, straight runs merged.
+
+        Raises
+        ------
+        Infeasible
+            If the plan has none; the message is the plan's reason.
+        """
+        return replace(self._found.gait, request=self.request.as_mapping())
+
+    @property
+    def report(self) -> Report:
+        """All checks of the planned gait; raises Infeasible if there is none."""
+        return self._found.report
+
+    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+        """Return the planned gait with the request's clock; raises Infeasible if there is none."""
+        return parametrize(self.gait, self.request.period, law=self.request.law, samples=samples, rate=rate)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the plan as plain values, ready for JSON."""
+        loop = self.loop.as_mapping() if self.loop else {}
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "color": loop.get("color"),
+            "sign": loop.get("sign"),
+            "waypoints": [list(point) for point in self.waypoints],
+            "path": loop.get("path", []),
+            "types": loop.get("types", []),
+            "colors": loop.get("colors", []),
+            "length": loop.get("length"),
+            "lower_bound": loop.get("lower_bound"),
+            "corners": loop.get("corners", []),
+            "vertices": loop.get("vertices", []),
+            "alternatives": [other.as_mapping() for other in self.alternatives],
+            "valid": loop.get("valid", False),
+            "two_color": loop.get("two_color", False),
+            "flyable": loop.get("flyable", False),
+            "reachable_from_hover": loop.get("reachable_from_hover", False),
+            "checks": loop.get("checks", []),
+            "warnings": list(self.warnings),
+            "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
+            "crossing_tolerance": math.pi / (2 * self.request.divisions),
+            "method": self.request.method,
+            "request": self.request.as_mapping(),
+        }
+
+    @property
+    def headline(self) -> str:
+        """What was planned, in one line."""
+        request, loop = self.request, self.loop
+        if loop is None:
+            return "No gait."
+        corners = len(loop.gait.alpha)
+        return (
+            f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {corners} corner{'s' * (corners > 1)}, "
+            f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}"
+        )
+
+    @property
+    def setting(self) -> str:
+        """The vehicle, the coefficients and the method, in one line."""
+        request, vehicle = self.request, self.request.vehicle
+        method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
+        return f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
+
+    def __str__(self) -> str:
+        def item(text: str, indent: str = "  ") -> str:
+            return fill(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+        if self.loop is None:
+            reasons = dict.fromkeys(obstacle.message for obstacle in self.obstacles)
+            lines = [self.headline, *map(item, reasons), self.setting]
+            stated: tuple[str, ...] = ()
+        else:
+            report = self.loop.report
+            lines = [self.headline, self.setting, "", *self.loop.gait.corner_lines(), ""]
+            lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
+            lines += lines_of_checks(report.checks)
+            stated = report.warnings
+        if self.alternatives:
+            lines += ["", "alternatives", *(item(str(other)) for other in self.alternatives)]
+        # What a check says already is not said again.
+        shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
+        if shown:
+            lines += ["", *(item(warning, "") for warning in shown)]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        count, vehicle = len(self.waypoints), self.request.vehicle.name
+        answer = "infeasible" if self.loop is None else repr(self.loop)
+        return f"<Plan: {answer} through {count} waypoint{'s' * (count != 1)}, vehicle {vehicle!r}>"
+
+    def _repr_html_(self) -> str:
+        from gaitgraph.plots.notebook import html_of
+
+        return html_of(self)
 
 
 def plan_loop(
@@ -131,23 +367,45 @@ def plan(
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
-    found = Candidates()
+    exact = request.method == "exact"
+    loops: list[Loop] = []
+    broken: list[Loop] = []
+    obstacles: list[Obstacle] = []
+    notes: dict[str, None] = {}
+
+    def loop_of(found: FoundPath, sign: Sign) -> Loop:
+        path, order, bound = found
+        return Loop(path=path, gait=path.merged(), sign=sign, order=order, request=request, lower_bound=bound)
+
     signs: tuple[Sign, ...] = ("positive", "negative")
     for sign in signs:
         if request.sign not in ("auto", sign):
             continue
-        if request.method == "exact":
-            add_any_angle_loops(found, request, coefficients, sign, progress=progress)
+        cases = [
+            Case(request=request, coefficients=coefficients, color=color, sign=sign)
+            for color in COLORS
+            if request.color in ("auto", color)
+        ]
+        if exact:
+            if progress is not None and request.accuracy < _FINE:
+                progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
+            answers, jumping = [any_angle_paths(case, notes, progress) for case in cases], None
         else:
-            add_grid_loops(found, request, coefficients, sign, graph=graph, progress=progress)
-    loops = _ordered(found.loops, request.objective)
-    # A loop that jumps is told of if it is shorter than what does not.
+            answers, jumping = grid_paths(cases, notes, graph, progress)
+        for answer in answers:
+            if isinstance(answer, Obstacle):
+                obstacles.append(answer)
+            else:
+                loops += [loop_of(found, sign) for found in answer]
+        if jumping is not None:
+            broken.append(loop_of(jumping, sign))
+    loops = _ordered(loops, request.objective)
+    # A loop that jumps is stated if it is shorter than what does not.
     shortest = min((loop.length for loop in loops), default=math.inf)
-    broken = [loop for loop in found.broken if loop.length < shortest - 1e-9]
+    broken = [loop for loop in broken if loop.length < shortest - 1e-9]
     if not loops:
-        obstacles = found.obstacles
-        if request.method == "exact":
-            obstacles = [with_nearest(obstacle, request, coefficients) for obstacle in obstacles]
+        if exact:
+            obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
         return Plan(
             request=request,
             loop=None,
@@ -159,8 +417,7 @@ def plan(
         )
     chosen = loops[0]
     report = chosen.report
-    beside = notes_beside_the_grid(request) if request.method == "grid" else []
-    warnings = [*request.notes, *beside, *found.notes, *report.warnings]
+    warnings = [*request.notes, *([] if exact else notes_beside_the_grid(request)), *notes, *report.warnings]
     if not report.reachable_from_hover:
         warnings.append(report.reachability)
     return Plan(
@@ -169,7 +426,7 @@ def plan(
         reason=None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}",
         waypoints=tuple(request.waypoints[k] for k in chosen.order),
         alternatives=(*loops[1:], *broken),
-        obstacles=tuple(found.obstacles),
+        obstacles=tuple(obstacles),
         warnings=tuple(warnings),
     )
 

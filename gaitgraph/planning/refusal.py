@@ -14,8 +14,12 @@ from gaitgraph.surface.sheets import RELATION, RootArrays, Sign, root_arrays, se
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import PlanRequest, Point
     from gaitgraph.surface.sheets import Color
+
+FoundPath = tuple["Gait", tuple[int, ...], float | None]
+"""A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +35,12 @@ class Case:
     def wanted(self) -> float:
         """The sign of R as +1 or −1."""
         return 1.0 if self.sign == "positive" else -1.0
+
+    def directed(self, path: Gait, order: tuple[int, ...], lower_bound: float | None = None) -> FoundPath:
+        """Return a path and its order of waypoints in the direction that the request asks for."""
+        if self.request.reverse:
+            path, order = path.reversed(), (order[0], *order[:0:-1])
+        return path, order, lower_bound
 
     def __str__(self) -> str:
         return f"{self.color}, {RELATION[self.sign]}"
@@ -109,17 +119,7 @@ def obstacle_at_waypoint(case: Case, k: int) -> Obstacle:
 
 
 def separation(case: Case, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
-    """Return that two waypoints, counted from 0, cannot be joined.
-
-    Parameters
-    ----------
-    case, ends
-        What was tried, and the two waypoints.
-    otherwise
-        What separates them if it is no factor of R.
-    components
-        As for :class:`Obstacle`.
-    """
+    """Return that two waypoints, counted from 0, are separated by a factor of R, or by what `otherwise` names."""
     first, second = (case.request.waypoints[k] for k in ends)
     factor = separating_factor(first, second, case.request.vehicle) if case.color == "red" else None
     numbers = ends[0] + 1, ends[1] + 1
@@ -130,4 +130,12 @@ def separation(case: Case, ends: Sequence[int], otherwise: str, components: tupl
         message=f"{case}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
         waypoints=numbers,
         components=components,
+    )
+
+
+def note_on_heuristic_order(number: int) -> str:
+    """Return the note on an order of waypoints that is not proven to be the best."""
+    return (
+        f"order of {number} waypoints by Christofides' heuristic (networkx): the shortest loop in it is at most "
+        "1.5 times the shortest in any order with this method, and not proven shortest"
     )

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from gaitgraph.planning.plan import Plan
+    from gaitgraph.planning.planner import Plan
     from gaitgraph.surface.region import Zones
 
 _MOST_CHECKED = 2000  # corners that are judged in passing; that takes a tenth of a second
