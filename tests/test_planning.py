@@ -18,7 +18,7 @@ from tests.published import GAITS, PublishedGait
 if TYPE_CHECKING:
     import networkx as nx
 
-    from gaitgraph.planning.planner import Plan
+    from gaitgraph.planning.planner import Loop, Plan
 
 G1, G2, G3, G4 = GAITS
 
@@ -28,28 +28,31 @@ def on_grid(waypoints: Any, **request: Any) -> Plan:
     return gg.plan_loop(waypoints, **(request if "graph" in request else {"method": "grid", **request}))
 
 
+def loop_of(plan: Plan) -> Loop:
+    assert plan.loop is not None
+    return plan.loop
+
+
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 def test_the_papers_gaits_plan_themselves(gait: PublishedGait) -> None:
     plan = on_grid(gait.waypoints, color=gait.color)
     assert plan
-    assert plan.loop is not None
-    assert (plan.loop.color, plan.loop.sign) == (gait.color, gait.sign)
+    assert (loop_of(plan).color, loop_of(plan).sign) == (gait.color, gait.sign)
     assert plan.report.valid
     assert plan.report.flyable is gait.flyable
     assert plan.report.reachable_from_hover is gait.reachable
     assert len(plan.gait.alpha) == 4
     np.testing.assert_allclose(plan.gait.alpha, np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4)
     np.testing.assert_allclose(plan.timed().vertices(), plan.gait.alpha)
-    assert len(plan.loop.path.alpha) == 16
-    assert plan.loop.length == pytest.approx(pi)
+    assert len(loop_of(plan).path.alpha) == 16
+    assert loop_of(plan).length == pytest.approx(pi)
     assert (plan.reason is None) is gait.flyable
     assert (plan.report.reachability in plan.warnings) is (not gait.reachable)
 
 
 def test_red_is_preferred_because_it_flies_and_blue_is_the_alternative() -> None:
     plan = on_grid(G3.waypoints)
-    assert plan.loop is not None
-    assert plan.loop.color == "red"
+    assert loop_of(plan).color == "red"
     (blue,) = plan.alternatives
     assert blue.color == "blue"
     assert blue.report.valid
@@ -58,8 +61,7 @@ def test_red_is_preferred_because_it_flies_and_blue_is_the_alternative() -> None
 
 def test_where_only_blue_exists_it_is_returned_with_the_reason() -> None:
     plan = on_grid(G1.waypoints)
-    assert plan.loop is not None
-    assert plan.loop.color == "blue"
+    assert loop_of(plan).color == "blue"
     assert plan.alternatives == ()
     assert plan.reason is not None
     assert "no loop through these waypoints is flyable" in plan.reason
@@ -82,14 +84,13 @@ def test_a_flyable_detour_beats_a_shorter_valid_loop() -> None:
     vehicle = gg.Vehicle(drag_ratio=0.4)
     points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
     plan = on_grid(points, color="red", sign="negative", floor=0.9, vehicle=vehicle)
-    assert plan.loop is not None
     assert plan.reason is None
     assert plan.report.flyable
     (straight,) = plan.alternatives
     assert straight.report.valid
     assert not straight.report.flyable
-    assert straight.length < plan.loop.length
-    for loop, above in ((plan.loop, True), (straight, False)):
+    assert straight.length < loop_of(plan).length
+    for loop, above in ((loop_of(plan), True), (straight, False)):
         s = np.linspace(0, 1, 501)[:, None, None]
         along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
         assert bool(gg.invertibility.least_singular_value(along, vehicle).min() >= 0.9) is above
@@ -99,11 +100,10 @@ def test_a_loop_that_only_the_clock_forbids_is_preferred_to_one_that_physics_for
     vehicle = gg.Vehicle(drag_ratio=0.4, max_tilt_rate=0.1)
     points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
     plan = on_grid(points, color="red", sign="negative", floor=0.9, vehicle=vehicle)
-    assert plan.loop is not None
     assert [check.name for check in plan.report.checks if not check.ok] == ["tilt_rate"]
     assert "needs a period of at least" in str(plan.reason)
     (shorter,) = plan.alternatives
-    assert shorter.length < plan.loop.length
+    assert shorter.length < loop_of(plan).length
 
 
 def test_waypoints_are_told_in_their_order_even_if_one_is_passed_early() -> None:
@@ -117,22 +117,19 @@ def test_waypoints_are_told_in_their_order_even_if_one_is_passed_early() -> None
 
 def test_points_and_out_and_back_curves_are_loops() -> None:
     point = on_grid([("0.7", "-0.9")])
-    assert point.loop is not None
-    assert point.loop.length == 0
+    assert loop_of(point).length == 0
     assert point.report.flyable
     there = on_grid([(0.5, -0.9), (1.1, -0.9)], color="red")
-    assert there.loop is not None
     assert there.report.flyable
     assert there.gait.vertices().shape[0] >= 1
-    back = there.loop.path.alpha
+    back = loop_of(there).path.alpha
     assert {tuple(row) for row in back[1 : len(back) // 2]} == {tuple(row) for row in back[len(back) // 2 + 1 :]}
 
 
 def test_off_grid_waypoints_are_passed_exactly() -> None:
     points = [(0.51, -0.62), (1.23, -0.71), (0.94, -1.37)]
     plan = on_grid(points)
-    assert plan.loop is not None
-    rows = plan.loop.path.alpha[:, :2].tolist()
+    rows = loop_of(plan).path.alpha[:, :2].tolist()
     places = [rows.index(list(point)) for point in points]
     assert places == sorted(places)
     assert places[0] == 0
@@ -156,18 +153,14 @@ def test_reverse_runs_the_same_loop_backwards() -> None:
 def test_any_order_finds_the_shorter_loop() -> None:
     crossed = [G3.waypoints[k] for k in (0, 2, 1, 3)]
     ordered, free = on_grid(crossed), on_grid(crossed, any_order=True)
-    assert ordered.loop is not None
-    assert free.loop is not None
-    assert free.loop.length == pytest.approx(pi)
-    assert ordered.loop.length > free.loop.length
+    assert loop_of(free).length == pytest.approx(pi)
+    assert loop_of(ordered).length > loop_of(free).length
 
 
 def test_keep_out_bends_the_loop_and_keep_in_can_forbid_it() -> None:
     wall = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
     free, bent = on_grid(G3.waypoints), on_grid(G3.waypoints, keep_out=[wall])
-    assert bent.loop is not None
-    assert free.loop is not None
-    assert bent.loop.length > free.loop.length
+    assert loop_of(bent).length > loop_of(free).length
     s = np.linspace(0, 1, 101)[:, None, None]
     along = (bent.gait.alpha + s * (bent.gait.ends - bent.gait.alpha)).reshape(-1, 4)
     inside = (along[:, 0] > 0.6) & (along[:, 0] < 1.0) & (along[:, 1] > -0.6) & (along[:, 1] < -0.2)
@@ -205,8 +198,7 @@ def test_a_users_graph_is_planned_on() -> None:
     assert dict(graph.nodes(data=True)) == before
     graph.remove_node((12, 6, "red"))
     detour = on_grid(G3.waypoints, graph=graph, color="red")
-    assert detour.loop is not None
-    assert detour.loop.length > pi + 0.1
+    assert loop_of(detour).length > pi + 0.1
     with pytest.raises(gg.InputError, match="is no node of the graph"):
         on_grid([(0.5, -0.5)], graph=graph)
     with pytest.raises(gg.InputError, match="sign must not be stated beside a graph"):
@@ -298,7 +290,7 @@ def test_whatever_is_planned_holds_when_sampled(points: list[tuple[float, float]
     R = gg.invertibility.level_determinant(along, gait.coefficients)
     assert R.min() * R.max() > 0 or not plan.report["R_sign"].decided
     for point in plan.waypoints:
-        assert np.abs(plan.loop.path.alpha[:, :2] - point).max(axis=1).min() <= 1e-9  # what is closer is one node
+        assert np.abs(loop_of(plan).path.alpha[:, :2] - point).max(axis=1).min() <= 1e-9  # what is closer is one node
     if plan.report.flyable:
         assert gg.invertibility.least_singular_value(along).min() >= 0.05
         assert gg.invertibility.hover_thrust_shares(along).min() > 0
@@ -314,17 +306,14 @@ def test_robust_ties_are_ties() -> None:
             on_grid(points, color="red", sign="positive", divisions=divisions, objective=objective)
             for objective in ("shortest", "robust")
         )
-        assert shortest.loop is not None
-        assert robust.loop is not None
-        assert robust.loop.length == pytest.approx(shortest.loop.length)
+        assert loop_of(robust).length == pytest.approx(loop_of(shortest).length)
 
 
 def test_blue_edges_with_a_tiny_R_of_one_sign_are_used() -> None:
     for divisions, cells in ((40, ((5, 1), (5, 2))), (32, ((1, 27), (1, 28)))):
         points = [tuple(-pi / 2 + k * pi / divisions for k in cell) for cell in cells]
         plan = on_grid(points, divisions=divisions, color="blue", sign="negative")
-        assert plan.loop is not None
-        assert plan.loop.length == pytest.approx(2 * pi / divisions)
+        assert loop_of(plan).length == pytest.approx(2 * pi / divisions)
 
 
 def test_a_root_on_a_side_shifted_by_pi_is_judged_as_red() -> None:
@@ -348,8 +337,7 @@ def test_a_vehicle_may_be_a_mapping_and_polygons_arrays() -> None:
     square = np.array([(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)])
     plan = on_grid(G3.waypoints, vehicle={"drag_ratio": 0.1}, keep_out=np.array([square]))
     assert plan.request.vehicle.drag_ratio == 0.1
-    assert plan.loop is not None
-    assert plan.loop.length > pi
+    assert loop_of(plan).length > pi
 
 
 def test_a_graph_without_its_metadata_is_refused() -> None:
@@ -363,10 +351,8 @@ def test_any_order_beyond_nine_waypoints_says_that_it_is_a_heuristic() -> None:
     points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
     plan = on_grid(points, any_order=True, color="red")
     ordered = on_grid(points, color="red")
-    assert plan.loop is not None
-    assert ordered.loop is not None
-    assert plan.loop.length < ordered.loop.length
-    assert sorted(plan.loop.order) == list(range(10))
+    assert loop_of(plan).length < loop_of(ordered).length
+    assert sorted(loop_of(plan).order) == list(range(10))
     (warning,) = [text for text in plan.warnings if "Christofides" in text]
     assert "order of 10 waypoints" in warning
     assert warning.endswith("at most 1.5 times the shortest in any order with this method, and not proven shortest")
@@ -379,8 +365,7 @@ def test_the_loop_is_made_for_the_request() -> None:
         plan = on_grid(
             G3.waypoints, vehicle=vehicle, coefficients=kind, divisions=8, floor=0.01, period=3.0, law="constant-speed"
         )
-        assert plan.loop is not None
-        for gait in (plan.loop.path, plan.loop.gait, plan.gait):
+        for gait in (loop_of(plan).path, loop_of(plan).gait, plan.gait):
             assert gait.vehicle == vehicle
             assert gait.coefficients == gg.invertibility.coefficients_of(vehicle, kind)
             assert gait.crossing_tolerance == pi / 16
@@ -388,8 +373,8 @@ def test_the_loop_is_made_for_the_request() -> None:
         rate = plan.report["tilt_rate"].value
         timed = gg.timing.parametrize(plan.gait, 3.0, law="constant-speed")
         assert rate == timed.check()["tilt_rate"].value
-        assert plan.loop.path.color == plan.loop.gait.color == "red"
-        assert plan.loop.order == (0, 1, 2, 3)
+        assert loop_of(plan).path.color == loop_of(plan).gait.color == "red"
+        assert loop_of(plan).order == (0, 1, 2, 3)
 
 
 HINT = "waypoint {} is {:.1e} rad beside the grid node ({}), which costs extra corners"
@@ -562,8 +547,7 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
     request = plan.request
     assert (request.sign, request.divisions, request.coefficients, request.floor) == ("negative", 8, "exact", 0.07)
     assert request.vehicle == vehicle
-    assert plan.loop is not None
-    assert plan.loop.path.crossing_tolerance == pi / 16
+    assert loop_of(plan).path.crossing_tolerance == pi / 16
     with pytest.raises(gg.InputError) as caught:
         on_grid([(0.5, -0.6), (0.5, -0.7)], graph=graph)
     assert str(caught.value) == ("waypoints: (0.5, -0.7) is no node of the graph; pass waypoints= to surface_graph")
@@ -572,10 +556,9 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
 def test_where_nothing_flies_the_objective_decides() -> None:
     """Blue goes straight where red must go round the saddle; red is far from singular, blue never."""
     robust = on_grid([(1.0, 0.7), (-0.7, -1.0)], floor=2.0, sign="negative", objective="robust")
-    assert robust.loop is not None
     assert not robust.report.flyable
-    assert [loop.color for loop in (robust.loop, *robust.alternatives)] == ["red", "blue"]
-    assert robust.loop.length > robust.alternatives[0].length >= 2 * math.hypot(1.7, 1.7) - 1e-9
+    assert [loop.color for loop in (loop_of(robust), *robust.alternatives)] == ["red", "blue"]
+    assert loop_of(robust).length > robust.alternatives[0].length >= 2 * math.hypot(1.7, 1.7) - 1e-9
     value = robust.report["least_singular_value"].value
     assert value is not None
     assert 0.05 < value < 0.5  # less than one, and yet what decides
@@ -583,18 +566,16 @@ def test_where_nothing_flies_the_objective_decides() -> None:
     shortest = on_grid(points, floor=2.0, sign="negative")
     robust = on_grid(points, floor=2.0, sign="negative", objective="robust")
     for plan, color in ((shortest, "blue"), (robust, "red")):
-        assert plan.loop is not None
-        assert plan.loop.color == color
+        assert loop_of(plan).color == color
         (other,) = plan.alternatives
-        assert (other.length > plan.loop.length) is (color == "blue")
+        assert (other.length > loop_of(plan).length) is (color == "blue")
 
 
 def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
     point = (-1.5, -0.3)
     assert on_sheet("red", point) < 0 < on_sheet("blue", point)
     plan = on_grid([point], floor=2.0)
-    assert plan.loop is not None
-    loops = [(loop.color, loop.sign, loop.length) for loop in (plan.loop, *plan.alternatives)]
+    loops = [(loop.color, loop.sign, loop.length) for loop in (loop_of(plan), *plan.alternatives)]
     assert loops == [("red", "negative", 0.0), ("blue", "positive", 0.0)]
 
 
@@ -602,8 +583,7 @@ def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
 def test_a_red_loop_of_either_sign_what_flies_first_then_the_positive_one(second: float, signs: list[str]) -> None:
     """On a side of the square red has both signs: the same directions, opposite rotors reversed against each other."""
     plan = on_grid([(pi / 2, second)], color="red")
-    assert plan.loop is not None
-    loops = [plan.loop, *plan.alternatives]
+    loops = [loop_of(plan), *plan.alternatives]
     assert [(loop.sign, loop.length) for loop in loops] == [(sign, 0.0) for sign in signs]
     assert [loop.report.flyable for loop in loops] == [second < 0, False]
 

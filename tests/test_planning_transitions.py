@@ -22,6 +22,8 @@ from tests.published import GAITS
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from gaitgraph.validation.report import Report
+
 FloatArray = npt.NDArray[np.float64]
 
 G1, G2, G3, G4 = (gg.lift(gait.angles, gait.color) for gait in GAITS)
@@ -80,6 +82,11 @@ def check_ends(found: gg.planning.Transition, start: Any, end: Any) -> None:
             np.testing.assert_allclose(found.path[place], one.alpha[number], atol=1e-9)
 
 
+def report_of(found: gg.planning.Transition) -> Report:
+    assert found.report is not None
+    return found.report
+
+
 # Hover and Gait 4
 
 
@@ -93,10 +100,9 @@ def test_hover_and_gait_4(there: bool) -> None:
     found = gg.transition(start, end)
     assert found
     assert (found.status, found.reason, found.proof) == ("planned", None, None)
-    assert found.report is not None
-    assert found.report.valid
-    assert found.report.flyable
-    assert found.report.reachable_from_hover
+    assert report_of(found).valid
+    assert report_of(found).flyable
+    assert report_of(found).reachable_from_hover
     check_ends(found, start, end)
     # Its corner nearest to hover is (−π/8, π/8), and nothing is in the way.
     assert found.corners == ((None, 0) if there else (0, None))
@@ -189,8 +195,7 @@ def test_gaits_of_one_quadrant_reach_each_other_the_same_way_back(
 ) -> None:
     first, last = (around(*point, radius, count) for point, count in zip(points, counts, strict=True))
     there, back = gg.transition(first, last), gg.transition(last, first)
-    assert there.report is not None
-    assert there.report.flyable, there.reason
+    assert report_of(there).flyable, there.reason
     check_ends(there, first, last)
     check_flight(dense(there.path), gg.PAPER, float(np.sign(first.R[0])))
     distance = np.linalg.norm(first.alpha[:, None, :2] - last.alpha[:, :2], axis=2).min()
@@ -219,18 +224,17 @@ def test_whatever_is_answered_holds_for_any_vehicle(kappa: float, ends: Any, flo
     assert labels[0] == labels[1]
     points = dense(found.path)
     assert (signs[0] * gg.invertibility.level_determinant(points, numbers) > 0).all()
-    assert found.report is not None
     straight = dense(np.vstack([first.alpha, last.alpha]))
-    if found.report.flyable:
+    if report_of(found).flyable:
         check_flight(points, vehicle, signs[0], floor)
     else:
-        assert found.reason == found.report.reason
+        assert found.reason == report_of(found).reason
         # Otherwise the straight way would have been there, and flown.
         broken = gg.invertibility.least_singular_value(straight, vehicle).min() < floor + 1e-4
         assert broken or gg.invertibility.hover_thrust_shares(straight, vehicle).min() < 1e-4
     if found.length > np.linalg.norm((last.alpha - first.alpha)[0, :2]) * (1 + 1e-9):
         kept = (signs[0] * gg.invertibility.level_determinant(straight, numbers)).min() > 1e-6
-        kept &= not found.report.flyable or (
+        kept &= not report_of(found).flyable or (
             gg.invertibility.least_singular_value(straight, vehicle).min() > floor + 1e-4
             and gg.invertibility.hover_thrust_shares(straight, vehicle).min() > 1e-6
         )
@@ -255,10 +259,8 @@ def test_mirrored_spins_mirror_the_way_and_turned_arms_keep_it(
     for other, factor in ((theirs, -1.0), (third, 1.0)):
         np.testing.assert_allclose(other.path, factor * ours.path, atol=1e-12)
         assert other.length == pytest.approx(ours.length)
-        assert ours.report is not None
-        assert other.report is not None
-        assert other.report.flyable
-        values = [report["least_singular_value"].value for report in (ours.report, other.report)]
+        assert report_of(other).flyable
+        values = [report["least_singular_value"].value for report in (report_of(ours), report_of(other))]
         assert values[0] == pytest.approx(values[1], abs=1e-5)
 
 
@@ -266,8 +268,7 @@ def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
     for gait in (G3, G4):
         found = gg.transition(gait, gait)
         assert found.length == 0
-        assert found.report is not None
-        assert found.report.flyable
+        assert report_of(found).flyable
         assert found.corners[0] == found.corners[1]
         check_ends(found, gait, gait)
         table = found.table()
@@ -284,8 +285,7 @@ def test_hover_of_a_vehicle_that_hardly_turns_itself_is_below_the_floor() -> Non
         assert (2 * kappa > DEFAULT_FLOOR) is flyable
         found = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa))
         assert found
-        assert found.report is not None
-        assert found.report.flyable is flyable
+        assert report_of(found).flyable is flyable
         assert (found.reason is None) is flyable
         lower = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa), floor=0.04)
         assert lower.reason is None
@@ -354,13 +354,12 @@ def test_a_valid_way_bends_around_the_curve_where_R_vanishes(ends: tuple[float, 
     assert len(found.path) > 2
     check_ends(found, first, last)
     assert (gg.invertibility.level_determinant(dense(found.path), EXACT) < 0).all()
-    assert found.report is not None
-    assert found.report.valid
+    assert report_of(found).valid
     # It leaves the quadrants of positive thrusts, and says so.
-    assert not found.report.flyable
+    assert not report_of(found).flyable
     assert gg.invertibility.hover_thrust_shares(dense(found.path)).min() < 0
-    assert not found.report["hover_thrust"].ok
-    assert found.reason == found.report.reason
+    assert not report_of(found)["hover_thrust"].ok
+    assert found.reason == report_of(found).reason
     assert found.length >= np.linalg.norm((first.alpha - last.alpha)[:, :2])
 
 
@@ -490,10 +489,9 @@ def test_red_to_blue_and_blue_to_red_are_refused() -> None:
 def test_blue_to_blue_is_valid_and_not_flyable() -> None:
     found = gg.transition(G1, G2)
     assert found
-    assert found.report is not None
-    assert found.report.valid
-    assert not found.report["R_sign"].decided
-    assert not found.report.flyable
+    assert report_of(found).valid
+    assert not report_of(found)["R_sign"].decided
+    assert not report_of(found).flyable
     assert found.reason is not None
     assert "the whole blue sheet is singular" in found.reason
     check_ends(found, G1, G2)
@@ -628,9 +626,8 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
     if needed > 1:
         faster = gg.transition(start, end, duration=0.99 * needed)
         assert faster
-        assert faster.report is not None
-        assert not faster.report.flyable
-        assert faster.report.valid
+        assert not report_of(faster).flyable
+        assert report_of(faster).valid
         assert faster.reason is not None
         assert "limit" in faster.reason
         np.testing.assert_array_equal(faster.path, found.path)
@@ -642,11 +639,10 @@ def test_bent_ways_keep_the_limits_on_every_segment() -> None:
     for law in ("smooth", "constant-speed"):
         found = gg.transition(first, last, floor=0.9, law=law, samples=1000)
         assert len(found.path) > 2
-        assert found.report is not None
-        assert found.report["tilt_rate"].ok
+        assert report_of(found)["tilt_rate"].ok
         assert found.duration > 1
         # Turning corners at full speed is an impulse that no duration cures.
-        assert found.report["tilt_acceleration"].ok is (law == "smooth")
+        assert report_of(found)["tilt_acceleration"].ok is (law == "smooth")
         assert (found.reason is None) is (law == "smooth")
         table = found.table()
         slopes = np.diff(table.alpha, axis=0) / np.diff(table["t"])[:, None]
@@ -705,10 +701,9 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         gait = gg.lift(wide.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
         found = gg.transition("hover", gait)
         assert found  # valid all the same
-        assert found.report is not None
-        assert not found.report[name].ok
-        assert found.reason == found.report[name].message
-        assert not found.report.flyable
+        assert not report_of(found)[name].ok
+        assert found.reason == report_of(found)[name].message
+        assert not report_of(found).flyable
 
 
 # Bad input
@@ -825,4 +820,4 @@ def test_printed_digits_do_not_turn_the_sign_of_blue() -> None:
     found = gg.transition(first, second)
     assert found
     assert found.reason is not None
-    assert not found.report or not found.report.flyable
+    assert not found.report or not report_of(found).flyable

@@ -53,21 +53,13 @@ CHOICES: dict[str, tuple[str, ...]] = {
 MOST_WAYPOINTS = 1000
 
 _SAMPLING = ("samples", "rate")
-_GONE = {
-    "sheets": "no field any more, since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
     """What a plan is asked for, complete and checked: made by :func:`request_of`, which explains the fields.
 
-    Parameters
-    ----------
-    zones
-        The polygons of `keep_out` and `keep_in`, or None if there are none.
-    notes
-        What was changed in what was asked.
+    `zones` has the polygons of `keep_out` and `keep_in`, if there are any; `notes` say what was changed.
     """
 
     waypoints: tuple[Point, ...]
@@ -167,8 +159,7 @@ def request_of(
     """
     if method is None:
         method = "exact" if divisions is None else "grid"
-    named = {"color": color, "sign": sign, "objective": objective, "method": method}
-    for name, value in named.items():
+    for name, value in {"color": color, "sign": sign, "objective": objective, "method": method}.items():
         if not isinstance(value, str) or value not in CHOICES[name]:
             hint = did_you_mean(value, list(CHOICES[name])) if isinstance(value, str) else ""
             if (name, value) == ("objective", "thrust"):
@@ -246,12 +237,7 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
 
 
 def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
-    """Return the request that a mapping describes, and its sampling (samples, rate).
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is not allowed.
+    """Return the request that a mapping describes, and its sampling (samples, rate); InputError if a name is unknown.
 
     Examples
     --------
@@ -263,8 +249,9 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
     # Requests of earlier versions state the sheets; "planes" is what there is.
     content = {name: value for name, value in content.items() if (name, value) != ("sheets", "planes")}
     for name, value in content.items():
-        if name in _GONE:
-            raise InputError(f"{name}: {shown(value)}; {_GONE[name]}")
+        if name == "sheets":
+            why = "since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
+            raise InputError(f"sheets: {shown(value)}; no field any more, {why}")
         if name not in known:
             hint = did_you_mean(name, list(known))
             raise InputError(f"{name}: no field of a request{hint or '; fields are ' + ', '.join(REQUEST_FIELDS)}")
@@ -286,10 +273,8 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
 
     Raises
     ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it holds no request; the message names file, field, value and what is allowed.
+    FileProblem, InputError
+        If the file cannot be read, or holds no request.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -354,13 +339,7 @@ def _parsed(text: str, suffix: str) -> dict[str, Any]:
 
 
 def holds_request(path: str | Path) -> bool:
-    """Return whether a file is a request, or a saved plan without a gait, rather than a gait file.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If a .json file cannot be read or is no JSON.
-    """
+    """Return whether a file is a request, or a saved plan without a gait; FileProblem if it cannot be read."""
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix != ".json":

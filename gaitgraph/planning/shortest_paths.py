@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-__all__ = ["ShortestPaths", "orientation"]
-
 FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float]
 
@@ -256,11 +254,6 @@ class ShortestPaths:
             if other != corner and self._touches(corner, self._points[other]) and self._touches(other, place)
         ]
 
-    def _in_line(self, place: Point, others: list[int]) -> list[int]:
-        """Return the corners to which the straight line from a corner lies in the region."""
-        inside = self._in_region([(place, self._points[other]) for other in others])
-        return [other for other, there in zip(others, inside, strict=True) if there]
-
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
         import shapely
@@ -279,7 +272,8 @@ class ShortestPaths:
                 seen = self._seen(place, self._fans[corner], None)
                 others = [other for other in others if other in seen]
             else:
-                others = self._in_line(place, others)
+                inside = self._in_region([(place, self._points[other]) for other in others])
+                others = [other for other, there in zip(others, inside, strict=True) if there]
             view = ((other, math.dist(place, self._points[other])) for other in others)
             self._views[corner] = tuple(view)
         return self._views[corner]
@@ -303,9 +297,7 @@ class ShortestPaths:
         array of shape (k, 2), or None
             The start, the corners where the path bends, the end. None if an end lies outside or in another part.
         """
-        return self._search(_pair(start), _pair(end))
-
-    def _search(self, start: Point, end: Point) -> FloatArray | None:
+        start, end = _pair(start), _pair(end)
         here, there = self._containers(start), self._containers(end)
         if not here or not there:
             return None
