@@ -206,7 +206,7 @@ def test_a_jerk_limit_is_judged_on_both_sides() -> None:
     assert "at least 1.506 s" in report["tilt_jerk"].message
 
 
-@pytest.mark.parametrize(("samples", "lengths"), [(10, [4, 4, 3]), (8, [4, 5]), (2, [3])])
+@pytest.mark.parametrize(("samples", "lengths"), [(10, [4, 4, 3]), (9, [4, 4, 2]), (8, [4, 5]), (2, [3])])
 def test_the_pieces_of_a_table_are_its_rows(samples: int, lengths: list[int]) -> None:
     timed = lift(GAITS[2].angles, "red").parametrize(samples=samples)
     pieces = list(pieces_of(timed, {"note": "x"}, rows=4))
