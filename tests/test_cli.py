@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.cli import cli, main, terminal
-from gaitgraph.cli.commands import COMMANDS
+from gaitgraph.cli import COMMANDS, cli, main, terminal
 from gaitgraph.io.reading import read_table
 from tests.published import GAITS, PublishedGait
 
@@ -612,7 +611,7 @@ def test_completion_loads_neither_the_library_nor_other_commands() -> None:
     )
     first, loaded = done.stdout.splitlines()
     assert first == "plain,red"
-    shared = {"_lazy", "cli", "cli.commands", "cli.options", "cli.terminal", "cli.plan", "errors"}
+    shared = {"_lazy", "cli", "cli.options", "cli.terminal", "cli.plan", "errors"}
     assert set(loaded.split()) == {f"gaitgraph.{name}" for name in shared}
 
 
@@ -783,10 +782,10 @@ def test_a_dumb_terminal_gets_lines(monkeypatch: pytest.MonkeyPatch, capsys: pyt
 
 
 def test_quick_work_and_pipes_show_nothing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    with terminal.working("waiting") as progress:
+    with terminal.Working("waiting") as progress:
         progress("in a pipe")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with terminal.working("waiting") as progress, progress.aside():
+    with terminal.Working("waiting") as progress, progress.aside():
         progress("at a terminal, for less than a second")
     assert capsys.readouterr().err == ""
 
@@ -795,7 +794,7 @@ def test_quick_work_and_pipes_show_nothing(monkeypatch: pytest.MonkeyPatch, caps
 def test_an_answer_does_not_run_into_the_progress_line() -> None:
     script = (
         "import sys, time\nfrom gaitgraph.cli import terminal\nterminal._GRACE = 0.0\n"
-        "with terminal.working('w' * 200) as progress:\n"
+        "with terminal.Working('w' * 200) as progress:\n"
         "    while not progress._line:\n        time.sleep(0.001)\n"
         "    with progress.aside():\n        print('found', file=sys.stderr, flush=True)\n"
     )

@@ -10,17 +10,57 @@ from __future__ import annotations
 import io
 import os
 import sys
-from typing import TYPE_CHECKING, NoReturn
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from gaitgraph import __version__
-from gaitgraph.cli.commands import Group, as_typed
+from gaitgraph.cli.options import as_typed
 from gaitgraph.cli.terminal import print_problem
-from gaitgraph.errors import GaitgraphError
+from gaitgraph.errors import GaitgraphError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+COMMANDS = (
+    "plan", "validate", "colorings", "cycles", "region", "robustness", "transition", "optimize", "pace", "retarget",
+    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "explore",
+)  # fmt: skip
+"""Each is the function NAME_command in the file of its name."""
+
+
+class Group(click.Group):
+    """The group of :data:`COMMANDS`, each loaded from its file when it is first asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands."""
+        return sorted(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command by its name, or None."""
+        if cmd_name not in COMMANDS:
+            return None
+        found: click.Command = getattr(import_module(f"gaitgraph.cli.{cmd_name}"), f"{cmd_name}_command")
+        return found
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; Abort if it is interrupted, without the empty line that click prints even into a pipe."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            if sys.stderr.isatty():  # which shows ^C on the line
+                click.echo(err=True)
+            raise click.Abort from None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the first argument names; UsageError with a hint if there is none."""
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            hint = did_you_mean(args[0], sorted(COMMANDS)) or f"; the commands are {', '.join(sorted(COMMANDS))}"
+            raise click.UsageError(f"no command {args[0]!r}{hint}")
+        return super().resolve_command(ctx, args)
 
 
 @click.group(cls=Group, context_settings={"max_content_width": 100})

@@ -8,11 +8,10 @@ from typing import Any
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import print_text, working
+from gaitgraph.cli.terminal import Working, print_text
 
 
-@command("Every Two-Color-consistent colouring of a loop.")
+@options.command("Every Two-Color-consistent colouring of a loop.")
 @options.file("loop_file", "GAIT_FILE_OR_REQUEST")
 @options.sign
 @click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted.")
@@ -29,7 +28,7 @@ def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = 
 
     from gaitgraph.planning.request import colorings_of_file
 
-    with working(f"coloring {loop_file}"):
+    with Working(f"coloring {loop_file}"):
         found = colorings_of_file(loop_file, **given)
     listed = islice(found, limit)
     if as_json:

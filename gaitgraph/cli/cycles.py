@@ -7,11 +7,10 @@ from typing import Any
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import print_json, working
+from gaitgraph.cli.terminal import Working, print_json
 
 
-@command("Closed cycles of the graph, shortest first.")
+@options.command("Closed cycles of the graph, shortest first.")
 @options.request_file
 @options.waypoints("Only through these; repeat in order.")
 @options.flag("--any-order", "Through the waypoints in any order.")
@@ -21,18 +20,8 @@ from gaitgraph.cli.terminal import print_json, working
 @options.color
 @options.sign
 @options.divisions
-@click.option(
-    "--require",
-    type=options.Choice(["flyable", "valid", "two_color"]),
-    default="valid",
-    help="Which edges of the graph count.  [default: valid]",
-)
-@click.option(
-    "--effort",
-    type=click.IntRange(min=1),
-    metavar="STEPS",
-    help="Stop after so many steps and print the bound.  [default: none]",
-)
+@options.choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count.")
+@options.option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=click.IntRange(1))
 @options.setting
 @options.as_json
 def cycles_command(
@@ -53,7 +42,7 @@ def cycles_command(
     from math import isfinite
 
     from gaitgraph.planning.grid import grid_cycles
-    from gaitgraph.planning.request import read_request, request_from_mapping, stated_fields
+    from gaitgraph.planning.request import stated_fields
 
     def answer(cycle: Any, **more: Any) -> None:
         if as_json:
@@ -65,8 +54,8 @@ def cycles_command(
     if not through:
         # The whole region counts; a request has at least one waypoint, which then plays no part.
         given["waypoints"] = [(0.0, 0.0)]
-    request, _ = request_from_mapping(given) if request_file is None else read_request(request_file, given)
-    with working("building the graph") as progress:
+    request, _ = options.request_of(request_file, given)
+    with Working("building the graph") as progress:
         found = grid_cycles(
             request, through=through, max_length=max_length, use=require, effort=effort, progress=progress
         )
@@ -81,7 +70,7 @@ def cycles_command(
     if found.cycles.found:
         click.echo(str(found.cycles), err=True)
         return 0
-    with working("searching a shortest cycle"):
+    with Working("searching a shortest cycle"):
         best, bound, reason = found.best(effort=effort or 1_000_000)
     if best is not None:
         exact = best.length <= bound

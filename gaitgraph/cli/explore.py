@@ -5,7 +5,6 @@ from __future__ import annotations
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
 from gaitgraph.cli.terminal import print_json
 from gaitgraph.errors import InputError, shown
 
@@ -16,7 +15,7 @@ def _port(_: click.Context, __: click.Parameter, text: str) -> int:
     raise InputError(f"--port must be a whole number from 0 to 65535, got {shown(text)}")
 
 
-@command("Plan gaits by hand, in the browser.")
+@options.command("Plan gaits by hand, in the browser.")
 @options.option("--port", "N", "Port; 0 for a free one.", type=click.STRING, default="0", callback=_port)
 @options.flag("--no-browser", "Print the address and open nothing.")
 @options.as_json

@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import print_json, working
+from gaitgraph.cli.terminal import Working, print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.io.formats import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.timing.timed_gait import Exported
@@ -27,7 +24,7 @@ def _map_names() -> list[str]:
     return list(PRESETS)
 
 
-@command("Write a gait file in other formats, or with another clock.")
+@options.command("Write a gait file in other formats, or with another clock.")
 @options.gait_file
 @options.file("outputs", "OUTPUT...", nargs=-1, required=True)
 @options.option(
@@ -58,7 +55,7 @@ def _map_names() -> list[str]:
 @options.as_json
 def export_command(
     gait_file: str,
-    outputs: Sequence[str],
+    outputs: tuple[str, ...],
     force: bool = False,
     columns: str | None = None,
     servos: str | None = None,
@@ -87,7 +84,7 @@ def export_command(
     films = options.films_in(outputs)
     tables = [path for path in outputs if path not in films]
     check_films(films, force=force)
-    with working(f"exporting {gait_file}") as progress:
+    with Working(f"exporting {gait_file}") as progress:
         done = export(
             gait_file, tables, force=force, options=format_options, servos=servo_map, progress=progress.part, **given
         )

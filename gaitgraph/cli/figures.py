@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import print_json, working
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from gaitgraph.cli.terminal import Working, print_json
 
 _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 
 
-@command("Draw the figures of the paper, and two that it lacks.")
+@options.command("Draw the figures of the paper, and two that it lacks.")
 @options.option(
     "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
 )
@@ -35,7 +31,7 @@ _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 @options.setting
 @options.as_json
 def figures_command(
-    out: str, formats: Sequence[str] = (), gait: str | None = None, as_json: bool = False, **given: Any
+    out: str, formats: tuple[str, ...] = (), gait: str | None = None, as_json: bool = False, **given: Any
 ) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
 
@@ -51,7 +47,7 @@ def figures_command(
     if gait is not None:
         read_gait(gait, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))  # errors name the file
         given["gait"] = read_table(gait)
-    with working("drawing") as progress:
+    with Working("drawing") as progress:
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]

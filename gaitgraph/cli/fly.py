@@ -7,18 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import flight_options, options
-from gaitgraph.cli.commands import command
+from gaitgraph.cli import options
 from gaitgraph.cli.options import Kind, option
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.flight.course import Course
-    from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle
 
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # The references that a setting has an effect with.
@@ -44,15 +39,15 @@ def _wind(text: str) -> tuple[float, ...]:
     return numbers
 
 
-@command("Fly a gait in a physics engine.")
-@flight_options.gait_file
+@options.command("Fly a gait in a physics engine.")
+@options.flown_gait_file
 @option(
     "--attitude",
     "ROLL,PITCH",
     "At the start.  [default: 0.3,-0.2 to level out, else level]",
     type=Kind("ROLL,PITCH, two angles", _attitude),
 )
-@flight_options.clock
+@options.flight_clock
 @option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1].")
 @click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back.")
 @option("--periods", "N", "How often around it, with --from-hover.  [default: 2]")
@@ -71,14 +66,8 @@ def _wind(text: str) -> tuple[float, ...]:
 @option(
     "--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers X,Y[,Z] (m/s)", _wind)
 )
-@flight_options.settings
-@option(
-    "--output",
-    "FILE",
-    "Write a table, a plot (.png, .svg, .pdf) or a film (.gif, .mp4); repeatable.",
-    name="outputs",
-    multiple=True,
-)
+@options.flight_settings
+@options.output("Write a table, a plot (.png, .svg, .pdf) or a film (.gif, .mp4); repeatable.")
 @options.force
 @options.flag("--render", "Let the engine render the film, where it can.  [default: drawn]")
 @options.flag("--view", "Then show the flight in the engine's viewer.")
@@ -89,7 +78,7 @@ def fly_command(
     hovers: bool = False,
     periods: int | None = None,
     anyway: bool = False,
-    outputs: Sequence[str] = (),
+    outputs: tuple[str, ...] = (),
     force: bool = False,
     render: bool = False,
     view: bool = False,
@@ -106,6 +95,8 @@ def fly_command(
     from gaitgraph.flight.engine import check_rendering, check_screen, mujoco_library, show_flight
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.plots.films import is_film
     from gaitgraph.plots.flights import check_flight_outputs, write_flight
     from gaitgraph.vehicle import PAPER
@@ -114,7 +105,7 @@ def fly_command(
     if periods is not None and not hovers:
         raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
     asked = dict(given)
-    settings = flight_options.settings_from_options(given)
+    settings = options.settings_from_options(given)
     for name, serves in _SERVES.items():
         if name in asked and settings.reference not in serves:
             raise InputError(
@@ -135,13 +126,16 @@ def fly_command(
         return record_of(course, settings, start or (0.0, 0.0), failure=("refused", reason))
 
     with (
-        working("planning") as progress,
+        Working("planning") as progress,
         options.named_in_errors({**asked, "bias": bias, "periods": periods}, eta="bias"),
     ):
         try:
-            timed = flight_options.timed_gait(gait_file, given)
+            timed = options.timed_gait(gait_file, given)
         except Infeasible as error:
-            flight = refused(repeated(_standing(asked.get("vehicle", PAPER))), f"there is no gait to fly: {error}")
+            # The record needs a gait: one that does not move.
+            vehicle = asked.get("vehicle", PAPER)
+            still = Gait(alpha=[[0.0] * 4], vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()
+            flight = refused(repeated(still), f"there is no gait to fly: {error}")
         else:
             flown = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
@@ -155,8 +149,8 @@ def fly_command(
                 if hovers and settings.duration is None:
                     settings = replace(settings, duration=course.duration)
                 flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = flight_options.flight_warnings(flight.course.timed, flight.warnings, bias)
-        written: Sequence[str] = outputs if len(flight.rows) else ()
+        warnings = options.flight_warnings(flight.course.timed, flight.warnings, bias)
+        written: tuple[str, ...] = outputs if len(flight.rows) else ()
         if not len(flight.rows):
             warnings = [one.replace("flown although it is not flyable", "it is not flyable") for one in warnings]
             if outputs:
@@ -169,13 +163,3 @@ def fly_command(
     if view and len(flight.rows):
         show_flight(flight)
     return 0 if flight else 1
-
-
-def _standing(vehicle: Vehicle) -> TimedGait:
-    """Return a gait that does not move, for the record of a flight that was refused because there is no gait."""
-    import numpy as np
-
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import coefficients_of
-
-    return Gait(alpha=np.zeros((1, 4)), vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 from gaitgraph.errors import InputError
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
-
-@command("The smooth gait through discs with the best worst case, or the least tilt-rate effort.")
+@options.command("The smooth gait through discs with the best worst case, or the least tilt-rate effort.")
 @options.waypoints("Centre of a disc; repeat in order.")
 @options.option("--radius", "ANGLE", "Of all discs, or repeat, one for each.  [default: 0.1]", multiple=True)
 @options.option(
@@ -34,7 +30,7 @@ if TYPE_CHECKING:
 @options.force
 @options.setting
 @options.as_json
-def optimize_command(outputs: Sequence[str] = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
+def optimize_command(outputs: tuple[str, ...] = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
     """Find the smooth closed gait that passes discs in order and is optimal along all of it.
 
     The answer says how far from the best possible it may be, and is checked between samples too. The exit code is 1,
@@ -50,7 +46,7 @@ def optimize_command(outputs: Sequence[str] = (), force: bool = False, as_json: 
     sampling = {name: given.pop(name) for name in ("samples", "rate") if name in given}
     options.check_outputs(outputs, force=force)
     checked_clock(given.get("period", 1.0), "smooth", **sampling)
-    with working("optimising"):
+    with Working("optimising"):
         found = optimal_gait(**given)
         if found and outputs:
             options.write_outputs(partial(found.pieces, **sampling), outputs, force=force)

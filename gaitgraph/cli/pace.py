@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 from gaitgraph.errors import InputError, did_you_mean
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def _seconds(_: click.Context, __: click.Parameter, text: str) -> float | None:
@@ -26,7 +22,7 @@ def _seconds(_: click.Context, __: click.Parameter, text: str) -> float | None:
         raise InputError(f"--period must be a number of seconds or the word least, got {text!r}{hint}") from None
 
 
-@command("The least period of a gait under limits of rate, acceleration and jerk.")
+@options.command("The least period of a gait under limits of rate, acceleration and jerk.")
 @options.gait_file
 @options.option(
     "--period",
@@ -50,7 +46,7 @@ def _seconds(_: click.Context, __: click.Parameter, text: str) -> float | None:
 def pace_command(
     gait_file: str,
     period: float | None = None,
-    outputs: Sequence[str] = (),
+    outputs: tuple[str, ...] = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -69,7 +65,7 @@ def pace_command(
     options.check_outputs(outputs, force=force)
     kinds = ("rate", "acceleration", "jerk")
     names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
-    with working(f"reading {gait_file}") as progress, options.named_in_errors(given, **names):
+    with Working(f"reading {gait_file}") as progress, options.named_in_errors(given, **names):
         gait = read_gait(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
         if gait.color not in ("red", "blue"):
             raise InputError(

@@ -6,17 +6,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
-from gaitgraph.errors import InputError
+from gaitgraph.cli.terminal import Working, show
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.planning.request import PlanRequest
 
 
-@command("Plan a closed gait through (α1, α2) waypoints.")
+@options.command("Plan a closed gait through (α1, α2) waypoints.")
 @options.request_file
 @options.waypoints()
 @options.color
@@ -42,7 +38,7 @@ if TYPE_CHECKING:
 @options.as_json
 def plan_command(
     request_file: str | None = None,
-    outputs: Sequence[str] = (),
+    outputs: tuple[str, ...] = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -56,12 +52,10 @@ def plan_command(
     from gaitgraph.planning.planner import plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
-    if request_file is None and "waypoints" not in given:
-        raise InputError("waypoints: none given; name a request file, or --waypoint A1,A2 at least once")
     options.check_outputs(outputs, force=force)
     request, sampling = _request(request_file, given)
     checked_clock(request.period, request.law, **sampling)
-    with working("planning") as progress:
+    with Working("planning") as progress:
         found = plan(request, progress=progress)
         written = tuple(outputs) if found else ()
         if written:
@@ -73,14 +67,11 @@ def plan_command(
 
 def _request(file: str | None, given: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request of a file and options, and its sampling; a film's comment holds the request too."""
-    from gaitgraph.planning.request import read_request, request_from_mapping
-
-    if file is None:
-        return request_from_mapping(given)
-    if not file.lower().endswith(".gif"):
-        return read_request(file, given)
+    if file is None or not file.lower().endswith(".gif"):
+        return options.request_of(file, given)
     from gaitgraph.gait.table import about_from_text
     from gaitgraph.io.reading import naming_file
+    from gaitgraph.planning.request import request_from_mapping
     from gaitgraph.plots.films import provenance_of_gif
 
     with naming_file(file):

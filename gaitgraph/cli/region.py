@@ -4,23 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
-from gaitgraph.errors import InputError
+from gaitgraph.cli.terminal import Working, show
 
 
-@command("In which part of the admissible region waypoints lie, and whether they can be joined.")
+@options.command("In which part of the admissible region waypoints lie, and whether they can be joined.")
 @options.request_file
 @options.waypoints("A waypoint; repeatable.")
-@click.option(
-    "--use",
-    type=options.Choice(["flyable", "valid"]),
-    default="flyable",
-    help="Where a gait can fly, or where R has the sign alone.  [default: flyable]",
-)
+@options.choice("--use", ["flyable", "valid"], "flyable", "Where a gait can fly, or where R has the sign alone.")
 @options.option("--color", "NAME", "red or blue.  [default: red]", words=("red", "blue"))
 @options.sign
 @options.floor
@@ -34,12 +25,9 @@ def region_command(use: Any, request_file: str | None = None, as_json: bool = Fa
     The exit code is 1 if no part holds them all, so that no closed gait can pass them.
     """
     from gaitgraph.planning.any_angle import location_of
-    from gaitgraph.planning.request import read_request, request_from_mapping
 
-    if request_file is None and "waypoints" not in given:
-        raise InputError("waypoints: none given; name a request file, or --waypoint A1,A2 at least once")
-    request, _ = request_from_mapping(given) if request_file is None else read_request(request_file, given)
-    with working("computing the region"):
+    request, _ = options.request_of(request_file, given)
+    with Working("computing the region"):
         found = location_of(request, use=use)
     show(found, as_json=as_json)
     return 0 if found else 1

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from gaitgraph.cli.terminal import Working, show
 
 
-@command("The flyable gait nearest to a given table, and what was changed.")
+@options.command("The flyable gait nearest to a given table, and what was changed.")
 @options.gait_file
 @options.sign
 @options.floor
@@ -23,7 +19,7 @@ if TYPE_CHECKING:
 @options.setting
 @options.as_json
 def retarget_command(
-    gait_file: str, outputs: Sequence[str] = (), force: bool = False, as_json: bool = False, **given: Any
+    gait_file: str, outputs: tuple[str, ...] = (), force: bool = False, as_json: bool = False, **given: Any
 ) -> int:
     """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
 
@@ -35,7 +31,7 @@ def retarget_command(
     if given.get("sign") == "auto":
         del given["sign"]
     options.check_outputs(outputs, force=force)
-    with working(f"retargeting {gait_file}"):
+    with Working(f"retargeting {gait_file}"):
         found = retarget(gait_file, **given)
         table = found.table
         if table is not None and outputs:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 
 
-@command("Tilt margin and acceptable attitudes, beside biased gaits.")
+@options.command("Tilt margin and acceptable attitudes, beside biased gaits.")
 @options.gait_file
 @options.option("--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True)
 @options.option("--scale", "ETA", "Scale all four by η; repeatable.", multiple=True)
@@ -27,7 +26,7 @@ def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> i
     """
     from gaitgraph.robustness.biased import robustness_of
 
-    with working(f"tilting {gait_file}") as progress:
+    with Working(f"tilting {gait_file}") as progress:
         report = robustness_of(gait_file, progress=progress, **given)
     show(report, as_json=as_json)
     return 0

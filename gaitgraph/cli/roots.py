@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
 from gaitgraph.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 
-@command("Every (α3, α4) on the gait surfaces for one (α1, α2).")
+@options.command("Every (α3, α4) on the gait surfaces for one (α1, α2).")
 @click.argument("a1", metavar="A1")
 @click.argument("a2", metavar="A2")
 @options.crossing_tolerance

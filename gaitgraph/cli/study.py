@@ -10,14 +10,11 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import print_json, print_problem, print_text, show, working
+from gaitgraph.cli.terminal import Working, print_json, print_problem, print_text, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
-
-    from gaitgraph.study.design import Study
 
 _ONCE = 3.0  # seconds in which further signals are the same wish
 
@@ -55,7 +52,7 @@ def _ended_in_order() -> Iterator[None]:
             signal.signal(one, handler if last is None else signal.SIG_IGN)
 
 
-@command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
+@options.command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
 @options.file("study_file", "STUDY.toml")
 @options.option("--output", "FOLDER", "Of the rows.  [default: the file's name without .toml]")
 @options.option("--workers", "N", "Processes here; 0 for this one.  [default: one a core]")
@@ -77,15 +74,20 @@ def study_command(
     whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
     from gaitgraph.study.design import read_study
-    from gaitgraph.study.running import run_study
+    from gaitgraph.study.running import run_study, time_text
 
     study = read_study(study_file)
     if dry_run:
-        _print_counts(study, as_json)
+        seconds = study.seconds(1)
+        counts = {"cases": len(study), "parts": study.batches, "seconds_on_one_process": seconds}
+        if as_json:
+            print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
+        else:
+            print_text(f"{study}\nabout {time_text(seconds)} on one process; nothing was flown")
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
-        with _ended_in_order(), working(f"study {study.name}") as progress:
+        with _ended_in_order(), Working(f"study {study.name}") as progress:
             run = run_study(study, folder, progress=progress, **given)
     except KeyboardInterrupt as error:
         number = error.args[0] if isinstance(error, _Stopped) else signal.SIGINT
@@ -98,21 +100,3 @@ def study_command(
         return 128 + number
     show(run, as_json=as_json)
     return 0
-
-
-def _print_counts(study: Study, as_json: bool) -> None:
-    from gaitgraph.study.running import time_text
-
-    seconds = study.seconds(1)
-    if as_json:
-        print_json(
-            {
-                "study": study.name,
-                "fingerprint": study.fingerprint,
-                "cases": len(study),
-                "parts": study.batches,
-                "seconds_on_one_process": seconds,
-            }
-        )
-    else:
-        print_text(f"{study}\nabout {time_text(seconds)} on one process; nothing was flown")

@@ -68,26 +68,15 @@ def _is_dumb() -> bool:
     return os.environ.get("TERM") == "dumb"
 
 
-def working(doing: str) -> Working:
-    """Return a context that shows on a terminal what is being done, once it takes longer than a second.
-
-    Parameters
-    ----------
-    doing
-        A few words, such as "planning", which are shown until the work itself reports more.
-
-    Notes
-    -----
-    Nothing is shown in a pipe. Where TERM is dumb, lines are added instead of written over, one in ten seconds.
-    """
-    return Working(doing, live=sys.stderr.isatty())
-
-
 class Working:
-    """The context of :func:`working`: called with a few words, it shows them and for how many seconds work goes on."""
+    """A context that shows on a terminal what is being done and for how long, once it takes longer than a second.
 
-    def __init__(self, doing: str, *, live: bool) -> None:
-        self._words, self._live = doing, live
+    The words given are shown until it is called with others. Nothing is shown in a pipe. Where TERM is dumb, lines are
+    added instead of written over, one in ten seconds.
+    """
+
+    def __init__(self, doing: str, *, live: bool | None = None) -> None:
+        self._words, self._live = doing, sys.stderr.isatty() if live is None else live
         self._line = ""
         self._clock: tuple[Event, Thread] | None = None
         self._alone: AbstractContextManager[Any] = nullcontext()

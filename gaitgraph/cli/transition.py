@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 from gaitgraph.errors import InputError, did_you_mean
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
-
-@command("A path from hover to a gait, back, or from gait to gait.")
+@options.command("A path from hover to a gait, back, or from gait to gait.")
 @options.file("start", "FROM", "hover")
 @options.file("end", "TO", "hover")
 @options.option("--duration", "SECONDS", "Of the path.  [default: 1, or what the limits need]")
@@ -30,7 +26,7 @@ def transition_command(
     start: str,
     end: str,
     require: str,
-    outputs: Sequence[str] = (),
+    outputs: tuple[str, ...] = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -49,7 +45,7 @@ def transition_command(
         hint = did_you_mean(one.lower(), [HOVER])
         if hint and one.lower() != HOVER and not Path(one).exists():
             raise InputError(f"{name} must be a gait file or the word hover, got {one!r}{hint}")
-    with working("searching a path"):
+    with Working("searching a path"):
         ends: list[Any] = [HOVER if one.lower() == HOVER else read_gait(one, **setting) for one in (start, end)]
         if ends == [HOVER, HOVER]:
             given |= setting

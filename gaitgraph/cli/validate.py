@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
-from gaitgraph.cli.terminal import show, working
+from gaitgraph.cli.terminal import Working, show
 
 
-@command("Judge a gait file: every rule, with value, limit and place.")
+@options.command("Judge a gait file: every rule, with value, limit and place.")
 @options.gait_file
 @options.require
 @options.option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]")
@@ -27,7 +26,7 @@ def validate_command(gait_file: str, require: str, as_json: bool = False, **give
     """
     from gaitgraph.validation.validating import validate
 
-    with working(f"judging {gait_file}") as progress:
+    with Working(f"judging {gait_file}") as progress:
         report = validate(gait_file, progress=progress.part, **given)
     show(report, as_json=as_json)
     return 0 if (report.flyable if require == "flyable" else report.valid) else 1

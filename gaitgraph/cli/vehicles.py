@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import options
-from gaitgraph.cli.commands import command
 from gaitgraph.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 
-@command("List the vehicles that come with the package, or show one.")
+@options.command("List the vehicles that come with the package, or show one.")
 @options.setting
 @options.as_json
 def vehicles_command(vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False) -> int:

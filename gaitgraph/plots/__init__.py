@@ -22,24 +22,22 @@ if TYPE_CHECKING:
         at_face_value as at_face_value,
         axes_of_a_gait as axes_of_a_gait,
         gait_in_four_dimensions as gait_in_four_dimensions,
+        gait_loop as gait_loop,
         roll_pitch_diagram as roll_pitch_diagram,
         singular_attitudes as singular_attitudes,
     )
     from gaitgraph.plots.notebook import html_of as html_of
     from gaitgraph.plots.planes import (
-        adjacency_rule as adjacency_rule,
-        gait_loop as gait_loop,
-        regions_map as regions_map,
-        singular_value_map as singular_value_map,
-        type_map as type_map,
-    )
-    from gaitgraph.plots.root_maps import (
         InteriorRoots as InteriorRoots,
+        adjacency_rule as adjacency_rule,
         interior_roots as interior_roots,
         level_determinants as level_determinants,
+        regions_map as regions_map,
         root_angle as root_angle,
         root_counts as root_counts,
         signed_roots as signed_roots,
+        singular_value_map as singular_value_map,
+        type_map as type_map,
     )
     from gaitgraph.plots.vehicles import (
         VehicleView as VehicleView,

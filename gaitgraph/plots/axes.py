@@ -101,15 +101,7 @@ def paper_style() -> Iterator[None]:
 
 
 def blank_figure(width: float, height: float, *, apart: float = 0.02) -> Figure:
-    """Return an empty figure of a size in millimetres, apart from pyplot and any window.
-
-    Parameters
-    ----------
-    width, height
-        In millimetres.
-    apart
-        Room between panels, as a fraction of their mean width.
-    """
+    """Return an empty figure of a size [mm], with panels a fraction of their width apart, and without pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -119,22 +111,7 @@ def blank_figure(width: float, height: float, *, apart: float = 0.02) -> Figure:
 
 
 def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0), in_space: bool = False) -> Any:
-    """Return the axes given, or those of a new pyplot figure.
-
-    Parameters
-    ----------
-    ax
-        Axes, or None.
-    size
-        Width and height of a new figure [mm].
-    in_space
-        Whether the axes must be three-dimensional.
-
-    Raises
-    ------
-    InputError
-        If matplotlib is missing, or what is given is no such axes.
-    """
+    """Return the axes given, or those of a new pyplot figure of a size [mm]; InputError if they are not such axes."""
     require_matplotlib()
     from matplotlib.axes import Axes
 
@@ -166,19 +143,7 @@ def text_of_multiple(angle: float, position: int | None = None) -> str:
 
 
 def angle_axis(axis: Axis, label: str, *, divisor: int = 4, end: float = HALF_PI) -> None:
-    r"""Make an axis one of angles from −end to end [rad], with ticks at multiples of π/divisor and the unit.
-
-    Parameters
-    ----------
-    axis
-        ``ax.xaxis``, ``ax.yaxis`` or ``ax.zaxis``.
-    label
-        The angle's symbol in mathtext, such as ``"\alpha_1"``.
-    divisor
-        Ticks at multiples of π/divisor.
-    end
-        Half the range [rad].
-    """
+    r"""Label an axis with a symbol such as ``\alpha_1``, from −end to end [rad], ticks at multiples of π/divisor."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     most = math.floor(end * divisor / math.pi + 1e-9)
@@ -189,15 +154,29 @@ def angle_axis(axis: Axis, label: str, *, divisor: int = 4, end: float = HALF_PI
 
 
 def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, end: float = HALF_PI, grid: bool = True) -> None:
-    """Make both axes those of angles, to the same scale; symbols as for :func:`angle_axis`."""
+    r"""Make both axes those of angles to the same scale.
+
+    Parameters
+    ----------
+    ax
+        Plane axes.
+    x, y
+        Symbols in mathtext, such as ``"\alpha_1"``.
+    divisor
+        Ticks at multiples of π/divisor.
+    end
+        Half the range [rad].
+    grid
+        Whether lines are drawn at the ticks.
+    """
     angle_axis(ax.xaxis, x, divisor=divisor, end=end)
     angle_axis(ax.yaxis, y, divisor=divisor, end=end)
     ax.set_aspect("equal", adjustable="box")
     ax.grid(grid)
 
 
-def space_axes(ax: Any) -> None:
-    """Make x and y of three-dimensional axes those of α1 and α2, seen from where no plane of roots is on edge."""
+def space_axes(ax: Any, *, columns: int = 2) -> Any:
+    """Return axes whose x and y are α1 and α2, seen from where no plane of roots is on edge, with a legend above."""
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
@@ -211,6 +190,8 @@ def space_axes(ax: Any) -> None:
     ax.zaxis.set_rotate_label(False)
     ax.zaxis.label.set_rotation(90)
     ax.tick_params(pad=0)
+    legend_above(ax, columns=columns, over=-16.0)
+    return ax
 
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
@@ -264,19 +245,10 @@ def half_markers() -> tuple[Path, Path]:
 
 
 def picture_bytes(figure: Figure, kind: Format) -> bytes:
-    """Return a figure as the bytes of a file, without time stamps: the same figure gives the same bytes.
-
-    The figure is laid out once and keeps that layout: a second one, in another format, is not a little different.
-
-    Parameters
-    ----------
-    figure
-        What to save.
-    kind
-        One of :data:`FORMATS`.
-    """
+    """Return a figure as the bytes of a file, without time stamps: the same figure gives the same bytes."""
     stream = io.BytesIO()
     with paper_style():
+        # The figure is laid out once: in another format it does not differ a little.
         if figure.get_layout_engine() is not None:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")

@@ -10,8 +10,9 @@ import math
 import re
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -30,9 +31,23 @@ from gaitgraph.plots.axes import (
     picture_bytes,
     require_matplotlib,
 )
-from gaitgraph.plots.gaits import at_face_value, axes_of_a_gait, gait_in_four_dimensions, roll_pitch_diagram
-from gaitgraph.plots.planes import adjacency_rule, gait_loop, regions_map, singular_value_map, type_map
-from gaitgraph.plots.root_maps import level_determinants, root_angle, root_counts, signed_roots
+from gaitgraph.plots.gaits import (
+    at_face_value,
+    axes_of_a_gait,
+    gait_in_four_dimensions,
+    gait_loop,
+    roll_pitch_diagram,
+)
+from gaitgraph.plots.planes import (
+    adjacency_rule,
+    level_determinants,
+    regions_map,
+    root_angle,
+    root_counts,
+    signed_roots,
+    singular_value_map,
+    type_map,
+)
 from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -48,24 +63,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperFigure:
-    """What one figure is.
-
-    Parameters
-    ----------
-    name
-        Its number in the paper, or a name.
-    title
-        A few words.
-    caption
-        What it shows, in full.
-    draw
-        What draws it.
-    """
+    """A figure: its number in the paper or its name, its title, the title with what it shows, and what draws it."""
 
     name: str
     title: str
     caption: str
-    draw: Callable[[_Setting], Figure]
+    draw: _Drawing
 
     @property
     def stem(self) -> str:
@@ -90,26 +93,26 @@ class _Setting:
     def coefficients(self) -> Coefficients:
         return coefficients_of(self.vehicle, self.kind)
 
-    @property
-    def grid(self) -> dict[str, Any]:
-        return {"coefficients": self.coefficients, "divisions": self.divisions}
+
+_Drawing: TypeAlias = "Callable[[_Setting], Figure]"
+
+
+def _on_one(width: float, height: float, function: Callable[..., Any], *first: Any, **options: Any) -> _Drawing:
+    """Return what draws a figure of one plot over the grid; the roots in space, all others on a plane."""
+
+    def drawn(setting: _Setting) -> Figure:
+        figure = blank_figure(width, height)
+        in_space = function in (root_angle, signed_roots, level_determinants)
+        ax = figure.add_subplot(projection="3d" if in_space else None)
+        function(*first, ax=ax, coefficients=setting.coefficients, divisions=setting.divisions, **options)
+        return figure
+
+    return drawn
 
 
 def _vehicle(setting: _Setting) -> Figure:
     figure = blank_figure(170, 98)
     vehicle_figure(setting.vehicle, ax=figure.add_subplot())
-    return figure
-
-
-def _counts(setting: _Setting) -> Figure:
-    figure = blank_figure(85, 92)
-    root_counts(**setting.grid, ax=figure.add_subplot())
-    return figure
-
-
-def _roots(function: Callable[..., Any], first: str, which: str, setting: _Setting) -> Figure:
-    figure = blank_figure(85, 74)
-    function(first, which=which, ax=figure.add_subplot(projection="3d"), **setting.grid)
     return figure
 
 
@@ -123,16 +126,10 @@ def _rule(setting: _Setting) -> Figure:
     return figure
 
 
-def _types(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 173)
-    type_map("negative", **setting.grid, ax=figure.add_subplot())
-    return figure
-
-
 def _loops(setting: _Setting) -> Figure:
     figure = blank_figure(170, 177)
     ax = figure.add_subplot()
-    type_map("negative", **setting.grid, ax=ax)
+    type_map("negative", coefficients=setting.coefficients, divisions=setting.divisions, ax=ax)
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
     for number, width in ((1, 18.0), (2, 18.0), (3, 10.0)):
         gait = paper_gait(number, setting.vehicle, setting.coefficients)
@@ -170,10 +167,9 @@ def _attitudes(number: int, eta: float, claim: str, setting: _Setting) -> Figure
 
 
 def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: str) -> None:
-    """Draw a roll–pitch diagram, and say in its title what it shows and whether the paper claims that.
+    """Draw a roll–pitch diagram, and say in its title what it shows and whether it agrees with the paper's claim.
 
-    The claims are "farther", the gait's singular curves leave it a wider region than its biased gait, and "alike", it
-    has little advantage. Coefficients are taken at face value.
+    "farther" claims that the gait has a wider acceptable region than its biased gait, "alike" that it has little more.
     """
     roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
     numbers, both = at_face_value(gait.coefficients), (gait, gait.biased(eta))
@@ -184,12 +180,9 @@ def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: s
         agrees = not math.isnan(margins[0])  # else the gait is singular at every attitude
         if agrees:
             own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
-            agrees = own > biased if claim == "farther" else own < biased + _LITTLE
+            agrees = own > biased if claim == "farther" else own < biased + 0.02
         lines.append("as the paper says" if agrees else "unlike the paper")
     ax.set_title("\n".join(lines))
-
-
-_LITTLE = 0.02  # fractions of the diagram that differ by less are alike
 
 
 def _regions(setting: _Setting) -> Figure:
@@ -231,79 +224,62 @@ def _figures() -> dict[str, PaperFigure]:
         "gait | biased gait, and whether the bordered regions are as the paper says, "
     )
     claims = {"farther": "that the gait's is the wider one.", "alike": "that the gait has little advantage."}
-    found: dict[str, PaperFigure] = {}
-
-    def add(name: object, title: str, caption: str, drawing: Callable[..., Figure], *first: Any) -> None:
-        text = f"{title}. {caption}"
-        found[str(name)] = PaperFigure(name=str(name), title=title, caption=text, draw=partial(drawing, *first))
-
-    add(
-        1,
-        "The tilt-rotor with its arms, tilt axes and signs",
-        "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the outward "
-        "arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are spins seen from "
-        "above.",
-        _vehicle,
-    )
-    add(
-        2,
-        "Number of roots (α3, α4) at each node (α1, α2)",
-        "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end too.",
-        _counts,
-    )
+    table: dict[str, tuple[str, str, _Drawing]] = {
+        "1": (
+            "The tilt-rotor with its arms, tilt axes and signs",
+            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the "
+            "outward arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are "
+            "spins seen from above.",
+            _vehicle,
+        ),
+        "2": (
+            "Number of roots (α3, α4) at each node (α1, α2)",
+            "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end "
+            "too.",
+            _on_one(85, 92, root_counts),
+        ),
+    }
     words = {"first": "the first root", "other": "the other root", "both": "both roots"}
-    for number, (which, angle) in enumerate(((w, a) for w in words for a in ("alpha3", "alpha4")), start=3):
+    for number, (which, angle) in enumerate(product(words, ("alpha3", "alpha4")), start=3):
         symbol = angle.replace("alpha", "α")
-        planes = f"Red squares lie on the + plane of {symbol}, blue discs on its − plane. {inner}"
-        caption = planes if which == "both" else f"{planes} {order}"
-        add(number, f"{symbol} of {words[which]}", caption, _roots, root_angle, angle, which)
-    for number, sign, which in (
-        (9, "positive", "first"),
-        (11, "positive", "other"),
-        (13, "negative", "first"),
-        (14, "negative", "other"),
+        caption = f"Red squares lie on the + plane of {symbol}, blue discs on its − plane. {inner}"
+        caption += "" if which == "both" else f" {order}"
+        table[str(number)] = f"{symbol} of {words[which]}", caption, _on_one(85, 74, root_angle, angle, which=which)
+    for number, function, sign, which in (
+        (9, signed_roots, "positive", "first"),
+        (10, level_determinants, "positive", "first"),
+        (11, signed_roots, "positive", "other"),
+        (12, level_determinants, "positive", "other"),
+        (13, signed_roots, "negative", "first"),
+        (14, signed_roots, "negative", "other"),
     ):
-        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
-        add(
-            number,
-            title,
-            f"Red squares are α3, blue discs α4. {inner} {order} {rounded}",
-            _roots,
-            signed_roots,
-            sign,
-            which,
-        )
-    for number, which in ((10, "first"), (12, "other")):
-        caption = f"Red squares lie on the red sheet, blue discs on the blue one. {inner} {order} {rounded}"
-        add(
-            number,
-            f"R of the {which} root where it is positive",
-            caption,
-            _roots,
-            level_determinants,
-            "positive",
-            which,
-        )
-    add(
-        15,
-        "Which types may be neighbours",
-        "Lined types may; each type may also follow itself. (a) one angle; (b) the pair, without (?,?), which may be a "
-        "neighbour of every type.",
-        _rule,
-    )
-    add(
-        16,
-        "Types of the roots with R < 0",
-        f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? are "
-        f"written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
-        _types,
-    )
-    add(
-        17,
-        "Gaits 1 to 3 on the map of types",
-        f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
-        _loops,
-    )
+        if function is signed_roots:
+            title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
+            squares = "Red squares are α3, blue discs α4."
+        else:
+            title = f"R of the {which} root where it is positive"
+            squares = "Red squares lie on the red sheet, blue discs on the blue one."
+        drawing = _on_one(85, 74, function, sign, which=which)
+        table[str(number)] = title, f"{squares} {inner} {order} {rounded}", drawing
+    table |= {
+        "15": (
+            "Which types may be neighbours",
+            "Lined types may; each type may also follow itself. (a) one angle; (b) the pair, without (?,?), which may "
+            "be a neighbour of every type.",
+            _rule,
+        ),
+        "16": (
+            "Types of the roots with R < 0",
+            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? "
+            f"are written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
+            _on_one(170, 173, type_map, "negative"),
+        ),
+        "17": (
+            "Gaits 1 to 3 on the map of types",
+            f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
+            _loops,
+        ),
+    }
     for number, gait, eta, claim in (
         (18, 1, 0.8, "farther"),
         (19, 2, 0.99, "farther"),
@@ -313,24 +289,26 @@ def _figures() -> dict[str, PaperFigure]:
     ):
         title = f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}"
         caption = f"{readings if gait <= 2 else ''}{lines}{claims[claim]}"
-        add(number, title, caption, _attitudes, gait, eta, claim)
-    add(
-        "regions",
-        "Exact regions of the (α1, α2) plane on the red sheet",
-        "Left: signs of R, where hover takes positive thrusts alone (hatched), and contours of the largest thrust of a "
-        "rotor in hover, in units of the weight. Right: the least singular value in level flight, dimensionless; black "
-        "lines are R = 0, the cross is α = 0.",
-        _regions,
-    )
-    add(
-        "gait",
-        "A gait in four dimensions over its period",
-        "Angles in time, the loop on the map of types, and three projections with the + planes (red) and − planes "
-        "(blue, dashed) as thin lines; arrows show the direction. Gait 3 unless another is given.",
-        _gait,
-    )
-    numbers = sorted((name for name in found if name.isdigit()), key=int)
-    return {name: found[name] for name in (*numbers, "regions", "gait")}
+        table[str(number)] = title, caption, partial(_attitudes, gait, eta, claim)
+    table |= {
+        "regions": (
+            "Exact regions of the (α1, α2) plane on the red sheet",
+            "Left: signs of R, where hover takes positive thrusts alone (hatched), and contours of the largest thrust "
+            "of a rotor in hover, in units of the weight. Right: the least singular value in level flight, "
+            "dimensionless; black lines are R = 0, the cross is α = 0.",
+            _regions,
+        ),
+        "gait": (
+            "A gait in four dimensions over its period",
+            "Angles in time, the loop on the map of types, and three projections with the + planes (red) and − planes "
+            "(blue, dashed) as thin lines; arrows show the direction. Gait 3 unless another is given.",
+            _gait,
+        ),
+    }
+    return {
+        name: PaperFigure(name=name, title=title, caption=f"{title}. {caption}", draw=drawing)
+        for name, (title, caption, drawing) in table.items()
+    }
 
 
 FIGURES: dict[str, PaperFigure] = _figures()

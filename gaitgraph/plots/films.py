@@ -53,6 +53,7 @@ _LONGEST = 65535 * MOST_FRAMES  # 1/100 s that the format can state
 _PALE = "#dfe2e7"
 _SIZE = (480, 420)  # px, at 100 per inch
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
+_TITLE = (16 / 480, 1 - 19 / 420)
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 _WIDE, _THIN = 3.6, 1.3  # of opposite rotors, which move together on the red sheet
 
@@ -127,7 +128,7 @@ def write_films(pieces: Callable[[], Iterable[Table]], paths: Sequence[str | Pat
         title = " · ".join([f"Vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])])
         if abs(seconds - period) > max(0.005, 1e-9 * period):
             title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
-        _write_title(figure, title)
+        figure.text(*_TITLE, title, fontsize=10, color=INK, va="center")
         times = np.linspace(0.0, period, 161)
         curves = np.degrees([np.interp(times, t, column) for column in alpha.T])
         looks = [(color, _WIDE if k < 2 else _THIN, "") for k, color in enumerate(ROTOR_COLORS)]
@@ -176,10 +177,6 @@ def _fit(ax: Axes, seen: VehicleView, zoom: float) -> None:
     half = size * float(max((high - low) / size)) / 2 / zoom
     (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
     ax.set(xlim=(left, right), ylim=(bottom, top))
-
-
-def _write_title(figure: Figure, text: str) -> None:
-    figure.text(16 / _SIZE[0], 1 - 19 / _SIZE[1], text, fontsize=10, color=INK, va="center")
 
 
 def _draw_chart(
@@ -374,7 +371,8 @@ def _flight_drawing(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Fi
     timed = flight.course.timed
     head = f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait"
     roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in flight.attitude)
-    _write_title(figure, f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−"))
+    title = f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−")
+    figure.text(*_TITLE, title, fontsize=10, color=INK, va="center")
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
     cursor = _draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)

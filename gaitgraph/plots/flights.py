@@ -129,18 +129,13 @@ def _name_of(flight: Flight) -> str:
     """Return what was flown in a line: the gait's color, the vehicle, T, the reference, the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     size, lap = f"{settings.size:g} m", f"{settings.lap:g} s"
-    follows = {
-        "hover": ["hover"],
-        "step": [f"step of {size}"],
-        "line": [f"line of {size} in {lap}"],
-        "circle": [f"circle of {size} in {lap}"],
-    }
+    reference = {"step": f"step of {size}"} | {one: f"{one} of {size} in {lap}" for one in ("line", "circle")}
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
     parts = [
         f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
         f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
-        *follows.get(settings.reference, []),
+        *([] if settings.reference == "attitude" else [reference.get(settings.reference, settings.reference)]),
         *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
         f"from roll {roll}, pitch {pitch}",
     ]
@@ -235,8 +230,8 @@ def _draw_attitude(ax: Axes, flight: Flight) -> None:
         angle = np.degrees(flight.column(name))
         angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan  # it wraps there
         ax.plot(t, angle, color=color, linestyle=dash, linewidth=width, label=name)
-    ax.set(ylabel="attitude (°)")
-    _widen(ax, 1.0)
+    low, high = ax.get_ylim()
+    ax.set(ylabel="attitude (°)", ylim=(min(low, -1.0), max(high, 1.0)))  # lest rounding be drawn large
     legend_above(ax, columns=4)
 
 
@@ -249,15 +244,9 @@ def _draw_place(ax: Axes, flight: Flight) -> None:
     for name, (color, dash) in looks.items():
         label, width = (f"${name}$", 1.4) if name in held else (f"${name}$, free", 0.9)
         ax.plot(t, flight.column(name), color=color, linestyle=dash, linewidth=width, label=label)
-    ax.set(ylabel="place (m)")
-    _widen(ax, 0.01)
-    legend_above(ax, columns=4)
-
-
-def _widen(ax: Axes, least: float) -> None:
-    """Let the y axis reach so far at least, lest rounding be drawn large."""
     low, high = ax.get_ylim()
-    ax.set(ylim=(min(low, -least), max(high, least)))
+    ax.set(ylabel="place (m)", ylim=(min(low, -0.01), max(high, 0.01)))
+    legend_above(ax, columns=4)
 
 
 def _draw_thrusts(ax: Axes, flight: Flight) -> None:
@@ -353,30 +342,16 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
         roll, pitch = (basin.worst == code).nonzero()
         if len(roll):
-            ax.plot(
-                basin.angles[roll],
-                basin.angles[pitch],
-                linestyle="none",
-                label=f"{_WORDS.get(outcome, outcome)}: {len(roll)}",
-                gid="outcome",
-                zorder=4,
-                **look | {"markersize": look["markersize"] * smaller},
-            )
+            drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
+            label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
+            ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
     ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
     legend_below(ax)
     return ax
 
 
 def basins_figure(basins: Sequence[Basin]) -> Figure:
-    """Return a figure of basins side by side, four in a row at most.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    MissingExtra
-        If matplotlib is not installed.
-    """
+    """Return a figure of basins side by side, four in a row at most; InputError if there are none."""
     if not basins:
         raise InputError("basins must be at least one, got none")
     width, height, legend_line = 68.0, 73.0, 4.2  # mm
@@ -402,13 +377,7 @@ _PLOTS = tuple(f".{name}" for name in PICTURES)
 def check_flight_outputs(
     paths: Sequence[str | Path], *, of: Literal["flight", "basin"] = "flight", force: bool = False
 ) -> None:
-    """Raise before a flight if an output cannot be written: its suffix, a library, a folder, a name that is taken.
-
-    Raises
-    ------
-    InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`gaitgraph.io.formats.check_outputs` does for gaits.
-    """
+    """Raise before a flight if an output cannot be written: its suffix, a library, a folder, a name that is taken."""
     known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
     for path in map(Path, paths):
         suffix = path.suffix.lower()
@@ -449,10 +418,8 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
 
     def plotted() -> Figure:
-        require_matplotlib()
-        from matplotlib.figure import Figure
-
-        figure = Figure()
+        figure = blank_figure(_WIDTH, _WIDTH)
+        figure.set_layout_engine("none")
         plot_flight(flight, axes=_panel_axes(figure, PANELS))
         return figure
 
@@ -461,21 +428,14 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins to files, each whole or not at all: one row a flight, or the picture of all side by side.
+    """Write basins of one gait to files: a row for each flight, or the picture of all (.png, .svg, .pdf).
 
     Parameters
     ----------
     basins
         Of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them.
-    paths
-        Tables (.csv, .json, .npz, .mat, .parquet) or pictures (.png, .svg, .pdf).
-    force
-        Overwrite files that exist.
-
-    Raises
-    ------
-    InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`check_flight_outputs`, or if the disk is full.
+    paths, force
+        As for :func:`write_flight`, which raises the same errors; there are no films.
     """
     check_flight_outputs(paths, of="basin", force=force)
     table, figure = partial(table_of_basins, basins), partial(basins_figure, basins)

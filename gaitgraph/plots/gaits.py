@@ -1,4 +1,4 @@
-"""Gaits: their singular attitudes (Figures 18 to 22), and one in four dimensions."""
+"""Gaits: their loops (Figure 17), their singular attitudes (Figures 18 to 22), and one in four dimensions."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from gaitgraph.io.reading import gait_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
+    MARKER_OF,
     RED,
     angle_axis,
     axes_or_new,
+    draw_arrow,
     legend_above,
     legend_below,
     plane_axes,
     require_matplotlib,
 )
-from gaitgraph.plots.planes import FINE, gait_loop, type_map
+from gaitgraph.plots.planes import FINE, type_map
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import COLORS, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
@@ -46,6 +48,77 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
 )
+
+
+def gait_loop(
+    gait: Gait,
+    *,
+    angles: tuple[int, int] = (1, 2),
+    label: str | None = None,
+    width: float = 1.6,
+    band: bool = False,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the projection of a gait on the plane of two of its angles, with an arrow in its direction (Figure 17).
+
+    Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted.
+
+    Parameters
+    ----------
+    gait
+        The closed polyline. A gait that is a point is a mark.
+    angles
+        Which two, 1 to 4; (α1, α2) by default.
+    label
+        For a legend.
+    width
+        Of the line, in points.
+    band
+        Draw a pale solid band below all marks instead, for a map with labels.
+    ax
+        Plane axes, such as those of :func:`type_map`; by default those of a new figure.
+    """
+    if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
+        raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
+    fresh = ax is None
+    ax = axes_or_new(ax)
+    columns = [angles[0] - 1, angles[1] - 1]
+    starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
+    colors = gait.colors or ("none",) * len(starts)
+    if len(starts) == 1:
+        look = _line_look(colors[0], band=band)
+        ax.plot(*starts[0], marker=MARKER_OF.get(colors[0], "D"), color=look["color"], linestyle="none", label=label)
+    closed = len(set(colors)) == 1
+    breaks = [k for k in range(len(colors)) if k == 0 or colors[k] != colors[k - 1]]
+    for k, stop in zip(breaks, [*breaks[1:], len(colors)], strict=True):
+        # The second point again, where all is one line, so that its first corner is joined too.
+        points = np.concatenate([starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]])
+        ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **_line_look(colors[k], band=band))
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    if lengths.max() > 0:
+        # On the first of the long segments, off its middle, where a grid node may be.
+        longest = int(np.argmax(lengths > 0.75 * lengths.max()))
+        step = (ends - starts)[longest]
+        tail, color = starts[longest] + 0.36 * step, _line_look(colors[longest], band=False)["color"]
+        draw_arrow(ax, tail, tail + 0.03 * step, color, width=0.0, size=14 if band else 10)
+    if fresh:
+        plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
+    return ax
+
+
+def _line_look(color: str, *, band: bool) -> dict[str, Any]:
+    """Return how a gait's segments of a color are drawn; "none" is off the surfaces; fibres are black."""
+    if band:
+        pale = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
+        return {
+            "color": pale.get(color, "0.8"),
+            "linestyle": "-",
+            "solid_joinstyle": "round",
+            "solid_capstyle": "butt",
+            "zorder": 1.2,
+        }
+    dash: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
+    return {"color": COLOR_OF.get(color, "black"), "linestyle": dash.get(color, "-"), "zorder": 4}
 
 
 def roll_pitch_diagram(
@@ -108,19 +181,7 @@ def roll_pitch_diagram(
 def singular_attitudes(
     gait: Gait, around: AcceptableAttitudes, *, label: str, color: str, count: int = 48, ax: Axes | None = None
 ) -> Axes:
-    """Draw the attitudes at which a gait is singular, and the border of those which are known to be acceptable.
-
-    Parameters
-    ----------
-    gait
-        The closed polyline; its coefficients are taken at face value, as in :func:`roll_pitch_diagram`.
-    around
-        The attitudes that the thick line borders.
-    label, color
-        In the legend, and of all lines.
-    count, ax
-        As for :func:`roll_pitch_diagram`.
-    """
+    """Draw the attitudes at which a gait is singular as :func:`roll_pitch_diagram` does, and the border of others."""
     ax = axes_or_new(ax, size=(85, 95))
     _draw_attitudes(ax, around, _singular_curves(gait, at_face_value(gait.coefficients), count), color, "-", label)
     _finish(ax)
@@ -201,9 +262,14 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
     gait_loop(gait, ax=axes[1])
     axes[1].set_title(f"nodes with $R {'>' if sign == 'positive' else '<'} 0$")
-    for ax, angles in zip(axes[2:], ((1, 3), (2, 4), (3, 4)), strict=True):
-        if angles != (3, 4):
-            _draw_planes(ax, angles, gait.coefficients)
+    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
+    for k, (ax, angles) in enumerate(zip(axes[2:], ((1, 3), (2, 4), (3, 4)), strict=True)):
+        for color in COLORS if k < 2 else ():
+            # The + and the − plane of α3 over α1, and of α4 over α2.
+            height = sheet_angles(color, axis, axis, gait.coefficients)[k].copy()
+            height[np.concatenate([[False], np.abs(np.diff(height)) > HALF_PI])] = np.nan  # it wraps there
+            dash = "-" if color == "red" else "--"
+            ax.plot(axis, height, color=COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)
         gait_loop(gait, angles=angles, ax=ax)
         plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
     return axes
@@ -223,13 +289,3 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
     ax.grid(True)
     legend_above(ax, columns=4)
-
-
-def _draw_planes(ax: Axes, angles: tuple[int, int], coefficients: Coefficients) -> None:
-    """Draw the + and the − plane of α3 over α1, or of α4 over α2, as thin lines."""
-    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
-    for color in COLORS:
-        height = sheet_angles(color, axis, axis, coefficients)[0 if angles == (1, 3) else 1].copy()
-        height[np.concatenate([[False], np.abs(np.diff(height)) > HALF_PI])] = np.nan  # it wraps there
-        dash = "-" if color == "red" else "--"
-        ax.plot(axis, height, color=COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)

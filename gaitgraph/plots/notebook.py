@@ -17,8 +17,7 @@ from gaitgraph.errors import MissingConstant, MissingExtra
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.plots.axes import GREY, axes_or_new, blank_figure, paper_style, picture_bytes, plane_axes
-from gaitgraph.plots.gaits import draw_angles
-from gaitgraph.plots.planes import gait_loop
+from gaitgraph.plots.gaits import draw_angles, gait_loop
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
@@ -55,7 +54,11 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
         table = _table(constants_of(shown))
         picture = _picture(lambda ax: _draw_from_above(ax, shown), "its arms from above")
     elif isinstance(shown, Region):
-        rows = [(str(k), f"{one.area:.3g} rad²", _extent(one.bounds)) for k, one in enumerate(shown.components, 1)]
+        rows = []
+        for k, part in enumerate(shown.components, 1):
+            left, below, right, above = part.bounds
+            extent = f"α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}"
+            rows.append((str(k), f"{part.area:.3g} rad²", extent))
         table, lines = _table(rows, ("component", "area", "extent [rad]")), rest[-1:] if shown.conditions else []
         picture = _picture(lambda ax: _draw_plane(ax, region=shown), title)
     elif isinstance(shown, Report):
@@ -140,11 +143,6 @@ def _region_of(vehicle: Vehicle, color: Any, sign: Any, coefficients: Any, zones
     )
     which = {"positive": " with R > 0", "negative": " with R < 0", None: ""}[sign]
     return found, f"shaded: where a {color} gait{which} is {use}" + (", with the given polygons" if zones else "")
-
-
-def _extent(bounds: Sequence[float]) -> str:
-    left, below, right, above = (f"{value:.4f}" for value in bounds)
-    return f"α1 {left} to {right}, α2 {below} to {above}"
 
 
 def _draw_plane(

@@ -1,8 +1,9 @@
-"""The (α1, α2) plane: adjacency rule, map of plane types and loops on it (Figures 15 to 17); exact regions."""
+"""The (α1, α2) plane: roots over it, their types, and exact regions (Figures 2 to 16)."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -10,13 +11,14 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
-from gaitgraph.graph.build import DEFAULT_DIVISIONS
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
     hover_thrust_shares,
     least_singular_value_on_red,
     level_determinant,
+    noise_of,
 )
 from gaitgraph.plots.axes import (
     BLUE,
@@ -24,17 +26,19 @@ from gaitgraph.plots.axes import (
     GREY,
     MARKER_OF,
     RED,
+    SINGULAR,
+    angle_axis,
     axes_or_new,
-    draw_arrow,
     draw_label,
     half_markers,
     legend_above,
     legend_below,
     plane_axes,
+    space_axes,
 )
-from gaitgraph.plots.root_maps import InteriorRoots, checked_sign, interior_roots
-from gaitgraph.surface.adjacency import PLANE_TYPES, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS, Sign, red_label
+from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
+from gaitgraph.surface.components import checked_sign
+from gaitgraph.surface.sheets import COLORS, Sign, red_label, root_arrays
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -42,13 +46,236 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from gaitgraph.gait.gait import Gait
-
 FloatArray = npt.NDArray[np.float64]
+Which = Literal["first", "other", "both"]
 
 FINE = 201
 """Points along each axis of a contoured region; curves and borders themselves are drawn in closed form."""
+_SHEET = {"red": 1, "blue": -1}
+_TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0, in no color of a sheet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InteriorRoots:
+    """The roots at the interior nodes of a grid, one row each, node by node, ordered by α3, then α4.
+
+    Parameters
+    ----------
+    node
+        Grid indices (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n, shape (m, 2).
+    number
+        0 for a node's first root, then 1 and so on, shape (m,).
+    alpha
+        Tilt angles, shape (m, 4) [rad].
+    sheet
+        +1 red, −1 blue, shape (m,).
+    types
+        Labels such as ``(+,?)``, length m.
+    R
+        Equation (6), shape (m,).
+    sign
+        +1 or −1, and 0 where R is zero to rounding, as on all of the blue sheet with exact coefficients; shape (m,).
+    """
+
+    node: npt.NDArray[np.int64]
+    number: npt.NDArray[np.int64]
+    alpha: FloatArray
+    sheet: npt.NDArray[np.int8]
+    types: tuple[str, ...]
+    R: FloatArray
+    sign: npt.NDArray[np.int8]
+
+    def chosen(self, which: Which) -> npt.NDArray[np.bool_]:
+        """Return which rows are a node's first root, a further one, or either, shape (m,)."""
+        if which not in ("first", "other", "both"):
+            raise InputError(f"which must be 'first', 'other' or 'both', got {shown(which)}")
+        chosen: npt.NDArray[np.bool_] = self.number == 0 if which == "first" else self.number > 0
+        return np.ones_like(chosen) if which == "both" else chosen
+
+
+def interior_roots(coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS) -> InteriorRoots:
+    """Return every root at the interior nodes of the grid, as the paper lists them for Figures 3 to 14.
+
+    Parameters
+    ----------
+    coefficients
+        Those of formula (1); by default the paper's published ones, whose plain sign of R counts.
+    divisions
+        Pieces n into which [−π/2, π/2] is cut.
+
+    Examples
+    --------
+    >>> found = interior_roots()
+    >>> len(found.R), int((found.sign > 0).sum()), round(float(found.alpha[0, 2]), 4), found.types[0]
+    (450, 156, -1.4329, '(?,-)')
+    """
+    coefficients = coefficients or coefficients_of()
+    axis = grid_axis(checked_divisions(divisions))[1:-1]
+    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    found = root_arrays(a1, a2, coefficients, crossing_tolerance=math.pi / (2 * divisions))
+    i, j, k = np.nonzero(found.sheet)
+    alpha, sheet, value = found.alpha[i, j, k], found.sheet[i, j, k], found.R[i, j, k]
+    order = np.lexsort((np.round(alpha[:, 3], _TIE), np.round(alpha[:, 2], _TIE), j, i))
+    cell = (i * len(axis) + j)[order]
+    first = np.concatenate([[True], cell[1:] != cell[:-1]])
+    number = np.arange(len(cell)) - np.maximum.accumulate(np.where(first, np.arange(len(cell)), 0))
+    sign = np.where(np.abs(value) > noise_of(coefficients), np.sign(value), 0.0)
+    if coefficients.kind == "exact":
+        sign = np.where(sheet < 0, 0.0, sign)  # R = 0 there: floating-point noise is not a sign
+    return InteriorRoots(
+        node=np.column_stack([i, j])[order] + 1,
+        number=number,
+        alpha=alpha[order],
+        sheet=sheet[order],
+        types=tuple(text_from_types(*pair) for pair in found.types[i, j, k][order].tolist()),
+        R=value[order],
+        sign=sign[order].astype(np.int8),
+    )
+
+
+def root_counts(
+    coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS, ax: Axes | None = None
+) -> Axes:
+    """Draw how many roots each node of the grid has (Figure 2): two inside, three on a side, five in a corner.
+
+    Parameters
+    ----------
+    coefficients, divisions
+        As for :func:`interior_roots`.
+    ax
+        Plane axes; by default those of a new figure. Each count is one scatter.
+    """
+    coefficients = coefficients or coefficients_of()
+    axis = grid_axis(checked_divisions(divisions))
+    ax = axes_or_new(ax)
+    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    count = root_arrays(a1, a2, coefficients).count
+    # Markers that differ in shape and darkness, in no color of a sheet.
+    looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
+    for number in np.unique(count).tolist():
+        here = count == number
+        marker, face = looks[number]
+        label = f"{number} roots, {int(here.sum())} nodes"
+        ax.scatter(
+            a1[here], a2[here], s=16, marker=marker, facecolor=face, edgecolor="black", linewidth=0.6, label=label,
+            clip_on=False, zorder=3,
+        )  # fmt: skip
+    plane_axes(ax, r"\alpha_1", r"\alpha_2")
+    legend_above(ax, columns=2)
+    return ax
+
+
+def root_angle(
+    angle: Literal["alpha3", "alpha4"],
+    *,
+    which: Which = "both",
+    coefficients: Coefficients | None = None,
+    divisions: int = DEFAULT_DIVISIONS,
+    ax: Any = None,
+) -> Any:
+    """Draw α3 or α4 over the interior nodes, for one root, the other, or both (Figures 3 to 8).
+
+    Red squares are on the + plane, blue discs on the − plane: both show that two planes are all there is.
+
+    Parameters
+    ----------
+    angle
+        "alpha3" or "alpha4".
+    which
+        "first" is each node's root with the smaller α3 (then α4), "other" any further one.
+    coefficients, divisions
+        As for :func:`interior_roots`.
+    ax
+        Three-dimensional axes; by default those of a new figure.
+    """
+    if angle not in ("alpha3", "alpha4"):
+        raise InputError(f"angle must be 'alpha3' or 'alpha4', got {shown(angle)}")
+    found = interior_roots(coefficients, divisions=divisions)
+    chosen = found.chosen(which)
+    ax = axes_or_new(ax, size=(85, 74), in_space=True)
+    for color, label in (("red", "+ plane"), ("blue", "− plane")):
+        points = found.alpha[chosen & (found.sheet == _SHEET[color])]
+        _scatter(ax, points[:, [0, 1, int(angle[-1]) - 1]], COLOR_OF[color], MARKER_OF[color], label)
+    angle_axis(ax.zaxis, rf"\alpha_{angle[-1]}")
+    return space_axes(ax)
+
+
+def signed_roots(
+    sign: Sign,
+    *,
+    which: Which = "both",
+    coefficients: Coefficients | None = None,
+    divisions: int = DEFAULT_DIVISIONS,
+    ax: Any = None,
+) -> Any:
+    """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
+
+    As in the paper, and here alone, red squares are α3, blue discs α4. Roots without a sign of R are grey and hollow.
+
+    Parameters
+    ----------
+    sign
+        "positive" or "negative", the sign of R.
+    which, coefficients, divisions, ax
+        As for :func:`root_angle`.
+    """
+    wanted = checked_sign(sign)
+    found = interior_roots(coefficients, divisions=divisions)
+    chosen = found.chosen(which)
+    ax = axes_or_new(ax, size=(85, 74), in_space=True)
+    grey, signed = found.alpha[chosen & (found.sign == 0)], found.alpha[chosen & (found.sign == wanted)]
+    _scatter(ax, grey[:, :3], GREY, "s", SINGULAR)
+    _scatter(ax, grey[:, [0, 1, 3]], GREY, "o", "_")
+    for column, color, marker in ((2, RED, "s"), (3, BLUE, "o")):
+        label = rf"$\alpha_{column + 1}$, $R {'>' if wanted > 0 else '<'} 0$"
+        _scatter(ax, signed[:, [0, 1, column]], color, marker, label)
+    angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
+    return space_axes(ax, columns=2 if len(grey) else 3)
+
+
+def level_determinants(
+    sign: Sign,
+    *,
+    which: Which = "both",
+    coefficients: Coefficients | None = None,
+    divisions: int = DEFAULT_DIVISIONS,
+    ax: Any = None,
+) -> Any:
+    """Draw the value of R of the roots with one sign of it over the interior nodes (Figures 10 and 12).
+
+    Red squares are on the red sheet, blue discs on the blue one; roots without a sign of R are grey and hollow.
+
+    Parameters
+    ----------
+    sign, which, coefficients, divisions, ax
+        As for :func:`signed_roots`.
+    """
+    wanted = checked_sign(sign)
+    found = interior_roots(coefficients, divisions=divisions)
+    chosen = found.chosen(which)
+    ax = axes_or_new(ax, size=(85, 74), in_space=True)
+    points = np.column_stack([found.alpha[:, :2], found.R])
+    _scatter(ax, points[chosen & (found.sign == 0)], GREY, MARKER_OF["blue"], SINGULAR)
+    signed = chosen & (found.sign == wanted)
+    # Stems, one line with gaps, show which node a value belongs to.
+    tops = points[signed]
+    stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
+    ax.plot(*stems.T, color="0.75", linewidth=0.4)
+    for color in COLORS:
+        here = points[signed & (found.sheet == _SHEET[color])]
+        _scatter(ax, here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
+    ax.set_zlabel("$R$ (dimensionless)")
+    return space_axes(ax)
+
+
+def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
+    """Scatter points of shape (m, 3), without fading those farther away: red and blue stay what they are."""
+    if len(points):
+        grey = color == GREY
+        look = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
+        width = 0.6 if grey else 0.25
+        ax.scatter(*points.T, s=11, marker=marker, linewidth=width, depthshade=False, label=label, **look)
 
 
 def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
@@ -69,7 +296,10 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     ax = axes_or_new(ax, size=(85, 75))
     # A type of one angle is judged beside a ? of the other, which forbids nothing.
     names = {label: label for label in PLANE_TYPES} if of == "pair" else {t: f"({t},?)" for t in "+?-"}
-    places = _RULE_PLACES if of == "pair" else {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
+    places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
+    if of == "pair":
+        degrees = {"(+,+)": 180, "(+,?)": 120, "(?,-)": 60, "(-,-)": 0, "(-,?)": 300, "(?,+)": 240}
+        places = {kind: (math.cos(math.radians(at)), math.sin(math.radians(at))) for kind, at in degrees.items()}
     labels = list(places)
     for k, first in enumerate(labels):
         for second in labels[k + 1 :]:
@@ -86,12 +316,6 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     ax.set_aspect("equal")
     ax.set(xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
     return ax
-
-
-_RULE_PLACES = {
-    label: (math.cos(math.radians(at)), math.sin(math.radians(at)))
-    for label, at in {"(+,+)": 180, "(+,?)": 120, "(?,-)": 60, "(-,-)": 0, "(-,?)": 300, "(?,+)": 240}.items()
-}
 
 
 def type_map(
@@ -125,7 +349,7 @@ def type_map(
     coefficients = coefficients or coefficients_of()
     found = interior_roots(coefficients, divisions=divisions)
     ax = axes_or_new(ax, size=(170, 176))
-    marked: dict[tuple[str, str], list[FloatArray]] = {}
+    marked: dict[tuple[str, ...], list[FloatArray]] = {}
     starts = np.flatnonzero(found.number == 0).tolist()
     for start, stop in zip(starts, [*starts[1:], len(found.R)], strict=True):
         rows = [k for k in range(start, stop) if found.sign[k] in (wanted, 0)]
@@ -133,8 +357,9 @@ def type_map(
         if labels and any("?" in found.types[k] for k in rows):
             _write_types(ax, place, rows, found)
         else:
-            red, blue = (_state(found, rows, sheet, wanted) for sheet in (1, -1))
-            marked.setdefault((red, blue), []).append(place)
+            signs = [{int(found.sign[k]) for k in rows if found.sheet[k] == sheet} for sheet in (1, -1)]
+            state = tuple("yes" if wanted in one else "singular" if 0 in one else "no" for one in signs)
+            marked.setdefault(state, []).append(place)
     size = 42.0 if labels else 5.0
     for state in sorted(marked, reverse=True):
         _mark_nodes(ax, np.array(marked[state]), state, size, "R > 0" if wanted > 0 else "R < 0")
@@ -142,12 +367,6 @@ def type_map(
     if labels:
         legend_above(ax, columns=3)
     return ax
-
-
-def _state(found: InteriorRoots, rows: Sequence[int], sheet: int, wanted: int) -> str:
-    """Return "yes" if a node has a root of the sheet with the wanted sign of R, "singular" if without sign, or "no"."""
-    signs = {int(found.sign[k]) for k in rows if found.sheet[k] == sheet}
-    return "yes" if wanted in signs else "singular" if 0 in signs else "no"
 
 
 def _write_types(ax: Axes, place: FloatArray, rows: Sequence[int], found: InteriorRoots) -> None:
@@ -163,8 +382,8 @@ def _write_types(ax: Axes, place: FloatArray, rows: Sequence[int], found: Interi
         )  # fmt: skip
 
 
-def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, str], size: float, sign: str) -> None:
-    """Scatter the nodes of one kind, given by what there is on the red and on the blue sheet."""
+def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: float, sign: str) -> None:
+    """Scatter nodes by what their root on the red and on the blue sheet has: the sign, no sign, or there is none."""
     words = {"yes": sign, "singular": "R = 0"}
     types = [(kind, words[one]) for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one != "no"]
     label = ", ".join(f"{kind}: ${compared}$" for kind, compared in types) or f"no root with ${sign}$"
@@ -179,77 +398,6 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, str], size: floa
         if is_there != "no":
             face, edge = (COLOR_OF[color],) * 2 if is_there == "yes" else ("white", GREY)
             ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, **look)
-
-
-def gait_loop(
-    gait: Gait,
-    *,
-    angles: tuple[int, int] = (1, 2),
-    label: str | None = None,
-    width: float = 1.6,
-    band: bool = False,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw the projection of a gait on the plane of two of its angles, with an arrow in its direction (Figure 17).
-
-    Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted.
-
-    Parameters
-    ----------
-    gait
-        The closed polyline. A gait that is a point is a mark.
-    angles
-        Which two, 1 to 4; (α1, α2) by default.
-    label
-        For a legend.
-    width
-        Of the line, in points.
-    band
-        Draw a pale solid band below all marks instead, for a map with labels.
-    ax
-        Plane axes, such as those of :func:`type_map`; by default those of a new figure.
-    """
-    if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
-        raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
-    fresh = ax is None
-    ax = axes_or_new(ax)
-    columns = [angles[0] - 1, angles[1] - 1]
-    starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
-    colors = gait.colors or ("none",) * len(starts)
-    if len(starts) == 1:
-        look = _line_look(colors[0], band=band)
-        ax.plot(*starts[0], marker=MARKER_OF.get(colors[0], "D"), color=look["color"], linestyle="none", label=label)
-    closed = len(set(colors)) == 1
-    breaks = [k for k in range(len(colors)) if k == 0 or colors[k] != colors[k - 1]]
-    for k, stop in zip(breaks, [*breaks[1:], len(colors)], strict=True):
-        # The second point again, where all is one line, so that its first corner is joined too.
-        points = np.concatenate([starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]])
-        ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **_line_look(colors[k], band=band))
-    lengths = np.linalg.norm(ends - starts, axis=1)
-    if lengths.max() > 0:
-        # On the first of the long segments, off its middle, where a grid node may be.
-        longest = int(np.argmax(lengths > 0.75 * lengths.max()))
-        step = (ends - starts)[longest]
-        tail, color = starts[longest] + 0.36 * step, _line_look(colors[longest], band=False)["color"]
-        draw_arrow(ax, tail, tail + 0.03 * step, color, width=0.0, size=14 if band else 10)
-    if fresh:
-        plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
-    return ax
-
-
-def _line_look(color: str, *, band: bool) -> dict[str, Any]:
-    """Return how a gait's segments of a color are drawn; "none" is off the surfaces; fibres are black."""
-    if band:
-        pale = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
-        return {
-            "color": pale.get(color, "0.8"),
-            "linestyle": "-",
-            "solid_joinstyle": "round",
-            "solid_capstyle": "butt",
-            "zorder": 1.2,
-        }
-    dash: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
-    return {"color": COLOR_OF.get(color, "black"), "linestyle": dash.get(color, "-"), "zorder": 4}
 
 
 def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -267,6 +415,9 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         Plane axes; by default those of a new figure. Each curve has its equation as its ``gid``.
     """
     ax = axes_or_new(ax, size=(85, 96))
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     axis = np.linspace(-HALF_PI, HALF_PI, FINE)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     value = level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
@@ -277,13 +428,25 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         corners = np.array([[first[k], second[m]] for k, m in ((0, 0), (1, 0), (1, 1), (0, 1))])
         ax.fill(*corners.T, facecolor="none", edgecolor="0.6", hatch="///", linewidth=0.0, gid="hover")
         _contour_thrust(ax, first, second, vehicle)
-    for line in (ax.axvline, ax.axhline):
-        line(delta if line == ax.axvline else -delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
+    ax.axvline(delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
+    ax.axhline(-delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
     _draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="black", linestyle="none", zorder=6)
-    _name_regions(ax, vehicle)
+    mirror = math.copysign(1.0, delta)
+    for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
+        at = (mirror * x, mirror * y)
+        draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
     plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    _legend_of_regions(ax)
+    handles: list[Any] = [
+        Patch(facecolor=_POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
+        Patch(facecolor=_NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
+        Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
+        Patch(facecolor="white", edgecolor="0.6", hatch="///", linewidth=0.0, label="hover, thrusts > 0"),
+        Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
+        Line2D([], [], color="0.25", linewidth=0.8, linestyle=(0, (4, 2)), label="a pair of rotors idles"),
+        Line2D([], [], color="black", marker="+", linestyle="none", label="all upright"),
+    ]
+    legend_below(ax, handles=handles, ncols=2)
     return ax
 
 
@@ -319,30 +482,6 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
     a2 = np.arctan2(np.sin(a1) - 2 * kappa * np.cos(a1), np.cos(a1))
     ax.plot(a1, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
-
-
-def _name_regions(ax: Axes, vehicle: Vehicle) -> None:
-    """Write the sign of R into the two large components, off the hatched parts."""
-    mirror = math.copysign(1.0, vehicle.signed_drag_ratio)
-    for place in ((-1.05, -0.62), (1.08, 0.3)):
-        at = (mirror * place[0], mirror * place[1])
-        draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
-
-
-def _legend_of_regions(ax: Axes) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    handles: list[Any] = [
-        Patch(facecolor=_POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
-        Patch(facecolor=_NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
-        Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
-        Patch(facecolor="white", edgecolor="0.6", hatch="///", linewidth=0.0, label="hover, thrusts > 0"),
-        Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
-        Line2D([], [], color="0.25", linewidth=0.8, linestyle=(0, (4, 2)), label="a pair of rotors idles"),
-        Line2D([], [], color="black", marker="+", linestyle="none", label="all upright"),
-    ]
-    legend_below(ax, handles=handles, ncols=2)
 
 
 def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:

@@ -81,7 +81,7 @@ class VehicleView:
         return (1.0 + _DISC + _LABEL) * self.arms
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and the upper corner of a rectangle that holds all that is drawn, whatever the tilt."""
+        """Return opposite corners of a rectangle that holds the vehicle, whatever the tilt: low and high."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         arms, labels = self.arms, self.labels
         around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
@@ -229,16 +229,9 @@ _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
 
 def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool = False) -> list[Any]:
-    """Draw one sample of a view on plane axes, in arm lengths, and return what was drawn.
+    """Draw one sample of a view on plane axes of equal scales, in arm lengths, and return what was drawn.
 
-    Parameters
-    ----------
-    ax
-        The axes, of equal scales.
-    seen, sample
-        The view, and which of its samples.
-    outline
-        Draw arms and discs alone, in grey, for a picture with labels of its own.
+    With `outline` arms and discs alone are drawn, in grey, for a picture with labels of its own.
     """
     drawn: list[Any] = []
 
@@ -293,7 +286,8 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     for number, outward in enumerate(seen.arms, start=1):
         leaning = np.array([outward[1], -outward[0]])  # of the thrust, for a positive tilt
         clockwise = seen.clockwise[number - 1]
-        _draw_spin(ax, outward, clockwise)
+        arc = (20, 340) if clockwise else (200, 520)
+        _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, "0.35", 7, backwards=clockwise, linewidth=0.9, zorder=3)
         draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
         draw_label(ax, (1.82 + _PAPER_DISC) * outward, rf"$e_{number}$")
         start = outward + _PAPER_DISC * leaning
@@ -315,12 +309,6 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
 def _draw_axis_out_of_the_page(ax: Axes, place: FloatArray, ring: float, dot: float) -> None:
     ax.plot(*place, marker="o", markersize=ring, markerfacecolor="white", markeredgecolor="black", zorder=4)
     ax.plot(*place, marker=".", markersize=dot, color="black", zorder=5)
-
-
-def _draw_spin(ax: Axes, center: FloatArray, clockwise: bool) -> None:
-    """Draw an arrow around a rotor."""
-    arc = (20, 340) if clockwise else (200, 520)
-    _draw_arc(ax, center, 0.8 * _PAPER_DISC, arc, "0.35", 7, backwards=clockwise, linewidth=0.9, zorder=3)
 
 
 def _draw_arc(
