@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -18,6 +19,8 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import COMMANDS, cli, main, terminal
 from gaitgraph.io.reading import read_table
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import least_period
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -212,6 +215,45 @@ WRONG = [
     ("plan --waypoint 0,0 --objective=thrust", "--objective thrust was removed"),
     ("plan --waypoint 0,0 --period soon", "--period must be a number of seconds, got 'soon'"),
     ("plan --waypoint 0,0 --divisions 1.5", "--divisions must be a whole number, got '1.5'"),
+    ("validate one.csv --tolerance -1", "tolerance must be a finite number ≥ 0, got -1.0"),
+    ("validate one.csv --floor nan", "floor must be a finite number ≥ 0, got nan"),
+    ("validate one.csv --angle-rounding much", "must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got 'much'"),
+    ("validate one.csv --crossing-tolerance -0.1", "--crossing-tolerance must be an angle ≥ 0"),
+    ("validate one.csv --require pretty", "'pretty' is not one of 'valid', 'flyable'"),
+    ("validate one.csv --vehicle car", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'car'"),
+    ("colorings one.csv --sign up", "sign must be auto, negative or positive, got 'up'"),
+    ("cycles --max-length nan", "--max-length must be an angle"),
+    ("cycles --keep-in '0,0 1'", "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
+    ("cycles --divisions 1", "divisions must be a whole number from 2 to 256, got 1"),
+    ("cycles --color green", "color must be one of auto, red, blue, got 'green'"),
+    ("cycles --effort 0", "--effort"),
+    ("transition hover none.csv", "No such file"),
+    ("transition hover hovr", "did you mean 'hover'?"),
+    ("transition hover hover --law fast", "law must be smooth, constant-speed or equal-time, got 'fast'"),
+    ("transition hover hover --duration -1", "duration must be between 1e-6 and 5e+08 s, got -1.0"),
+    ("transition hover", "Missing argument 'TO'"),
+    ("robustness none.csv", "cannot read 'none.csv'"),
+    ("robustness one.csv --bias abc", "--bias must be a number"),
+    ("robustness one.csv --scale 0", "scale"),
+    ("robustness one.csv --tilt -1deg", "--tilt must be an angle ≥ 0"),
+    ("robustness one.csv --tilt x", "--tilt must be an angle ≥ 0"),
+    ("robustness one.csv --curves 10001", "curves must be a whole number from 0 to 10000, got 10001"),
+    ("robustness one.csv --angle-rounding -1", "--angle-rounding must be an angle ≥ 0"),
+    ("robustness", "Missing argument 'GAIT_FILE'"),
+    ("figures --only 23", "only must be some of 1 to 22"),
+    ("figures --only 2 --format gif", "format must be one of png, svg, pdf, got 'gif'"),
+    ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
+    ("figures --only gait --gait none.csv", "gait file: cannot read 'none.csv'"),
+    ("figures --only gait --gait there.csv", "there.csv"),
+    ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
+    ("pace one.csv --max-rate 3", "limits must have an acceleration or a jerk"),
+    ("pace one.csv --max-acceleration many", "--max-acceleration must be an angle ≥ 0"),
+    ("pace one.csv --max-rate -3 --max-acceleration 9", "--max-rate must be an angle ≥ 0"),
+    ("pace one.csv --max-jerk nan", "--max-jerk must be an angle ≥ 0"),
+    ("pace one.csv --max-acceleration 9 --rate -3", "rate must be"),
+    ("pace one.csv --max-acceleration 9 --rounding 0", "--rounding"),
+    ("pace one.csv --max-acceleration 9 --servo-lag 1e-12", "--servo-lag"),
+    ("pace off.csv --max-acceleration 9", "off.csv must be a gait on one sheet, red or blue; gaitgraph retarget"),
 ]  # fmt: skip
 
 
@@ -220,15 +262,15 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
     Path("deep.json").write_text("[" * 100_000)
-    Path("vehicle.toml").write_text("waypoints = [[0, 0]]\nvehicle = 3\n")
-    result = run(*command.split())
-    assert result.code == 2
-    assert result.out == ""
-    assert result.err.count("\n") == 1
+    for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):
+        Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")
+    before = sorted(Path().iterdir())
+    result = run(*shlex.split(command))
+    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
     assert result.err.startswith("gaitgraph: ")
     assert message in result.err
     assert Path("there.csv").read_text() == "mine"
-    assert not Path("out.csv").exists()
+    assert sorted(Path().iterdir()) == before
 
 
 def command(*args: str, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -306,23 +348,6 @@ class TestValidate:
         assert strict.code == (0 if gait.flyable else 1)
         assert strict.out.startswith(f"valid yes · flyable {'yes' if gait.flyable else 'no'}")
 
-    def test_wrong_options_end_in_one_line(self, run: Any) -> None:
-        name = written("gait.csv", G3)
-        for options, message in (
-            (["--tolerance", "-1"], "tolerance must be a finite number ≥ 0, got -1.0"),
-            (["--floor", "nan"], "floor must be a finite number ≥ 0, got nan"),
-            (
-                ["--angle-rounding", "much"],
-                "--angle-rounding must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got 'much'",
-            ),
-            (["--crossing-tolerance", "-0.1"], "--crossing-tolerance must be an angle ≥ 0"),
-            (["--require", "pretty"], "'pretty' is not one of 'valid', 'flyable'"),
-            (["--vehicle", "car"], "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'car'"),
-        ):
-            result = run("validate", name, *options)
-            assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
-            assert message in result.err
-
 
 class TestColorings:
     """gaitgraph colorings."""
@@ -355,9 +380,6 @@ class TestColorings:
         assert every["colorings_count"] > 1000
         assert len(every["colorings"]) == 3
         assert run("colorings", "loop.csv", "--limit", "0", "--json").json["colorings"] == []
-        wrong = run("colorings", "loop.csv", "--sign", "up")
-        assert (wrong.code, wrong.err.count("\n")) == (2, 1)
-        assert "sign must be auto, negative or positive, got 'up'" in wrong.err
 
 
 class TestCycles:
@@ -383,16 +405,6 @@ class TestCycles:
         apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
         assert apart.code == 1
         assert "waypoint" in apart.out or "stop" in apart.out
-        for options, message in (
-            (["--max-length", "nan"], "--max-length must be an angle"),
-            (["--keep-in", "0,0 1"], "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
-            (["--divisions", "1"], "divisions must be a whole number from 2 to 256, got 1"),
-            (["--color", "green"], "color must be one of auto, red, blue, got 'green'"),
-            (["--effort", "0"], "--effort"),
-        ):
-            wrong = run("cycles", *options)
-            assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
-            assert message in wrong.err
 
     def test_a_region_in_a_file_needs_no_waypoints(self, run: Any) -> None:
         Path("region.toml").write_text(
@@ -452,18 +464,8 @@ class TestTransition:
         assert text.code == 1
         assert "every flight between them passes a singular matrix" in text.out
 
-    def test_hover_to_hover_and_wrong_input(self, run: Any) -> None:
+    def test_hover_to_hover(self, run: Any) -> None:
         assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
-        for arguments, message in (
-            (["hover", "none.csv"], "No such file"),
-            (["hover", "hovr"], "did you mean 'hover'?"),
-            (["hover", "hover", "--law", "fast"], "law must be smooth, constant-speed or equal-time, got 'fast'"),
-            (["hover", "hover", "--duration", "-1"], "duration must be between 1e-6 and 5e+08 s, got -1.0"),
-            (["hover"], "Missing argument 'TO'"),
-        ):
-            wrong = run("transition", *arguments)
-            assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
-            assert message in wrong.err
 
 
 def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -486,11 +488,6 @@ def test_a_closed_standard_output_is_one_line(tmp_path: Path) -> None:
 class TestRobustness:
     """gaitgraph robustness."""
 
-    @staticmethod
-    def rows(name: str, *rows: str) -> str:
-        Path(name).write_text("\n".join(["alpha1,alpha2,alpha3,alpha4", *rows]) + "\n")
-        return name
-
     def test_json(self, run: Any) -> None:
         result = run("robustness", written("gait3.csv", G3), "--bias", "0.8", "--curves", "3", "--json")
         assert (result.code, result.err) == (0, "")
@@ -505,25 +502,41 @@ class TestRobustness:
         assert data["sweep"] == [data["biased"]]
         assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 3
 
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            ("none.csv", "cannot read 'none.csv'"),
-            ("one.csv --bias abc", "--bias must be a number"),
-            ("one.csv --scale 0", "scale"),
-            ("one.csv --tilt -1deg", "--tilt must be an angle ≥ 0"),
-            ("one.csv --tilt x", "--tilt must be an angle ≥ 0"),
-            ("one.csv --curves 10001", "curves must be a whole number from 0 to 10000, got 10001"),
-            ("one.csv --angle-rounding -1", "--angle-rounding must be an angle ≥ 0"),
-            ("", "Missing argument 'GAIT_FILE'"),
-        ],
-    )
-    def test_wrong_input(self, run: Any, arguments: str, message: str) -> None:
-        self.rows("one.csv", "0.3,-0.3,0.1,-0.2")
-        result = run("robustness", *arguments.split())
-        assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
-        assert result.err.startswith("gaitgraph: ")
-        assert message in result.err
+
+def test_pace_writes_the_least_period_or_the_one_that_is_asked_for(run: Any) -> None:
+    limits = ["--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02"]
+    asked = ["pace", written("gait3.csv", G3), *limits, "--output", "fast.json"]
+    result = run(*asked, "--samples", "50", "--json")
+    answer, gait = result.json, gg.lift(G3.angles, "red")
+    assert result.code == 0
+    assert (answer["status"], answer["reason"], answer["flyable"]) == ("ok", None, True)
+    assert answer["period"] == answer["least_period"]
+    least = least_period(gait, Limits(rate=6.0, acceleration=60.0), rounding=np.radians(2)).least
+    assert answer["period"] == pytest.approx(least)
+    assert answer["limits"] == {"rate": 6.0, "acceleration": 60.0}
+    assert answer["rounding"]["deviation"] == pytest.approx(np.radians(2))
+    assert {touch["limit"] for touch in answer["touched"]} == {"rate", "acceleration"}
+    assert answer["servo"]["distance_off_sheet"] == 0
+    assert answer["peak_acceleration"] <= 60 * (1 + 1e-9)
+    table = read_table("fast.json")
+    assert len(table) == 51
+    assert table.about["law"] == "least-period"
+    np.testing.assert_array_equal(table.alpha[0], table.alpha[-1])
+    assert "exists" in run(*asked).err
+    slower = run(*asked, "--force", "--period", "1.5")
+    assert slower.code == 0
+    assert "wrote" in slower.out
+    assert "servo lag" in slower.out
+    assert read_table("fast.json").about["period"] == 1.5
+
+
+def test_pace_says_no(run: Any) -> None:
+    name = written("gait3.csv", G3)
+    short = run("pace", name, "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
+    assert short.code == 1
+    assert short.out.startswith("T = 0.3 s is too short: ")
+    none = run("pace", name, "--max-rate", "0", "--max-acceleration", "40", "--json")
+    assert (none.code, none.json["status"]) == (1, "no period")
 
 
 SQUARE = waypoints(G3)

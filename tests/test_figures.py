@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -20,7 +19,6 @@ from matplotlib.testing.compare import compare_images
 from matplotlib.text import Text
 
 import gaitgraph as gg
-from gaitgraph.cli import main
 from gaitgraph.gait.gait import paper_gait, printed_gait
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
@@ -291,63 +289,29 @@ def test_nothing_to_draw(folder: Path) -> None:
 # The command
 
 
-def run(capsys: pytest.CaptureFixture[str], *args: str) -> tuple[Any, str, str]:
-    with pytest.raises(SystemExit) as stopped:
-        main(["figures", *args])
-    captured = capsys.readouterr()
-    return stopped.value.code, captured.out, captured.err
-
-
-def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = run(capsys, "--only", "15", "--only", "2")
-    assert (code, err) == (0, "")
-    titles = {"2": FIGURES["2"].title, "15": FIGURES["15"].title}
-    assert out.splitlines() == [
-        f"wrote {Path('figures', name)}: {title}"
-        for name, title in (
-            ("figure_02.png", titles["2"]),
-            ("figure_02.svg", titles["2"]),
-            ("figure_15.png", titles["15"]),
-            ("figure_15.svg", titles["15"]),
-        )
+def test_command(run: Any) -> None:
+    result = run("figures", "--only", "15", "--only", "2")
+    assert (result.code, result.err) == (0, "")
+    assert result.out.splitlines() == [
+        f"wrote {Path('figures', f'{FIGURES[name].stem}.{kind}')}: {FIGURES[name].title}"
+        for name in ("2", "15")
+        for kind in ("png", "svg")
     ]
-    code, out, err = run(capsys, "--only", "15", "--force", "--json", "--format", "PDF", "--vehicle", "beetle_omni")
-    (row,) = json.loads(out)["files"]
-    assert (code, row["file"], row["figure"]) == (0, str(Path("figures", "figure_15.pdf")), "15")
+    result = run("figures", "--only", "15", "--force", "--json", "--format", "PDF", "--vehicle", "beetle_omni")
+    (row,) = result.json["files"]
+    assert (result.code, row["file"], row["figure"]) == (0, str(Path("figures", "figure_15.pdf")), "15")
     assert row["caption"].startswith(row["title"])
 
 
-@pytest.mark.parametrize(
-    ("args", "told"),
-    [
-        (("--only", "23"), "only must be some of 1 to 22"),
-        (("--only", "2", "--format", "gif"), "format must be one of png, svg, pdf, got 'gif'"),
-        (("--only", "2", "--out", "file.csv"), "out must be a folder that can be written, got 'file.csv': File exists"),
-        (("--only", "gait", "--gait", "none.csv"), "gait file: cannot read 'none.csv'"),
-        (("--only", "gait", "--gait", "file.csv"), "file.csv"),
-    ],
-)
-def test_command_refuses_in_one_line(
-    folder: Path, capsys: pytest.CaptureFixture[str], args: tuple[str, ...], told: str
-) -> None:
-    Path("file.csv").write_text("mine")
-    code, out, err = run(capsys, *args)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert told in err
-    assert sorted(path.name for path in folder.iterdir()) == ["file.csv"]
-
-
-def test_command_says_what_to_install(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_command_says_what_to_install(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    code, out, err = run(capsys)
-    assert (code, out) == (2, "")
-    assert err == (
+    result = run("figures")
+    assert (result.code, result.out) == (2, "")
+    assert result.err == (
         "gaitgraph: matplotlib: not installed, and drawing needs it; allowed is with the extra plot: "
         "pip install 'gaitgraph[plot]'\n"
     )
-    assert not list(folder.iterdir())
+    assert not list(tmp_path.iterdir())
     with pytest.raises(gg.InputError, match=r"gaitgraph\[plot\]"):
         draw("2")
 

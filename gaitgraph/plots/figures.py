@@ -415,17 +415,14 @@ def write_figures(
 
     Raises
     ------
-    InputError
-        If matplotlib is missing, or a name, a format or a setting is not allowed.
+    InputError, FileProblem
+        If matplotlib is missing, a name, a format or a setting is not allowed, or a file cannot be written.
     OutputExists
         If a file exists and `force` is not set; then none is written.
-    FileProblem
-        If `out` is a file, or a folder or file cannot be written.
 
     Notes
     -----
-    The same request gives the same bytes, with the same version of matplotlib. An older or newer one may draw a little
-    differently.
+    The same request gives the same bytes, with the same version of matplotlib.
     """
     require_matplotlib()
     names = tuple(FIGURES) if only is None else names_of_figures(only)

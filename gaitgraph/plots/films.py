@@ -64,13 +64,7 @@ def is_film(path: str | Path) -> bool:
 
 
 def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any work is done if a film cannot be written: its suffix, a library, a name that is taken.
-
-    Raises
-    ------
-    InputError, MissingExtra, FileProblem, OutputExists
-        If the suffix is no film's, matplotlib, Pillow or ffmpeg is missing, or a file cannot be written.
-    """
+    """Raise before any work is done if a film cannot be written: its suffix, a library, a name that is taken."""
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix not in FILMS:
@@ -101,7 +95,7 @@ def write_films(pieces: Callable[[], Iterable[Table]], paths: Sequence[str | Pat
     Raises
     ------
     InputError, MissingExtra, FileProblem, OutputExists
-        As :func:`check_films`.
+        If the suffix is no film's, matplotlib, Pillow or ffmpeg is missing, or a file cannot be written.
     """
     check_films(paths, force=force)
     if not paths:
@@ -227,15 +221,7 @@ def _write_frames(figure: Figure, draw: Callable[[int], None], delays: Sequence[
 
 
 def provenance_of_gif(path: str | Path) -> str:
-    """Return the text of what made a GIF.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If it is no whole GIF, has no such text, or cannot be read.
-    MissingExtra
-        If Pillow is missing.
-    """
+    """Return the text of what made a GIF; InputError if it is not whole or has none."""
     try:
         from PIL import Image, ImageSequence
     except ImportError as error:

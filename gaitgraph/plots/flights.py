@@ -411,7 +411,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     Raises
     ------
     InputError, FileProblem, OutputExists, MissingExtra
-        As :func:`check_flight_outputs`, or if nothing was flown or the disk is full.
+        If a suffix is not known, a file cannot be written, a library is missing, or nothing was flown.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
