@@ -37,7 +37,6 @@ from gaitgraph.plots.axes import (
     space_axes,
 )
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
-from gaitgraph.surface.components import checked_sign
 from gaitgraph.surface.sheets import COLORS, Sign, red_label, root_arrays
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -134,6 +133,13 @@ def interior_roots(coefficients: Coefficients | None = None, *, divisions: int =
     )
 
 
+def _checked_sign(sign: Any) -> int:
+    """Return +1 for "positive" and −1 for "negative", or raise InputError."""
+    if sign not in ("positive", "negative"):
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    return 1 if sign == "positive" else -1
+
+
 def root_counts(
     coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS, ax: Axes | None = None
 ) -> Axes:
@@ -220,7 +226,7 @@ def signed_roots(
     which, coefficients, divisions, ax
         As for :func:`root_angle`.
     """
-    wanted = checked_sign(sign)
+    wanted = _checked_sign(sign)
     found = interior_roots(coefficients, divisions=divisions)
     chosen = found.chosen(which)
     ax = axes_or_new(ax, size=(85, 74), in_space=True)
@@ -251,7 +257,7 @@ def level_determinants(
     sign, which, coefficients, divisions, ax
         As for :func:`signed_roots`.
     """
-    wanted = checked_sign(sign)
+    wanted = _checked_sign(sign)
     found = interior_roots(coefficients, divisions=divisions)
     chosen = found.chosen(which)
     ax = axes_or_new(ax, size=(85, 74), in_space=True)
@@ -345,7 +351,7 @@ def type_map(
         Plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node is one
         scatter; a written type has the node's (i, j) as its ``gid``.
     """
-    wanted = checked_sign(sign)
+    wanted = _checked_sign(sign)
     coefficients = coefficients or coefficients_of()
     found = interior_roots(coefficients, divisions=divisions)
     ax = axes_or_new(ax, size=(170, 176))
