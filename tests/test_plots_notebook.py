@@ -285,7 +285,7 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
         "<Transition: infeasible>": gg.transition("hover", RED),
         "<Transition: 2 corners": gg.transition("hover", gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red")),
-        "<Retargeted: retargeted, 4 rows": gg.retarget(BLUE),
+        "<Retargeted: retargeted: 0 of 4 rows as they were": gg.retarget(BLUE),
         "<Retargeted: infeasible>": gg.retarget(BLUE, floor=1.5),
         "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
         "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),

@@ -436,6 +436,7 @@ def test_a_signal_ends_the_study_in_order(
 
     others = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start background jobs without it
         with monkeypatch.context() as context:
             context.setattr(running, "row_of", ended)
             done = run("study", "s.toml", "--workers", 0)

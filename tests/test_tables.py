@@ -238,8 +238,8 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     lift(G3.angles, "red").parametrize(samples=4).write(path)
     content = json.loads(path.read_text())
     for key, value, message in (
-        ("vehicle", {"mass": -1}, "mass: -1"),
-        ("coefficients", "x", "coefficients: 'x'"),
+        ("vehicle", {"mass": -1}, "mass must be .*, got -1"),
+        ("coefficients", "x", "coefficients must be .*, got 'x'"),
         ("crossing_tolerance", "x", "crossing_tolerance must be a number ≥ 0 .rad., got 'x'"),
         ("period", "x", "period must be .*, got 'x'"),
         ("law", 3, "law.*3"),
@@ -267,7 +267,7 @@ def test_a_vehicle_by_name_in_about_is_that_vehicle(tmp_path: Path) -> None:
     path.write_text(json.dumps({"about": {"vehicle": "beetle_omni"}, "columns": columns}))
     assert gait_of(read_table(path)).vehicle.name == "beetle_omni"
     path.write_text(json.dumps({"about": {"vehicle": 5}, "columns": columns}))
-    with pytest.raises(gg.InputError, match="vehicle: 5"):
+    with pytest.raises(gg.InputError, match="vehicle must be a table of constants by name, got 5"):
         gait_of(read_table(path))
 
 

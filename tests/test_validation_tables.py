@@ -427,7 +427,7 @@ def test_reports_of_tables_serialise() -> None:
         ({"tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
         ({"floor": math.nan}, "floor must be .* got nan"),
         ({"crossing_tolerance": -0.1}, "crossing_tolerance must be .* got -0.1"),
-        ({"coefficients": "rough"}, "coefficients: 'rough'; allowed"),
+        ({"coefficients": "rough"}, "coefficients must be 'published' or 'exact', got 'rough'"),
     ],
 )
 def test_limits_are_checked(limits: dict[str, Any], message: str) -> None:

@@ -227,7 +227,8 @@ class OptimalGait:
         }
 
     def __repr__(self) -> str:
-        return f"<OptimalGait: {str(self).splitlines()[0]}>"
+        head = str(self).splitlines()[0] if self else f"infeasible, {len(self.waypoints)} discs"
+        return f"<OptimalGait: {head}>"
 
     def __str__(self) -> str:
         if self.curve is None or self.report is None or self.optimality is None:

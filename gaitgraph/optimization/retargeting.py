@@ -168,7 +168,8 @@ class Retargeted:
         }
 
     def __repr__(self) -> str:
-        return f"<Retargeted: {str(self).splitlines()[0]}>"
+        head = "infeasible" if self.status == "infeasible" else str(self).splitlines()[0]
+        return f"<Retargeted: {head}>"
 
     def __str__(self) -> str:
         before = verdict_line(self.before.valid, self.before.flyable, self.before.reachable_from_hover)
