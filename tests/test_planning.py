@@ -260,7 +260,10 @@ def test_progress_is_told() -> None:
         ({"reverse": 1}, "reverse must be true or false, got 1"),
         ({"vehicle": "papr"}, "vehicle must be a preset .*, got 'papr'.* did you mean 'paper'"),
         ({"coefficients": "x"}, "coefficients must be .*, got 'x'"),
-        ({"vehicle": "beetle_omni", "coefficients": "published"}, "got 'published', which belong to the paper's vehicle"),
+        (
+            {"vehicle": "beetle_omni", "coefficients": "published"},
+            "got 'published', which belong to the paper's vehicle",
+        ),
         ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
         ({"any_order": 1}, "any_order must be true or false, got 1"),
     ],
