@@ -62,9 +62,14 @@ COLORS: tuple[Color, Color] = ("red", "blue")  # red is the + sheet, blue the �
 FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ
 FAMILIES = (*COLORS, *FIBERS)  # in the order of the columns of family_distances
 FIRST, SECOND = 2, 3  # the codes of the two fibres
+FAMILY_COLUMN = np.array([0, 0, 2, 3, 1])  # the column of a code; codes count from the end too
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
-_COLORS = {code: color for color, code in _CODES.items()}
-_FIXED = {FIRST: [0, 2], SECOND: [1, 3]}  # which two of the four angles a fibre fixes
+# The columns, two for each family, are the linear forms of α that are constant on it: α3 ∓ α1 and α4 ∓ α2 on the
+# sheets, the two fixed angles on a fibre.
+_FORMS = np.array(
+    [[-1, 0, 1, 0, 1, 0, 0, 0], [0, -1, 0, 1, 0, 0, 1, 0], [1, 0, 1, 0, 0, 1, 0, 0], [0, 1, 0, 1, 0, 0, 0, 1]],
+    dtype=float,
+)
 
 DEFAULT_CROSSING_TOLERANCE = math.pi / 32
 """Within this distance of a crossing line [rad] a plane type is `?`: half a step of the paper's grid."""
@@ -79,6 +84,8 @@ HOVER_LABEL = (1, 1, 1)  # of the component of α = 0, which ordinary hover can 
 _ROUND_OFF = 1e-12
 _FIBER_TOLERANCE = 1e-9
 _MOST_ROOTS = 5
+# Both ends of the range for α3, and for α4, in the order of the roots.
+_SIDES = np.array([[-HALF_PI, -HALF_PI, HALF_PI, HALF_PI], [-HALF_PI, HALF_PI, -HALF_PI, HALF_PI]])
 
 
 def sheet_angles(
@@ -145,10 +152,9 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Root:
-    """One solution (α3, α4) of equations (7) and (8) for one (α1, α2).
+    """One solution (α3, α4) of equations (7) and (8) for one (α1, α2), angles in radians.
 
-    Angles in radians; `types` is ASCII such as ``(+,?)``; `color` names the sheet; `R`, `R_phi` and `R_theta` are
-    computed from the solution, not assumed.
+    `types` is ASCII such as ``(+,?)``; `R`, `R_phi` and `R_theta` are computed from the solution, not assumed.
     """
 
     alpha1: float
@@ -259,41 +265,54 @@ def roots(
     (3, 5)
     """
     coefficients = coefficients or coefficients_of()
-    a1, a2 = (
-        # The range of a number is checked below; anything else is a text that means an angle, or refused.
-        number_of(value) if isinstance(value, float) else angle_from_text(value, name)
-        for name, value in (("alpha1", alpha1), ("alpha2", alpha2))
-    )
-    arrays = root_arrays(a1, a2, coefficients, crossing_tolerance=crossing_tolerance)
-    found = []
-    for k in range(int(arrays.count)):
-        alpha = arrays.alpha[k]
-        found.append(
-            Root(
-                alpha1=a1,
-                alpha2=a2,
-                alpha3=float(alpha[2]),
-                alpha4=float(alpha[3]),
-                types=text_from_types(*arrays.types[k]),
-                color=COLORS[int(arrays.sheet[k] < 0)],
-                R=float(level_determinant(alpha, coefficients)),
-                # A residual of −0.0 is printed as 0.0.
-                R_phi=float(roll_sensitivity(alpha, coefficients)) + 0.0,
-                R_theta=float(pitch_sensitivity(alpha, coefficients)) + 0.0,
-            )
+    # The range of a number is checked below; anything else is a text that means an angle, or refused.
+    a1 = number_of(alpha1) if isinstance(alpha1, float) else angle_from_text(alpha1, "alpha1")
+    a2 = number_of(alpha2) if isinstance(alpha2, float) else angle_from_text(alpha2, "alpha2")
+    checked_plane_angles(a1, a2)
+    types = tuple(map(int, types_of("red", a1, a2, coefficients, crossing_tolerance)))
+    found: list[tuple[Color, str, float, float]] = []
+    for color in COLORS:
+        label = text_from_types(types[0] * _CODES[color], types[1] * _CODES[color])
+        third, fourth = (
+            (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (float(angle),)
+            for angle in sheet_angles(color, a1, a2, coefficients)
         )
-    fibers = []
-    for name, angle, beta, types in (
-        ("first", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
-        ("second", a2, a2 + coefficients.delta, FIBER_TYPES[1]),
-    ):
-        if distance_to_multiple(beta, HALF_PI) <= _FIBER_TOLERANCE:
-            fixed, free = ("alpha3", "alpha4") if name == "first" else ("alpha4", "alpha3")
-            values = (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,)
-            singular = distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE
-            fibers.append(Fiber(name=name, fixed=fixed, values=values, free=free, singular=singular, types=types))
-    answer = RootSet(found)
-    answer.fibers = tuple(fibers)
+        found += [(color, label, a3, a4) for a3, a4 in product(third, fourth)]
+    alpha = np.array([(a1, a2, a3, a4) for _, _, a3, a4 in found])
+    R, R_phi, R_theta = (
+        # A residual of −0.0 is printed as 0.0.
+        (function(alpha, coefficients) + 0.0).tolist()
+        for function in (level_determinant, roll_sensitivity, pitch_sensitivity)
+    )
+    answer = RootSet(
+        Root(
+            alpha1=a1,
+            alpha2=a2,
+            alpha3=a3,
+            alpha4=a4,
+            types=label,
+            color=color,
+            R=R[k],
+            R_phi=R_phi[k],
+            R_theta=R_theta[k],
+        )
+        for k, (color, label, a3, a4) in enumerate(found)
+    )
+    answer.fibers = tuple(
+        Fiber(
+            name=name,
+            fixed=fixed,
+            values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
+            free=free,
+            singular=distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE,
+            types=types,
+        )
+        for name, fixed, free, angle, beta, types in (
+            ("first", "alpha3", "alpha4", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
+            ("second", "alpha4", "alpha3", a2, a2 + coefficients.delta, FIBER_TYPES[1]),
+        )
+        if distance_to_multiple(beta, HALF_PI) <= _FIBER_TOLERANCE
+    )
     return answer
 
 
@@ -306,42 +325,31 @@ def root_arrays(
 ) -> RootArrays:
     """Return the roots of many (α1, α2) at once, in the order of :func:`roots`, whose options and errors it has.
 
-    Parameters
-    ----------
-    alpha1, alpha2
-        Tilt angles in [−π/2, π/2] [rad], broadcast against each other to the shape (...).
+    `alpha1` and `alpha2` are broadcast against each other to the shape (...).
 
-    Examples
-    --------
     >>> root_arrays([0.3, np.pi / 2, np.pi / 2], [0.1, 0.1, -np.pi / 2]).count.tolist()
     [2, 3, 5]
     """
     coefficients = coefficients or coefficients_of()
     a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
-    # Eight candidates: on each sheet both ends of the range for α3 and for α4, where they lie at an end.
-    exists, angles, kinds = [], [], []
-    for color in COLORS:
-        third, fourth = sheet_angles(color, a1, a2, coefficients)
-        pair = np.stack(types_of(color, a1, a2, coefficients, crossing_tolerance), axis=-1)
-        end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
-        for side3, side4 in product((-HALF_PI, HALF_PI), repeat=2):
-            exists.append((end3 | (side3 < 0)) & (end4 | (side4 < 0)))
-            angles.append(np.stack([a1, a2, np.where(end3, side3, third), np.where(end4, side4, fourth)], axis=-1))
-            kinds.append(pair)
-    exist = np.stack(exists, axis=-1)
+    # Four candidates on each sheet: both ends of the range for α3 and for α4, of which an angle elsewhere takes one.
+    sheets = [sheet_angles(color, a1, a2, coefficients) for color in COLORS]
+    third, fourth = (np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True))
+    end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
+    exist = ((end3 | (_SIDES[0] < 0)) & (end4 | (_SIDES[1] < 0))).reshape(*a1.shape, 8)
+    candidates = np.empty((*a1.shape, 2, 4, 4))
+    candidates[..., 0], candidates[..., 1] = a1[..., None, None], a2[..., None, None]
+    candidates[..., 2], candidates[..., 3] = np.where(end3, _SIDES[0], third), np.where(end4, _SIDES[1], fourth)
+    # Those that exist come first.
     order = np.argsort(~exist, axis=-1, kind="stable")[..., :_MOST_ROOTS]
     taken = np.take_along_axis(exist, order, axis=-1)
-    alpha = np.take_along_axis(np.stack(angles, axis=-2), order[..., None], axis=-2)
-    types = np.take_along_axis(np.stack(kinds, axis=-2), order[..., None], axis=-2)
+    alpha = np.take_along_axis(candidates.reshape(*a1.shape, 8, 4), order[..., None], axis=-2)
     alpha[~taken] = np.nan
-    types[~taken] = 0
-    return RootArrays(
-        count=exist.sum(axis=-1),
-        alpha=alpha,
-        sheet=np.where(taken, np.where(order < 4, 1, -1), 0).astype(np.int8),
-        types=types,
-        R=level_determinant(alpha, coefficients),
-    )
+    sheet = np.where(taken, np.where(order < 4, 1, -1), 0).astype(np.int8)
+    on_red = np.stack(types_of("red", a1, a2, coefficients, crossing_tolerance), axis=-1)
+    types = on_red[..., None, :] * sheet[..., None]
+    R = level_determinant(alpha, coefficients)
+    return RootArrays(count=exist.sum(axis=-1), alpha=alpha, sheet=sheet, types=types, R=R)
 
 
 def sheet_grid(
@@ -376,8 +384,7 @@ def sheet_grid(
     row, alpha3 = with_both_ends(third)
     column, alpha4 = with_both_ends(fourth)
     types3, types4 = types_of(color, a1[row], a2[column], coefficients, crossing_tolerance)
-    left = pair_features(a1[row], alpha3) @ coefficients.bilinear_form
-    R = left @ pair_features(a2[column], alpha4).T
+    R = pair_features(a1[row], alpha3) @ coefficients.bilinear_form @ pair_features(a2[column], alpha4).T
     return SheetGrid(row=row, column=column, alpha3=alpha3, alpha4=alpha4, types3=types3, types4=types4, R=R)
 
 
@@ -391,12 +398,14 @@ def family_codes(colors: Sequence[str]) -> IntArray:
 
 def family_of(code: int) -> str:
     """Return the color of a code; see :func:`family_codes`."""
-    return _COLORS[int(code)]
+    return FAMILIES[FAMILY_COLUMN[int(code)]]
 
 
-def _fixed_angle(code: int, coefficients: Coefficients) -> float:
-    """Return the value of the two angles that a fibre fixes: δ on the first, −δ on the second [rad]."""
-    return coefficients.delta if code == FIRST else -coefficients.delta
+def _family_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
+    """Return the two linear forms of each family that are multiples of π on it, shape (..., 4, 2)."""
+    delta = coefficients.delta
+    shift = np.array([[0.0, 0.0], [-2 * delta, 2 * delta], [-delta, -delta], [delta, delta]])
+    return np.asarray((alpha @ _FORMS).reshape(*alpha.shape[:-1], 4, 2) + shift)
 
 
 def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -409,14 +418,8 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
     >>> family_distances([delta, 0.3, delta, 0.5], coefficients_of()).round(3).tolist()
     [0.2, 1.134, 0.0, 0.667]
     """
-    alpha = np.asarray(alpha, dtype=float)
-    differences = []
-    for color in COLORS:
-        third, fourth = sheet_angles(color, alpha[..., 0], alpha[..., 1], coefficients)
-        differences.append(np.stack([alpha[..., 2] - third, alpha[..., 3] - fourth], axis=-1))
-    for code, fixed in _FIXED.items():
-        differences.append(alpha[..., fixed] - _fixed_angle(code, coefficients))
-    return np.asarray(distance_to_multiple(np.stack(differences, axis=-2), math.pi).max(axis=-1))
+    forms = _family_forms(np.asarray(alpha, dtype=float), coefficients)
+    return np.asarray(distance_to_multiple(forms, math.pi).max(axis=-1))
 
 
 def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
@@ -436,16 +439,14 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
     both = on_red & on_blue
     out = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
     if both.any():
-        single = np.flatnonzero(~both)
-        start = (before if before in (-1, 1) else 0) or (int(out[single[0]]) if single.size else 0) or 1
+        start = before if before in (-1, 1) else next((int(code) for code in out[~both][:1] if code), 1)
         # Each point on both sheets takes the last known one; those that are on neither count as known.
         known = np.concatenate([[start], out])
         latest = np.maximum.accumulate(np.where(np.concatenate([[True], ~both]), np.arange(len(known)), 0))[1:]
         out[both] = np.where(known[latest] == 0, 1, known[latest])[both]
-    for code, column in ((SECOND, 3), (FIRST, 2)):
-        out[(out == 0) & near[:, column]] = code
-    meets_blue = on_blue & ~on_red & near[:, 2:].any(axis=1)
-    for point in np.flatnonzero(meets_blue).tolist():
+    out[(out == 0) & near[:, 3]] = SECOND
+    out[(out == 0) & near[:, 2]] = FIRST
+    for point in np.flatnonzero(on_blue & ~on_red & near[:, 2:].any(axis=1)).tolist():
         previous = before if point == 0 else int(out[point - 1])
         if previous > 1 and near[point, previous]:
             out[point] = previous
@@ -461,9 +462,9 @@ def family_types(
     free one is on neither plane, `*`. Off the surfaces both are 0.
     """
     alpha, codes = np.asarray(alpha, dtype=float), np.asarray(codes, dtype=np.int8)
-    crossing = types_of("red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance)
+    third, fourth = types_of("red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance)
     sheet = np.where(codes > 1, 0, codes)
-    third, fourth = (np.where(part == 0, 0, sheet).astype(np.int8) for part in crossing)
+    third, fourth = third * sheet, fourth * sheet
     third[codes == SECOND], fourth[codes == FIRST] = FREE, FREE
     return third, fourth
 
@@ -474,13 +475,10 @@ def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[
     A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own. A point on
     no family has no types to contradict.
     """
-    stated, codes = np.asarray(types), np.asarray(codes)
-    third, fourth = stated[:, 0], stated[:, 1]
-    sheet = np.where(codes > 1, 0, codes)[:, None]
-    free = (stated == FREE).any(axis=1)
-    on_sheets = (stated * sheet < 0).any(axis=1) | (free & (codes != 0))
-    own = np.where(codes == FIRST, (third == 0) & (fourth == FREE), (third == FREE) & (fourth == 0))
-    return np.asarray(np.where(codes > 1, ~own, on_sheets))
+    stated, codes = np.asarray(types), np.asarray(codes)[:, None]
+    on_sheet = (stated * codes < 0) | ((stated == FREE) & (codes != 0))
+    on_fiber = stated != np.where(codes == FIRST, [0, FREE], [FREE, 0])
+    return np.asarray(np.where(codes > 1, on_fiber, on_sheet).any(axis=1))
 
 
 def family_jumps(
@@ -492,24 +490,11 @@ def family_jumps(
     its two ends the one that it leaves less counts; the distance from it is linear along the segment, so that the ends
     decide.
     """
-
-    def distance(of: IntArray) -> FloatArray:
-        out = np.full(len(starts), math.inf)
-        for code in np.unique(of[of != 0]).tolist():
-            here = of == code
-            p, step = starts[here], ends[here] - starts[here]
-            if code in _FIXED:
-                fixed = _FIXED[code]
-                apart = wrapped(p[:, fixed] - _fixed_angle(code, coefficients))
-                change = step[:, fixed]
-            else:
-                third, fourth = sheet_angles(COLORS[code < 0], p[:, 0], p[:, 1], coefficients)
-                apart = wrapped(p[:, 2:] - np.column_stack([third, fourth]))
-                change = step[:, 2:] - code * step[:, :2]
-            out[here] = np.maximum(np.abs(apart), np.abs(apart + change)).max(axis=1)
-        return out
-
-    return np.minimum(distance(codes), distance(after))
+    apart = wrapped(_family_forms(starts, coefficients))
+    change = ((ends - starts) @ _FORMS).reshape(-1, 4, 2)
+    left = np.maximum(np.abs(apart), np.abs(apart + change)).max(axis=-1)
+    of_ends = (np.where(of == 0, np.inf, left[np.arange(len(left)), FAMILY_COLUMN[of]]) for of in (codes, after))
+    return np.minimum(*of_ends)
 
 
 # --- components of the red sheet -------------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
+    FAMILY_COLUMN,
     FIRST,
     family_codes,
     family_distances,
@@ -53,9 +54,6 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 _EXACT = 1e-9
-
-# The column of :func:`gaitgraph.surface.sheets.family_distances` by the code of a family; codes count from the end too.
-_COLUMN = np.array([0, 0, 2, 3, 1])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -317,7 +315,7 @@ class Continuous(Rule):
         on_blue = (distances[:, 1] <= setting.tolerance) & (distances[:, 0] > setting.tolerance)
         self.blue |= bool((on_blue & ~fibered).any())
         # How far points are from the sheet or fibre of their color.
-        column = _COLUMN[sheet]
+        column = FAMILY_COLUMN[sheet]
         off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
         self.roundings = np.where((off > _EXACT) & (off <= setting.tolerance), off, 0.0)
         self.rounding = max(self.rounding, float(self.roundings.max()))
