@@ -6,6 +6,7 @@ import fcntl
 import json
 import logging
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -76,12 +77,8 @@ def test_a_grid_has_every_combination_once_the_pitch_fastest() -> None:
         {"drag_ratio": 0.1, "servo_lag": 0.02},
     ]
     assert (cases[-1].vehicle.drag_ratio, cases[-1].vehicle.servo_lag) == (0.2, 0.03)
-    numbers = [number for batch in range(study.batches) for number in study.numbers(batch)]
-    assert numbers == list(range(len(study)))
-    assert (study.batch, study.batches) == (4, 56)
-    for number in (-1, len(study)):
-        with pytest.raises(InputError, match=rf"case must be from 0 to 223, got {number}"):
-            study.case(number)
+    assert [number for batch in study.batches for number in batch] == list(range(len(study)))
+    assert (study.batch, len(study.batches)) == (4, 56)
 
 
 def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() -> None:
@@ -107,17 +104,15 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
     assert (cases[17].roll, cases[17].period) == pytest.approx((0.4349099096549526, 1.1392466424151815), abs=1e-15)
 
 
-def test_a_study_is_its_mapping() -> None:
+def test_a_study_is_known_by_its_content() -> None:
     asked = SMALL | {
         "vehicles": ["paper", {"preset": "paper", "inertia": [[1e-3, 1e-3, 2e-3], [2e-3, 2e-3, 4e-3]], "name": "two"}],
         "gaits": ["gait4", {"waypoints": [["pi/8", "-pi/8"], [1.2, -1.2]], "color": "red", "name": "line"}],
-        "anyway": True,
     }
     study = study_from_mapping(asked)
-    again = study_from_mapping(json.loads(study.text))
-    assert again == study
-    assert again.fingerprint == study.fingerprint
+    assert study_from_mapping(asked).fingerprint == study.fingerprint
     assert study_from_mapping(asked | {"name": "other"}).fingerprint != study.fingerprint
+    assert pickle.loads(pickle.dumps(study)) == study  # as workers get it
     assert list(columns_of(study))[3:6] == ["inertia_x", "inertia_y", "inertia_z"]
 
 
@@ -145,31 +140,27 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
     [
         ({"gait": ["gait3"]}, "the study has no 'gait'; did you mean 'gaits'?"),
         ({"gaits": ["gait5"]}, "gait 1: must be gait1, gait2, gait3, gait4 or a file, got 'gait5'; did you mean"),
-        ({"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]}, "gait 1 has no 'period'; allowed are name, waypoints"),
+        ({"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]}, "gait 1: it has no 'period'; allowed are name, way"),
         ({"gaits": ["none.csv"]}, "gait 1: gait file: cannot read 'none.csv': No such file or directory"),
-        ({"vehicles": ["paper", "paper"]}, "names of vehicles must differ, got 'paper' twice"),
-        ({"vehicles": [{"preset": "paper", "mass": []}]}, "vehicle 1: mass must have at least one value, got []"),
-        ({"vehicles": [{"preset": "paper", "mass": {"to": 1}}]}, "vehicle 1: mass.from is missing: a range has from"),
+        ({"gaits": [{"file": 3}]}, "gait 1: name and file must be texts, got '3' and 3"),
+        ({"vehicles": ["paper", "paper"]}, "names of vehicles must be at least one and must differ, got ['paper', 'p"),
+        ({"vehicles": []}, "vehicles must be a list with at least one entry, got []"),
+        ({"vehicles": [{"preset": "paper", "mass": []}]}, "vehicle 1: mass must be at least one"),
+        ({"vehicles": [{"preset": "paper", "mass": {"to": 1}}]}, "vehicle 1: mass must be a list or a rising range"),
         ({"biases": [0.8, 1.2]}, "biases must be above 0 and at most 1, got 1.2"),
-        ({"biases": [0.8, 0.8]}, "biases must differ, got 0.8 twice"),
+        ({"biases": [0.8, 0.8]}, "biases must be at least one and must differ, got [0.8, 0.8]"),
         ({"periods": 9e-7}, "periods must be between 1e-6 and 1e6 s, got 9e-07"),
         ({"periods": {"from": 1, "to": 2}}, "periods.count must be a whole number from 2 to 1000000, got None"),
         ({"periods": {"from": 2, "to": 2, "count": 2}}, "periods must be a list or a rising range of numbers, got {"),
-        (
-            {"periods": {"from": 1, "to": 2, "count": 1}},
-            "periods.count must be a whole number from 2 to 1000000, got 1",
-        ),
+        ({"periods": {"from": 1, "to": 2, "count": 1}}, "periods.count must be a whole number from 2 to 1000000, got"),
         ({"attitudes": {"rol": 1}}, "attitudes has no 'rol'; did you mean 'roll'?"),
-        ({"attitudes": {"roll": 3.15}}, "attitudes.roll must be an angle from −π to π, got 3.15"),
-        ({"attitudes": {"pitch": 1.6}}, "attitudes.pitch must be an angle between −π/2 and π/2, got 1.6"),
-        ({"flight": {"durations": 1}}, "flight: durations"),
-        ({"sample": "gird"}, "sample.kind must be grid or random, got 'gird'"),
-        (
-            {"sample": {"count": 2, "seed": -1}},
-            "sample.seed must be a whole number from 0 to 18446744073709551615, got",
-        ),
-        ({"anyway": "yes"}, "anyway must be true or false, got 'yes'"),
-        ({"name": "a\nb"}, "name must be a printable text of up to 200 letters, got 'a\\nb'"),
+        ({"attitudes": {"roll": 3.15}}, "roll must be an angle from −π to π, got 3.15"),
+        ({"attitudes": {"pitch": 1.6}}, "pitch must be an angle between −π/2 and π/2, got 1.6"),
+        ({"flight": {"durations": 1}}, "durations is no setting of a flight; did you mean 'duration'?"),
+        ({"sample": "gird"}, "sample.kind must be grid, or random with a count and a seed, got {'kind': 'gird'}"),
+        ({"sample": {"seed": 3}}, "sample.kind must be grid, or random with a count and a seed, got {'seed': 3}"),
+        ({"sample": {"count": 2, "seed": -1}}, "sample.seed must be a whole number from 0 to 184467440737095516"),
+        ({"anyway": "yes"}, "name must be a text and anyway true or false, got 'small' and 'yes'"),
         (
             {"periods": {"from": 1, "to": 2, "count": 90000}, "biases": {"from": 0.1, "to": 1, "count": 100}},
             "study 'small' must have at most 1000000 cases, got 72000000",
@@ -266,7 +257,7 @@ def test_bias_period_and_attitude_reach_the_flight(monkeypatch: pytest.MonkeyPat
     assert timed.gait.alpha[0, 2] == pytest.approx(0.8 * timed.gait.alpha[0, 0])
     assert options == {"attitude": (0.3, -0.1), "settings": FlightSettings(duration=0.6), "anyway": True}
     with pytest.raises(InputError, match=r"workers must have mujoco 1\.0, with which the study began, got "):
-        flown_batch(study.text, [0], versions() | {"mujoco": "1.0"})
+        flown_batch([0], study, versions() | {"mujoco": "1.0"})
 
 
 def test_units_and_what_made_them_are_in_the_file(small: StudyRun) -> None:
@@ -299,31 +290,36 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(small: StudyRun, tmp_path: 
         if words.startswith("8 of"):
             (folder / "rows" / "part-00002.parquet").unlink()
 
-    with pytest.raises(FileProblem, match=r"a part was removed while the study ran \(.*; what is written stays"):
+    with pytest.raises(FileProblem, match="a part was removed while the study ran; run it again"):
         run_study(SMALL, folder, workers=0, progress=remove)
     assert run_study(SMALL, folder, workers=0).flown == 1
 
 
-@pytest.mark.parametrize("harm", ["cut", "flipped", "other cases", "beyond"])
+@pytest.mark.parametrize("harm", ["cut", "flipped", "other cases", "another name", "another study"])
 def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_path: Path, harm: str) -> None:
     folder = tmp_path / "harmed"
     shutil.copytree(small.folder, folder)
     rows = folder / "rows"
     part = rows / "part-00003.parquet"
     content = part.read_bytes()
-    message = r"part-00003\.parquet' does not hold these cases of this study: delete it, and the same command"
-    if harm in ("cut", "flipped"):
-        at = content.index(b"refused before") + 40
-        changed = content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
-        part.write_bytes(content[: len(content) // 2] if harm == "cut" else changed)
-        message = r"part-00003\.parquet' is not a whole Parquet file \(.*\): delete it, and the same command flies"
+    at = content.index(b"refused before") + 40
+    if harm == "cut":
+        part.write_bytes(content[: len(content) // 2])
+    elif harm == "flipped":
+        part.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
     elif harm == "other cases":
         shutil.copy(rows / "part-00004.parquet", part)
-    else:
+    elif harm == "another name":
         shutil.copy(part, rows / "part-00008.parquet")
-        message = r"part-00008\.parquet' is not part of this study; move it out of the folder rows"
+    else:
+        table = pa.parquet.read_table(part)
+        about = {b"gaitgraph": b'{"fingerprint": "0"}'}
+        pa.parquet.write_table(table.replace_schema_metadata(about), part)
     before = contents(folder)
-    with pytest.raises((InputError, OutputExists), match=message):
+    message = (
+        r"part-0000[38]\.parquet' is not a whole part of this study \(.*\): move or delete it, and the same command"
+    )
+    with pytest.raises(OutputExists, match=message):
         run_study(SMALL, folder, workers=0)
     assert contents(folder) == before
 
@@ -331,23 +327,25 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_
 def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) -> None:
     def refused(asked: dict[str, Any], folder: Path, message: str) -> None:
         before = contents(tmp_path)
-        with pytest.raises((OutputExists, FileProblem), match=message):
+        with pytest.raises(
+            (OutputExists, FileProblem), match="output must be a new folder or one of this study, .*" + message
+        ):
             run_study(asked, folder, workers=0)
         assert contents(tmp_path) == before
 
-    other = r"output must be a new folder or one of this study, got '.*', whose study\.json has another "
-    refused(SMALL | {"periods": 2.0}, small.folder, f"{other}fingerprint, study")
+    refused(SMALL | {"periods": 2.0}, small.folder, r"study\.json has another fingerprint, study")
     (tmp_path / "pictures").mkdir()
     (tmp_path / "pictures" / "a.png").write_bytes(b"x")
-    refused(SMALL, tmp_path / "pictures", r"new folder or one of this study, got '.*pictures' with files")
-    refused(SMALL, tmp_path / "pictures" / "a.png", r"output must be a new folder, got '.*Not a directory")
-    refused(SMALL, tmp_path / "none" / "deep", r"output must be a new folder, got .*No such file")
+    refused(SMALL, tmp_path / "pictures", "pictures' with files")
+    refused(SMALL, tmp_path / "pictures" / "a.png", "Not a directory")
+    refused(SMALL, tmp_path / "none" / "deep", "No such file")
     old = tmp_path / "old"
     shutil.copytree(small.folder, old)
     for text, message in (
-        ("[]", f"{other}format, versions, fingerprint, cases, batch, study"),
-        ((old / "study.json").read_text().replace(versions()["mujoco"], "3.2.0"), f"{other}versions"),
-        ("{", r"output must be a new folder, got .*: Expecting property name"),
+        ("[]", "another format, versions, fingerprint, cases, batch, study"),
+        ((old / "study.json").read_text().replace(versions()["mujoco"], "3.2.0"), "another versions"),
+        ("{", "Expecting property name"),
+        ("3", "not iterable"),
     ):
         (old / "study.json").write_text(text)
         refused(SMALL, old, message)
@@ -373,7 +371,7 @@ def test_a_full_disk_leaves_what_is_there(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("gaitgraph.study.dataset.write_whole", full)
     done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-    assert "No space left on device; what is written stays, and the same command continues" in done.err
+    assert "No space left on device" in done.err
     assert len(list((tmp_path / "s" / "rows").iterdir())) == 2
 
 
@@ -392,7 +390,7 @@ def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> N
     assert "<tr><td>$torn_{$ &lt;i&gt;</td><td>4</td><td>0</td><td>0</td><td>0.0 %</td></tr>" in page
     assert "<tr><td>gait4</td><td>4</td><td>4</td><td>4</td><td>100.0 %</td></tr>" in page
     assert not re.search(r"<script|<link|@import|https?:", page)
-    assert [to[:22] for to in re.findall(r'(?:href|src)="([^"]*)', page)] == ["data:image/png;base64,"] * 3
+    assert [to[:22] for to in re.findall(r'(?:href|src)="([^"]*)', page)] == ["data:image/png;base64,"]
 
 
 def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
@@ -412,7 +410,6 @@ def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
         (("--workers", -1), "--workers must be a whole number from 0 to 1024, got -1"),
         (("--workers", 1025), "--workers must be a whole number from 0 to 1024, got 1025"),
         (("--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "--workers must not stand beside --scheduler, got 2"),
-        (("--scheduler", " "), "--scheduler must be an address such as tcp://10.0.0.5:8786, got ' '"),
     ):
         wrong = run("study", "s.toml", *arguments)
         assert (wrong.code, wrong.out, wrong.err) == (2, "", f"gaitgraph: {message}\n")
@@ -452,7 +449,7 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(running, "PATIENCE", 0.5)
+    monkeypatch.setattr(running, "_PATIENCE", 0.5)
     (tmp_path / "s.toml").write_text("gaits = ['gait3']\n")
     with socket.create_server(("127.0.0.1", 0)) as silent:
         for address in (f"tcp://127.0.0.1:{silent.getsockname()[1]}", "tcp://127.0.0.1:9", "carrier://pigeon"):
@@ -522,14 +519,13 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, e
 @pytest.mark.slow
 def test_a_cluster_flies_the_same_and_stays(small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(running, "_IN_FLIGHT", 3)
     options = {"processes": False, "protocol": "tcp", "dashboard_address": "127.0.0.1:0", "silence_logs": 60}
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, **options) as cluster:
         run_study(SMALL, tmp_path / "there", scheduler=cluster.scheduler_address)
         assert contents(tmp_path / "there") == contents(small.folder)
         with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
             assert client.submit(abs, -1).result() == 1
-    monkeypatch.setattr(running, "EMPTY", 0.4)
+    monkeypatch.setattr(running, "_EMPTY", 0.4)
     with (
         distributed.LocalCluster(n_workers=0, **options) as cluster,
         pytest.raises(
@@ -539,9 +535,9 @@ def test_a_cluster_flies_the_same_and_stays(small: StudyRun, tmp_path: Path, mon
         run_study(SMALL, tmp_path / "empty", scheduler=cluster.scheduler_address)
 
 
-def die_at_a_roll(text: str, numbers: Any, expected: Any) -> Any:
+def die_at_a_roll(numbers: Any, study: Any, expected: Any) -> Any:
     """Stand for a case that ends its process, as a fault in a compiled library does."""
-    rows = flown_batch(text, numbers, expected)
+    rows = flown_batch(numbers, study, expected)
     if any(row["roll"] == 0.4 for row in rows):
         os.kill(os.getpid(), signal.SIGKILL)
     return rows
@@ -558,5 +554,5 @@ def test_a_case_that_kills_its_worker_is_a_row_and_a_broken_worker_ends_the_stud
     assert [(row["case"], row["outcome"]) for row in rows] == [(0, "settled"), (1, "failed"), (2, "settled")]
     assert rows[1]["reason"] == "each worker that flew this case alone died"
     monkeypatch.setattr(running, "flown_batch", json.loads)
-    with pytest.raises(InputError, match=r"a worker cannot run the study \(TypeError: .*what is written stays, and"):
+    with pytest.raises(InputError, match=r"a worker cannot run the study \(TypeError: .*workers need this gaitgraph"):
         run_study(asked, tmp_path / "broken", workers=1)

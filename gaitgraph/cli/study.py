@@ -79,7 +79,7 @@ def study_command(
     study = read_study(study_file)
     if dry_run:
         seconds = study.seconds(1)
-        counts = {"cases": len(study), "parts": study.batches, "seconds_on_one_process": seconds}
+        counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": seconds}
         if as_json:
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
@@ -94,7 +94,7 @@ def study_command(
         parts = len(list((folder / "rows").glob("part-*.parquet")))
         with suppress(OSError):  # the terminal may be gone
             print_problem(
-                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {study.batches} parts are "
+                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {len(study.batches)} parts are "
                 f"in {str(folder)!r}, and the same command goes on from there"
             )
         return 128 + number

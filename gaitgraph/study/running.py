@@ -6,7 +6,6 @@ A case that cannot be planned, is refused, does not settle or fails is a row too
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import math
 import os
@@ -14,72 +13,45 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
-from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph import __version__
-from gaitgraph.angles import number_of
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, needs_extra, shown
+from gaitgraph.files import write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots.axes import require_matplotlib
-from gaitgraph.study.dataset import (
-    FLIGHT,
-    KEPT,
-    MANIFEST,
-    OUTCOMES,
-    columns_of_constant,
-    opened_dataset,
-    page_of,
-    reasons_of,
-)
+from gaitgraph.study.dataset import FLIGHT, OUTCOMES, columns_of_constant, opened_dataset, page_of, reasons_of
 from gaitgraph.study.design import Case, Study, read_study, study_from_mapping
 from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from gaitgraph.gait.gait import Gait
 
     Row = dict[str, Any]
-    Batch = tuple[int, list[Row]]
 
-MOST_WORKERS = 1024
-
-FREE_CASES = 10_000
-FREE_SECONDS = 3600.0
-"""More cases, or a longer estimate, are run only with `yes`."""
-
-PATIENCE = 5.0
-"""How long a scheduler may take to answer [s]."""
-
-EMPTY = 60.0
-"""How long a cluster may be without workers at the start [s]."""
-
+_MOST_WORKERS = 1024
+_FREE_CASES = 10_000  # more cases, or a longer estimate, are run only with `yes`
+_FREE_SECONDS = 3600.0
+_PATIENCE = 5.0  # s that a scheduler may take to answer
+_EMPTY = 60.0  # s that a cluster may be without workers at the start
+_LONGEST_REASON = 500
+_DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 # An interrupt at the terminal reaches the workers too; this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-_LONGEST_REASON = 500
-_IN_FLIGHT = 256  # batches that the scheduler holds at a time
-_DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRun:
     """A study that is done.
 
-    Parameters
-    ----------
-    study, folder
-        What was asked, and where its rows and its page are.
-    outcomes
-        How many cases had each of :data:`gaitgraph.study.dataset.OUTCOMES`.
-    reasons
-        Outcome, reason and count of the cases that did not settle; a reason has the numbers of the first such case.
-    flown
-        How many cases this run added; the others were there.
-    table
-        All rows, a pyarrow table in the order of the cases.
+    `folder` has its rows and its page. `outcomes` has the number of cases with each of
+    :data:`gaitgraph.study.dataset.OUTCOMES`; `reasons` outcome, reason and count of those that did not settle, a reason
+    with the numbers of the first such case. This run added `flown` cases; the others were there. `table` has all rows,
+    a pyarrow table in the order of the cases.
     """
 
     study: Study
@@ -104,23 +76,16 @@ class StudyRun:
             "flown": self.flown,
             "kept": len(self.study) - self.flown,
             **{name.replace(" ", "_"): self.outcomes[name] for name in OUTCOMES},
-            "reasons": [
-                {"outcome": outcome, "reason": reason, "cases": count} for outcome, reason, count in self.reasons
-            ],
+            "reasons": [dict(zip(("outcome", "reason", "cases"), one, strict=True)) for one in self.reasons],
             "summary": str(self.summary),
         }
 
     def __str__(self) -> str:
-        count = len(self.study)
-        kept = count - self.flown
-        head = f"Study {self.study.name}: {count} case{'s' * (count != 1)}" + (f", {kept} of them kept" if kept else "")
-        lines = [head, *(f"  {name:<12} {self.outcomes[name]}" for name in OUTCOMES if self.outcomes[name])]
-        lines += [
-            f"  {count} × {outcome}{', e.g.' if count > 1 else ''}: {reason}"
-            for outcome, reason, count in self.reasons[:5]
-        ]
-        if len(self.reasons) > 5:
-            lines.append(f"  and {len(self.reasons) - 5} more reasons")
+        count, kept = len(self.study), len(self.study) - self.flown
+        lines = [f"Study {self.study.name}: {count} case{'s' * (count != 1)}" + f", {kept} of them kept" * (kept > 0)]
+        lines += [f"  {name:<12} {self.outcomes[name]}" for name in OUTCOMES if self.outcomes[name]]
+        lines += [f"  {count} × {outcome}{', e.g.' * (count > 1)}: {why}" for outcome, why, count in self.reasons[:5]]
+        lines += [f"  and {len(self.reasons) - 5} more reasons"] if len(self.reasons) > 5 else []
         return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.summary}"])
 
 
@@ -178,15 +143,13 @@ def run_study(
         study = study_from_mapping(study)
     elif not isinstance(study, Study):
         study = read_study(study)
-    if scheduler is not None and (not isinstance(scheduler, str) or not scheduler.strip()):
-        raise InputError(f"--scheduler must be an address such as tcp://10.0.0.5:8786, got {shown(scheduler)}")
     if scheduler is not None and workers is not None:
         raise InputError(f"--workers must not stand beside --scheduler, got {shown(workers)}")
     if workers is None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         workers = 1 if scheduler is not None else cores
-    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers must be a whole number from 0 to {MOST_WORKERS}, got {shown(workers)}")
+    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= _MOST_WORKERS:
+        raise InputError(f"--workers must be a whole number from 0 to {_MOST_WORKERS}, got {shown(workers)}")
     if not yes:
         check_size(study, workers)
     require_matplotlib()
@@ -194,24 +157,26 @@ def run_study(
         import pyarrow as _  # noqa: F401
     except ImportError as error:
         raise needs_extra("pyarrow", "a study", "study") from error
-    here = versions()
-    say = progress or (lambda _: None)
-    folder = Path(output)
-    if scheduler is not None and not (folder / MANIFEST).exists():
-        with _client(1, scheduler):  # a wrong address leaves no folder
-            pass
-    with opened_dataset(folder, study, here) as dataset, ExitStack() as stack:
+    here, folder, say = versions(), Path(output), progress or (lambda _: None)
+    with ExitStack() as stack:
+        client = None
+        if scheduler is not None:  # first, since a wrong address leaves no folder
+            say("asking the scheduler")
+            client = stack.enter_context(_client(0, scheduler))
+        dataset = stack.enter_context(opened_dataset(folder, study, here))
         say("reading what is there")
         missing = dataset.missing()
-        if missing and workers:
-            say("asking the scheduler" if scheduler is not None else "starting workers")
-            client = stack.enter_context(_client(min(workers, len(missing)), scheduler))
-            batches = _flown_on_dask(client, study, missing, here)
-        else:
-            batches = ((batch, flown_batch(study.text, study.numbers(batch), here)) for batch in missing)
-        flown, start = 0, monotonic()
-        todo = sum(len(study.numbers(batch)) for batch in missing)
+        if missing and workers and client is None:
+            say("starting workers")
+            client = stack.enter_context(_client(min(workers, len(missing)), None))
+        numbers = {batch: study.batches[batch] for batch in missing}
+        todo, flown, start = sum(map(len, numbers.values())), 0, monotonic()
         say(f"{len(study) - todo} of {len(study)} cases")
+        batches: Iterable[tuple[int, list[Row]]]
+        if client is None:
+            batches = ((batch, flown_batch(some, study, here)) for batch, some in numbers.items())
+        else:
+            batches = _flown_on_dask(client, study, numbers, here)
         for batch, rows in batches:
             dataset.write(batch, rows)
             flown += len(rows)
@@ -219,16 +184,10 @@ def run_study(
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {time_text(left)} left" * (left > 0))
         say("drawing the summary")
         table = dataset.table()
-        dataset.put(folder / "summary.html", page_of(study, table).encode(), force=True)
-    counts = table["outcome"].to_pylist()
-    return StudyRun(
-        study=study,
-        folder=folder,
-        outcomes={name: counts.count(name) for name in OUTCOMES},
-        reasons=reasons_of(table),
-        flown=flown,
-        table=table,
-    )
+        write_whole([(folder / "summary.html", page_of(study, table).encode())], force=True)
+    found = table["outcome"].to_pylist()
+    outcomes = {name: found.count(name) for name in OUTCOMES}
+    return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons_of(table), flown=flown, table=table)
 
 
 def versions() -> dict[str, str]:
@@ -239,13 +198,12 @@ def versions() -> dict[str, str]:
         raise needs_extra("mujoco", "a study", "study") from error
 
 
-def flown_batch(text: str, numbers: Sequence[int], expected: Mapping[str, str]) -> list[Row]:
+def flown_batch(numbers: Sequence[int], study: Study, expected: Mapping[str, str]) -> list[Row]:
     """Return the rows of some cases of a study; every worker runs this. InputError if its versions are not expected."""
     here = versions()
     for name, wanted in expected.items():
         if here.get(name) != wanted:
             raise InputError(f"workers must have {name} {wanted}, with which the study began, got {here.get(name)}")
-    study = study_from_mapping(json.loads(text))
     gaits: dict[str, Gait | GaitgraphError] = {}
     return [row_of(study.case(number), study, gaits) for number in numbers]
 
@@ -275,47 +233,33 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
         }
         flight = fly(timed, attitude=(case.roll, case.pitch), settings=study.flight, anyway=study.anyway)
         values = flight.as_mapping()
-        numbers = {name: number_of(values[name]) for name in FLIGHT}
-        row |= {name: number if math.isfinite(number) else None for name, number in numbers.items()}
-        outcome, reason = ("settled" if flight.settled else "not settled"), flight.reason
-        outcome = "refused" if flight.refused else outcome
-    except Infeasible as error:
-        outcome, reason = "no gait", str(error)
-    except GaitgraphError as error:
-        outcome, reason = "failed", str(error)
+        row |= {name: values[name] if math.isfinite(values[name] or 0.0) else None for name in FLIGHT}
+        outcome = "settled" if flight.settled else "refused" if flight.refused else "not settled"
+        reason = flight.reason
     except Exception as error:  # a case never ends the study
-        outcome, reason = "failed", f"{type(error).__name__}: {error}"
+        outcome = "no gait" if isinstance(error, Infeasible) else "failed"
+        reason = str(error) if isinstance(error, GaitgraphError) else f"{type(error).__name__}: {error}"
     reason = " ".join(reason.split())
-    reason = reason if len(reason) <= _LONGEST_REASON else reason[:_LONGEST_REASON] + "…"
-    return row | {"outcome": outcome, "reason": reason}
-
-
-def lost_row(case: Case) -> Row:
-    """Return the row of a case that ended each process that flew it."""
-    return _known_of(case) | {"outcome": "failed", "reason": "each worker that flew this case alone died"}
+    return row | {"outcome": outcome, "reason": reason[:_LONGEST_REASON] + "…" * (len(reason) > _LONGEST_REASON)}
 
 
 def _known_of(case: Case) -> Row:
+    """Return what a row holds whatever comes of its case."""
     row: Row = {"case": case.number, "vehicle": case.model.base.name}
     for name, value in case.varied.items():
         columns = columns_of_constant(name)
         row |= zip(columns, value if len(columns) > 1 else (value,), strict=True)
-    return row | {
-        "gait": case.source.name,
-        "eta": case.eta,
-        "period": case.period,
-        "roll": case.roll,
-        "pitch": case.pitch,
-    }
+    row |= {"gait": case.source.name}
+    return row | {name: getattr(case, name) for name in ("eta", "period", "roll", "pitch")}
 
 
 def check_size(study: Study, workers: int) -> None:
     """Raise InputError if a study is so large that it must be confirmed."""
     seconds = study.seconds(workers)
-    if len(study) > FREE_CASES or seconds > FREE_SECONDS:
+    if len(study) > _FREE_CASES or seconds > _FREE_SECONDS:
         raise InputError(
             f"study {study.name!r} has {len(study)} flights, about {time_text(seconds)} on {workers or 1} "
-            f"process{'es' * (workers > 1)}; more than {FREE_CASES} flights or {time_text(FREE_SECONDS)} need --yes "
+            f"process{'es' * (workers > 1)}; more than {_FREE_CASES} flights or {time_text(_FREE_SECONDS)} need --yes "
             "(yes=True)"
         )
 
@@ -343,34 +287,31 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         from distributed.security import Security
     except ImportError as error:
         raise needs_extra("distributed", "a study on several processes", "study") from error
-    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
     with ExitStack() as stack:
-        for logger in loggers:  # what Dask logs is ours to say
+        for logger in map(logging.getLogger, ("distributed", "tornado", "asyncio")):  # what Dask logs is ours to say
             stack.callback(logger.setLevel, logger.level)
             logger.setLevel(logging.CRITICAL + 1)
         try:
             if scheduler is not None:
                 # A client would wait for ever for a server that accepts the connection and says nothing.
                 security = Security().get_connection_args("client")
-                hello = asyncio.wait_for(connect(scheduler, timeout=PATIENCE, **security), PATIENCE)
+                hello = asyncio.wait_for(connect(scheduler, timeout=_PATIENCE, **security), _PATIENCE)
                 with ThreadPoolExecutor(1) as pool:  # this thread may have an event loop
                     pool.submit(asyncio.run, hello).result()
-                client = stack.enter_context(Client(scheduler, timeout=PATIENCE, set_as_default=False))
-                client.wait_for_workers(1, timeout=EMPTY)
+                client = stack.enter_context(Client(scheduler, timeout=_PATIENCE, set_as_default=False))
+                client.wait_for_workers(1, timeout=_EMPTY)
             else:
-                cluster = stack.enter_context(
-                    LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        memory_limit=0,
-                        preload=[_NO_INTERRUPTS],
-                        security=True,
-                        silence_logs=logging.CRITICAL + 1,
-                        dashboard_address="127.0.0.1:0",
-                        scheduler_kwargs={"dashboard": False, "allowed_failures": _DEATHS},
-                    )
+                cluster = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    memory_limit=0,
+                    preload=[_NO_INTERRUPTS],
+                    security=True,
+                    silence_logs=logging.CRITICAL + 1,
+                    dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False, "allowed_failures": _DEATHS},
                 )
-                client = stack.enter_context(Client(cluster, set_as_default=False))
+                client = stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
         except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
             if scheduler is None:
                 raise InputError(f"workers did not start ({_line(error)}); --workers 0 needs none") from error
@@ -381,52 +322,45 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-def _flown_on_dask(client: Any, study: Study, batches: Sequence[int], here: Mapping[str, str]) -> Iterator[Batch]:
+def _flown_on_dask(
+    client: Any, study: Study, numbers: Mapping[int, range], here: Mapping[str, str]
+) -> Iterator[tuple[int, list[Row]]]:
     """Yield batches and their rows as they are flown, in any order; InputError if a worker cannot, or the cluster ends.
 
     Dask gives the work of a worker that dies to others. The cases of a batch that several workers did not survive are
     flown one by one at the end, and a case that still ends its worker has a row that says so.
     """
     from distributed import as_completed
+    from distributed.scheduler import KilledWorker
 
-    text, waiting = study.text, iter(batches)
+    def submitted(some: Sequence[int]) -> Any:
+        return client.submit(flown_batch, some, study, dict(here), pure=False)
 
-    def submitted(numbers: Sequence[int]) -> Any:
-        return client.submit(flown_batch, text, numbers, dict(here), pure=False)
+    def rows_of(future: Any) -> list[Row] | None:
+        try:
+            rows: list[Row] = future.result()
+        except KilledWorker:
+            return None
+        except GaitgraphError:
+            raise
+        except (Exception, CancelledError) as error:
+            raise InputError(
+                f"a worker cannot run the study ({_line(error)}); workers need this gaitgraph with its extra study"
+            ) from error
+        return rows
 
-    batch_of = {submitted(study.numbers(batch)): batch for batch in islice(waiting, _IN_FLIGHT)}
-    answers = as_completed(batch_of, loop=client.loop)
+    batch_of = {submitted(some): batch for batch, some in numbers.items()}
     lost = []
-    for future in answers:
-        batch, rows = batch_of.pop(future), _rows_of(future)
+    for future in as_completed(list(batch_of), loop=client.loop):
+        batch, rows = batch_of.pop(future), rows_of(future)
         if rows is None:
             lost.append(batch)
         else:
             yield batch, rows
-        for following in islice(waiting, 1):
-            following_future = submitted(study.numbers(following))
-            batch_of[following_future] = following
-            answers.add(following_future)
+    died = {"outcome": "failed", "reason": "each worker that flew this case alone died"}
     for batch in sorted(lost):
-        alone = [(number, _rows_of(submitted([number]))) for number in study.numbers(batch)]
-        yield batch, [lost_row(study.case(number)) if rows is None else rows[0] for number, rows in alone]
-
-
-def _rows_of(future: Any) -> list[dict[str, Any]] | None:
-    """Return what a worker flew, None if too many workers died of it."""
-    from distributed.scheduler import KilledWorker
-
-    try:
-        rows: list[dict[str, Any]] = future.result()
-    except KilledWorker:
-        return None
-    except GaitgraphError:
-        raise
-    except (Exception, CancelledError) as error:
-        raise InputError(
-            f"a worker cannot run the study ({_line(error)}); workers need this gaitgraph with its extra study; {KEPT}"
-        ) from error
-    return rows
+        alone = [(number, rows_of(submitted([number]))) for number in numbers[batch]]
+        yield batch, [rows[0] if rows else _known_of(study.case(number)) | died for number, rows in alone]
 
 
 def _line(error: BaseException) -> str:
