@@ -41,7 +41,6 @@ from gaitgraph.surface.admissible import (
     sign_region,
     singular_value_region,
     thrust_region,
-    tilt_region,
     why_empty,
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
@@ -386,17 +385,17 @@ def test_certain_determinant_covers_what_digits_can_change(kind: Any) -> None:
 
 
 def test_admissible_is_the_intersection_of_its_conditions() -> None:
-    vehicle = PAPER.replace(max_tilt=1.3, max_thrust=2.5)
+    vehicle = PAPER.replace(max_thrust=2.5)
     zones = Zones(
         keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]],
         keep_in=[[(0, -1.2), (1.25, -1.2), (1.25, 0), (0, 0)]],
     )
     region = admissible_region(vehicle, zones=zones, sign="negative", least=0.0)
     together = sign_region("negative", vehicle) & singular_value_region(0.05, vehicle) & hover_region(vehicle)
-    together &= thrust_region(2.5 / (0.429 * 9.8), vehicle) & tilt_region(1.3) & zones_region(zones)
+    together &= thrust_region(2.5 / (0.429 * 9.8), vehicle) & zones_region(zones)
     assert region.inner.symmetric_difference(together.inner).area < 2e-3  # the margins of what checks can decide
     assert together.outer.buffer(1e-5).covers(region.inner)
-    assert len(region.conditions) == 6
+    assert len(region.conditions) == 5
     assert admissible_region(vehicle, sign="negative") is admissible_region(vehicle, sign="negative")  # built once
 
 
@@ -533,7 +532,6 @@ def test_why_not_right_at_a_border_for_thrust_and_for_either_sign() -> None:
         (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
         (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
         (thrust_region, {"share": math.inf}, "share must be a positive"),
-        (tilt_region, {"limit": "1"}, r"limit must be a positive finite number \(rad\), got '1'"),
         (sign_region, {"sign": "up"}, "sign must be 'positive' or 'negative', got 'up'"),
         (sign_region, {"sign": "positive", "color": "green"}, "color must be 'red' or 'blue', got 'green'"),
         (sign_region, {"sign": "positive", "least": -1.0}, "least must be a finite number ≥ 0, got -1.0"),
@@ -560,7 +558,7 @@ def test_a_thrust_limit_needs_the_mass() -> None:
 def test_every_region_is_the_same_each_time() -> None:
     texts = []
     for _ in range(2):
-        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_polygons):
+        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_pair):
             cached.cache_clear()
         texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
     assert texts[0] == texts[1]

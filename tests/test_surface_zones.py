@@ -167,22 +167,21 @@ def test_what_is_no_list_of_polygons_is_refused(name: str, value: Any) -> None:
 @pytest.mark.parametrize(
     ("corners", "expected"),
     [
-        (3, "must be a list of [alpha1, alpha2], got 3"),
-        ("square", "must be a list of [alpha1, alpha2], got 'square'"),
-        ([], "must have three or more different corners, got 0"),
-        ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more different corners, got 2"),
-        ([(0, 0), (1, 0), (0.5,)], "must have corners [alpha1, alpha2], got (0.5,)"),
-        ([(0, 0), (1, 0), (0, 1, 2)], "corners [alpha1, alpha2], got (0, 1, 2)"),
-        ([(0, 0), (1, 0), "ab"], "corners [alpha1, alpha2], got 'ab'"),
+        (3, "must be a list of corners [alpha1, alpha2], got 3"),
+        ("square", "must be a list of corners [alpha1, alpha2], got 'square'"),
+        ([(0, 0), (1, 0), (0.5,)], "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]"),
+        ([(0, 0), (1, 0), "ab"], "must be a list of corners [alpha1, alpha2], got "),
+        ([], "must have three or more corners that are not on a line, got []"),
+        ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
+        ([(0, 0), (1, 1), (2, 2)], "must have three or more corners that are not on a line"),
+        ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
         ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
         ([(0, 0), (math.inf, 0), (0, 1)], "alpha1 must be a finite number in radians"),
         ([(0, 0), (1, True), (0, 1)], "alpha2 must be a finite number in radians"),
-        ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got (10000000.0, 1)"),
+        ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got [(0, 0), (1, 0), (10000000.0, 1)]"),
         ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
         ([(0, 0), (2, 0), (1, 0), (1, 1)], "must be a simple polygon: "),  # a side run back
         ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
-        ([(0, 0), (1, 1), (2, 2)], "must have an interior; its corners lie on a line"),
-        ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have an interior"),
     ],
 )
 def test_a_malformed_polygon_is_refused_with_its_number(name: str, corners: Any, expected: str) -> None:

@@ -11,14 +11,11 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import (
         SignComponent as SignComponent,
         admissible_region as admissible_region,
-        certain_determinant as certain_determinant,
         hover_region as hover_region,
         sign_components as sign_components,
         sign_region as sign_region,
         singular_value_region as singular_value_region,
         thrust_region as thrust_region,
-        tilt_region as tilt_region,
-        why_empty as why_empty,
     )
     from gaitgraph.surface.loop_colorings import (
         Coloring as Coloring,
@@ -27,14 +24,12 @@ if TYPE_CHECKING:
         colorings as colorings,
     )
     from gaitgraph.surface.region import (
-        DEFAULT_ACCURACY as DEFAULT_ACCURACY,
         Condition as Condition,
         Region as Region,
         Zones as Zones,
         zones_region as zones_region,
     )
     from gaitgraph.surface.sheets import (
-        Sign as Sign,
         family_distances as family_distances,
         red_label as red_label,
         root_arrays as root_arrays,

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import shapely
@@ -39,24 +39,26 @@ from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     TOUCH,
     Condition,
+    Pair,
     Region,
     Zones,
     checked_accuracy,
     checked_number,
     chord_tolerance,
     offset,
+    offset_both,
     polygons_of,
     rectangle,
-    region_between,
+    region_of,
     square_without,
-    union_of,
     zones_region,
 )
 from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, red_label, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from shapely import MultiPolygon, Polygon
+    from collections.abc import Sequence
+
     from shapely.geometry.base import BaseGeometry
 
 Use = Literal["valid", "flyable"]
@@ -69,10 +71,7 @@ _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 
 
-def _checked_sign(sign: object) -> int:
-    if not isinstance(sign, str) or sign not in SIGNS:
-        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
-    return 1 if sign == "positive" else -1
+_NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
 # --- the sign of R ---------------------------------------------------------------------------------------------------
@@ -101,35 +100,34 @@ def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCUR
 def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
     """Return the components; `inner` keeps a margin to straight borders."""
     kappa = vehicle.signed_drag_ratio
-    border = math.atan(kappa) - math.copysign(HALF_PI, kappa)
-    spin = 1 if kappa > 0 else -1
+    border, spin = math.atan(kappa) - math.copysign(HALF_PI, kappa), 1 if kappa > 0 else -1
     exact = coefficients_of(vehicle, "exact")
     half = accuracy / 2
-    negative = bracket_negative(kappa, chord_tolerance(accuracy))
-    wide, narrow = offset(negative, half), offset(negative, -half)
+    negative = offset_both(bracket_negative(kappa, chord_tolerance(accuracy)), half)
     # The bracket vanishes in two corners of the square too.
-    corners = union_of(rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI))
+    corners = shapely.union_all([rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI)])
     found = []
-    for first, second, third in product((1, -1), repeat=3):
-        within, around = (_cell(border, first * spin, second * spin, kept) for kept in (margin, 0.0))
+    for label in product((1, -1), repeat=3):
+        cell = _cell(border, label[0] * spin, label[1] * spin, margin)
         # The third sign is positive on the side of α = 0, whichever way the rotors spin.
-        if third * spin > 0:
-            inner, outer = within.difference(wide), around.difference(narrow)
-        else:
-            inner, outer = within.intersection(narrow), around.intersection(wide)
-        inner = inner.difference(corners)
-        if not inner.is_empty:
-            sign = first * second * third
-            region = region_between(inner, outer, accuracy, _determinant_condition([sign], 0.0, "red", exact))
-            found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
+        positive = label[2] * spin > 0
+        pair = shapely.difference(cell, negative) if positive else shapely.intersection(cell, negative[::-1])
+        pair[0] = pair[0].difference(corners)
+        if not pair[0].is_empty:
+            sign = math.prod(label)
+            region = region_of(pair, accuracy, _determinant_condition([sign], 0.0, "red", exact))
+            found.append(SignComponent(label=label, sign=sign, region=region))
     return tuple(found)
 
 
-def _cell(border: float, first: int, second: int, margin: float) -> Polygon:
-    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise."""
-    spans = {1: (border + margin, HALF_PI), -1: (-HALF_PI, border - margin)}
-    (low, high), (left, right) = spans[first], spans[second]
-    return rectangle(low, -right, high, -left)
+def _cell(border: float, first: int, second: int, margin: float) -> Pair:
+    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise; `inner` keeps a margin."""
+    cells = []
+    for kept in (margin, 0.0):
+        spans = {1: (border + kept, HALF_PI), -1: (-HALF_PI, border - kept)}
+        (low, high), (left, right) = spans[first], spans[second]
+        cells.append(rectangle(low, -right, high, -left))
+    return np.array(cells)
 
 
 def sign_region(
@@ -162,20 +160,16 @@ def sign_region(
     >>> sign_region("negative", color="blue", coefficients=coefficients_of(kind="exact")).area
     0.0
     """
-    wanted, accuracy = _checked_sign(sign), checked_accuracy(accuracy)
-    if color not in COLORS:
-        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
+    (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
     least = 0.0 if least is None else checked_number("least", least)
     tolerance = chord_tolerance(accuracy)
     if color == "red":
         exact = coefficients_of(vehicle, "exact")
-        margin = accuracy if least else _OPEN_MARGIN
-        regions = [part.region for part in _components(vehicle, accuracy, margin) if part.sign == wanted]
-        inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
-        if least and _determinant_falls_below(least, wanted, inner, exact):
-            forbidden = determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance)
-            inner, outer = square_without(forbidden, accuracy / 2)
-        return region_between(inner, outer, accuracy, _determinant_condition([wanted], least, "red", exact))
+        parts = _components(vehicle, accuracy, accuracy if least else _OPEN_MARGIN)
+        pair = _union([(part.region.inner, part.region.outer) for part in parts if part.sign == wanted])
+        if least and _determinant_falls_below(least, wanted, pair[0], exact):
+            pair = square_without(determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance), accuracy / 2)
+        return region_of(pair, accuracy, _determinant_condition([wanted], least, "red", exact))
     coefficients = coefficients or coefficients_of(vehicle)
     least = least or noise_of(coefficients)
     border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
@@ -184,14 +178,27 @@ def sign_region(
         turn: square_without(blue_determinant_below(least, turn * wanted, coefficients, tolerance), accuracy / 2)
         for turn in (1, -1)
     }
-    parts: list[list[BaseGeometry]] = [[], []]
-    for first, second in product((1, -1), repeat=2):
-        # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
-        for k, margin in enumerate((_OPEN_MARGIN, 0.0)):
-            cell = _cell(border, first * side, second * side, margin)
-            parts[k].append(cell.intersection(kept[first * second][k]))
-    condition = _determinant_condition([wanted], least, "blue", coefficients)
-    return region_between(union_of(parts[0]), union_of(parts[1]), accuracy, condition)
+    # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
+    pair = _union(
+        [
+            shapely.intersection(_cell(border, first * side, second * side, _OPEN_MARGIN), kept[first * second])
+            for first, second in product((1, -1), repeat=2)
+        ]
+    )
+    return region_of(pair, accuracy, _determinant_condition([wanted], least, "blue", coefficients))
+
+
+def _checked_signs(color: object, sign: object) -> list[int]:
+    """Return a sign as +1 or −1, or both for None; raise InputError for others, and for what is no color."""
+    if color not in COLORS:
+        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
+    if sign is not None and (not isinstance(sign, str) or sign not in SIGNS):
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    return [number for name, number in (("positive", 1), ("negative", -1)) if sign in (None, name)]
+
+
+def _union(pairs: Sequence[Any]) -> Pair:
+    return np.asarray(shapely.union_all(np.array(pairs, dtype=object), axis=0))
 
 
 def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
@@ -261,7 +268,7 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
 
     def rectangles(margin: float) -> BaseGeometry:
         first = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
-        return union_of([first, rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin)])
+        return first.union(rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
@@ -271,7 +278,7 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
         return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
 
     condition = Condition(name="hover thrusts > 0", broken_at=broken_at)
-    return region_between(rectangles(_OPEN_MARGIN), rectangles(0.0), _OPEN_MARGIN, condition)
+    return region_of([rectangles(_OPEN_MARGIN), rectangles(0.0)], _OPEN_MARGIN, condition)
 
 
 def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
@@ -290,15 +297,12 @@ def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = D
         return None if peak <= share else f"largest hover thrust {peak:.3g} of m·g, wanted is ≤ {share:.3g}"
 
     limit = Condition(name=f"hover thrusts ≤ {share:.3g} of m·g", broken_at=broken_at)
-    inner, outer = _thrust_polygons(share, vehicle.signed_drag_ratio, accuracy)
-    hover = hover_region(vehicle)
-    return region_between(
-        inner.intersection(hover.inner), outer.intersection(hover.outer), accuracy, *hover.conditions, limit
-    )
+    within = region_of(_thrust_pair(share, vehicle.signed_drag_ratio, accuracy), accuracy, limit)
+    return hover_region(vehicle) & within
 
 
 @lru_cache(maxsize=32)
-def _thrust_polygons(share: float, kappa: float, accuracy: float) -> tuple[BaseGeometry, BaseGeometry]:
+def _thrust_pair(share: float, kappa: float, accuracy: float) -> Pair:
     return square_without(thrust_above(share, kappa, chord_tolerance(accuracy)), accuracy / 2)
 
 
@@ -323,8 +327,9 @@ def singular_value_region(
 
     inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
-    condition = Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at)
-    return region_between(inner, outer, accuracy, condition)
+    return region_of(
+        [inner, outer], accuracy, Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at)
+    )
 
 
 @lru_cache(maxsize=64)
@@ -332,11 +337,13 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
-        return rectangle(0, 0, 0, 0)
+        return shapely.Polygon()
     # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
     reach = math.acos(alone) - (TOUCH if floor and inside else 0.0)
     centers = (delta - math.pi, delta, delta + math.pi)
-    strips = union_of(rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers)
+    strips = shapely.union_all(
+        [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]
+    )
     strips = strips.intersection(mirrored(strips))
     if floor >= accuracy / 2:
         band = weak_block(block, kappa, min(chord_tolerance(accuracy), block / 16))
@@ -347,13 +354,8 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     return strips.difference(offset(weak_block(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
 
 
-def tilt_region(limit: float) -> Region:
-    """Return where no arm tilts beyond a limit [rad], on the red sheet.
-
-    >>> tilt_region(0.5).inner.bounds
-    (-0.5, -0.5, 0.5, 0.5)
-    """
-    limit = checked_number("limit", limit, "a positive finite number (rad)")
+def _tilt_region(limit: float) -> Region:
+    """Return where no arm tilts beyond a limit [rad], on the red sheet."""
     within = min(limit, HALF_PI)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
@@ -361,7 +363,7 @@ def tilt_region(limit: float) -> Region:
         return None if tilt <= within else f"tilt {tilt:.4f} rad, wanted is ≤ {within:.4f}"
 
     square = rectangle(-within, -within, within, within)
-    return region_between(square, square, 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
+    return region_of([square, square], 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
 
 
 # --- all of them -----------------------------------------------------------------------------------------------------
@@ -414,10 +416,7 @@ def admissible_region(
     """
     if use not in ("valid", "flyable"):
         raise InputError(f"use must be 'valid' or 'flyable', got {shown(use)}")
-    if color not in COLORS:
-        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
-    if sign is not None:
-        _checked_sign(sign)
+    _checked_signs(color, sign)
     coefficients = coefficients or coefficients_of(vehicle)
     if least is None:
         least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
@@ -437,25 +436,22 @@ def _admissible(
     least: float,
     accuracy: float,
 ) -> Region:
-    signs: tuple[Sign, ...] = ("positive", "negative") if sign is None else (sign,)
+    signs = _checked_signs(color, sign)
     judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
     size = least if color == "red" else least or noise_of(coefficients)
-    condition = _determinant_condition([_checked_sign(one) for one in signs], size, color, judged)
+    condition = _determinant_condition(signs, size, color, judged)
 
-    def signed(one: Sign) -> Region:
-        return sign_region(one, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy)
+    def signed(wanted: int) -> tuple[BaseGeometry, BaseGeometry]:
+        name: Sign = "positive" if wanted > 0 else "negative"
+        found = sign_region(name, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy)
+        return found.inner, found.outer
 
-    def signed_either() -> Region:
-        regions = [signed(one) for one in signs]
-        inner, outer = union_of(part.inner for part in regions), union_of(part.outer for part in regions)
-        return region_between(inner, outer, accuracy, condition)
-
-    if use == "valid":
-        return signed_either()
-    if color == "blue":
+    if use == "flyable" and color == "blue":
         reason = "on blue the decoupling matrix is singular in exact physics: use red"
-        condition = Condition(name="an invertible decoupling matrix", broken_at=lambda _first, _second: reason)
-        return region_between(rectangle(0, 0, 0, 0), rectangle(0, 0, 0, 0), accuracy, condition)
+        never = Condition(name="an invertible decoupling matrix", broken_at=lambda _first, _second: reason)
+        return region_of(_NOWHERE, accuracy, never)
+    if use == "valid":
+        return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
     block = floor + _DECIDED if floor > 0 else 0.0
     region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
     if vehicle.max_thrust is None:
@@ -465,29 +461,26 @@ def _admissible(
         share = vehicle.max_thrust / (mass * gravity)
         within = thrust_region(share, vehicle, accuracy=accuracy)
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
-        region &= region_between(kept.inner, within.outer, accuracy, *within.conditions)
+        region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if vehicle.max_tilt is not None:
-        region &= tilt_region(vehicle.max_tilt)
+        region &= _tilt_region(vehicle.max_tilt)
     if floor < _SEPARATING:
-        return signed_either() & region
-
-    # The floor keeps each polygon off R = 0, so R has one sign on it: take those with one of the signs, and cut off
+        return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
+    # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and cut off
     # where |R| is less than asked for.
-    def with_sign(side: MultiPolygon, wanted: int) -> BaseGeometry:
-        points = [part.representative_point() for part in side.geoms]
-        found = [int(red_label(point.x, point.y, vehicle).prod()) for point in points]
-        return union_of(part for part, one in zip(side.geoms, found, strict=True) if one == wanted)
-
-    inner: BaseGeometry = rectangle(0, 0, 0, 0)
-    outer: BaseGeometry = rectangle(0, 0, 0, 0)
-    for one in signs:
-        wanted = _checked_sign(one)
-        inside, around = with_sign(region.inner, wanted), with_sign(region.outer, wanted)
-        if least > 0 and _determinant_falls_below(least, wanted, inside, judged):
-            cut = signed(one)
-            inside, around = inside.intersection(cut.inner), around.intersection(cut.outer)
-        inner, outer = inner.union(inside), outer.union(around)
-    return region_between(inner, outer, region.accuracy, condition, *region.conditions)
+    polygons: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
+    for k, shape in enumerate((region.inner, region.outer)):
+        for part in shape.geoms:
+            point = part.representative_point()
+            of_sign = polygons[int(red_label(point.x, point.y, vehicle).prod())]
+            of_sign[k] = of_sign[k].union(part)
+    pairs = []
+    for wanted in signs:
+        pair = polygons[wanted]
+        if least > 0 and _determinant_falls_below(least, wanted, pair[0], judged):
+            pair = shapely.intersection(pair, signed(wanted))
+        pairs.append(pair)
+    return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:

@@ -1,6 +1,7 @@
-"""A region of the (α1, α2) plane between two polygons, how such regions are made, and the user's own polygons.
+"""A region of the (α1, α2) plane, and the user's own polygons.
 
-One of the two polygons certainly lies in the region, the other certainly encloses it.
+A region is known by two shapes: one certainly lies in it, the other certainly encloses it. Where regions are made both
+go together as a pair, an array of the inner and the outer shape, on which shapely's functions work at once.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
 FloatArray = npt.NDArray[np.float64]
+Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
 DEFAULT_ACCURACY = 1e-6
 """How far a border of a region may be from where it truly is [rad]."""
@@ -53,13 +55,13 @@ class Region:
     Parameters
     ----------
     inner
-        Usable points, borders included [rad]. A straight border is exact, or 1e-9 inside if the condition excludes it;
-        a curved one is at most `accuracy` inside.
+        Usable points, borders included [rad]. A straight border is exact, or 1e-9 inside if the condition excludes it.
     outer
-        Encloses the region; its curved borders are at most `accuracy` outside.
+        Encloses the region.
     accuracy
-        [rad]; zero if no border is curved. It bounds the distance from each border. Where two borders meet at an acute
-        angle the corner may recede farther, and a passage not wider than twice the accuracy may be closed.
+        The most by which a curved border of `inner` is inside, and of `outer` outside [rad]; zero if none is curved.
+        Where two borders meet at an acute angle the corner may recede farther, and a passage not wider than twice the
+        accuracy may be closed.
     conditions
         What was intersected.
 
@@ -118,18 +120,18 @@ class Region:
         nearest = int(np.argmin(distances))
         return nearest if distances[nearest] <= TOUCH else None
 
+    @cached_property
+    def _groups(self) -> npt.NDArray[np.int32]:
+        """The number of the group of components that touch one another, for each component."""
+        from scipy.sparse.csgraph import connected_components
+
+        parts = np.array(self.components, dtype=object)
+        return np.asarray(connected_components(shapely.intersects(parts[:, None], parts))[1])
+
     def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
         """Return whether a path inside `inner`, borders and common points included, joins two points [rad]."""
         start, end = self.component_of(first), self.component_of(second)
-        if start is None or end is None:
-            return False
-        parts = np.array(self.components, dtype=object)
-        reached, fresh = {start}, [start]
-        while fresh and end not in reached:
-            touched = np.flatnonzero(shapely.intersects(parts, parts[fresh.pop()])).tolist()
-            fresh += [part for part in touched if part not in reached]
-            reached.update(touched)
-        return end in reached
+        return start is not None and end is not None and bool(self._groups[start] == self._groups[end])
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point [rad], itself if it is in; None if `inner` is empty."""
@@ -166,13 +168,8 @@ class Region:
         return "; ".join(reason for reason in reasons if reason is not None) or near
 
     def __and__(self, other: Region) -> Region:
-        return region_between(
-            self.inner.intersection(other.inner),
-            self.outer.intersection(other.outer),
-            max(self.accuracy, other.accuracy),
-            *self.conditions,
-            *other.conditions,
-        )
+        pair = shapely.intersection([self.inner, self.outer], [other.inner, other.outer])
+        return region_of(pair, max(self.accuracy, other.accuracy), *self.conditions, *other.conditions)
 
     def __repr__(self) -> str:
         size = f"{self.area:.4g} rad² in {len(self.components)} components"
@@ -180,12 +177,9 @@ class Region:
 
     def __str__(self) -> str:
         count = len(self.components)
-        if not count:
-            lines = ["Region of the (α1, α2) plane: empty"]
-        else:
-            borders = f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
-            size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}"
-            lines = [f"Region of the (α1, α2) plane: {size}, {borders}"]
+        borders = f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
+        size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}" if count else "empty"
+        lines = [f"Region of the (α1, α2) plane: {size}"]
         for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
             left, below, right, above = (f"{value:.4f}" for value in part.bounds)
             area = f"{part.area:.3g} rad²"
@@ -216,20 +210,16 @@ def _points(points: npt.ArrayLike) -> FloatArray:
 # --- making regions --------------------------------------------------------------------------------------------------
 
 
-def region_between(inner: BaseGeometry, outer: BaseGeometry, accuracy: float, *conditions: Condition) -> Region:
-    """Return the region between the polygons of two shapes."""
-    return Region(inner=polygons_of(inner), outer=polygons_of(outer), accuracy=accuracy, conditions=conditions)
+def region_of(pair: Any, accuracy: float, *conditions: Condition) -> Region:
+    """Return the region between the polygons of a pair of shapes."""
+    inner, outer = map(polygons_of, pair)
+    return Region(inner=inner, outer=outer, accuracy=accuracy, conditions=conditions)
 
 
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
     """Return the polygons of a shape, without the points and lines that overlaying leaves."""
     parts = shapely.get_parts(shapely.get_parts(np.array([shape], dtype=object)))
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
-
-
-def union_of(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
-    """Return the union of shapes, empty if there is none."""
-    return shapely.union_all(list(shapes))
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
@@ -242,9 +232,14 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     return shape.buffer(distance, join_style="mitre")
 
 
-def square_without(forbidden: BaseGeometry, reach: float) -> tuple[BaseGeometry, BaseGeometry]:
-    """Return inner and outer polygons of the square without a set that is known to within `reach`."""
-    return _SQUARE.difference(offset(forbidden, reach)), _SQUARE.difference(offset(forbidden, -reach))
+def offset_both(shape: BaseGeometry, distance: float) -> Pair:
+    """Return a polygon with its border moved outward, and inward."""
+    return np.array([offset(shape, distance), offset(shape, -distance)])
+
+
+def square_without(forbidden: BaseGeometry, reach: float) -> Pair:
+    """Return the square without a set that is known to within `reach`, as a pair."""
+    return np.asarray(shapely.difference(_SQUARE, offset_both(forbidden, reach)))
 
 
 def chord_tolerance(accuracy: float) -> float:
@@ -306,18 +301,14 @@ class Zones:
         object.__setattr__(self, "keep_in", _polygons_from(keep_in, "keep_in"))
 
     @cached_property
-    def _forbidden(self) -> BaseGeometry | None:
-        if not self.keep_out:
-            return None
-        shape = union_of(offset(shapely.Polygon(corners), -_ON_BORDER) for corners in self.keep_out)
+    def _forbidden(self) -> BaseGeometry:
+        shape = shapely.union_all([offset(shapely.Polygon(corners), -_ON_BORDER) for corners in self.keep_out])
         shapely.prepare(shape)
         return shape
 
     @cached_property
-    def _permitted(self) -> BaseGeometry | None:
-        if not self.keep_in:
-            return None
-        shape = offset(union_of(map(shapely.Polygon, self.keep_in)), _ON_BORDER)
+    def _permitted(self) -> BaseGeometry:
+        shape = offset(shapely.union_all([*map(shapely.Polygon, self.keep_in)]), _ON_BORDER)
         shapely.prepare(shape)
         return shape
 
@@ -331,41 +322,34 @@ class Zones:
         return self._allow(shapely.linestrings(lines))
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
-        allowed = np.ones(len(shapes), dtype=bool)
-        if self._forbidden is not None:
-            allowed &= ~shapely.intersects(self._forbidden, shapes)
-        if self._permitted is not None:
-            allowed &= shapely.covers(self._permitted, shapes)
-        return allowed
+        allowed = ~shapely.intersects(self._forbidden, shapes)
+        return np.asarray(allowed & shapely.covers(self._permitted, shapes) if self.keep_in else allowed)
 
 
 def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
     """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is none."""
-    sequences = (list, tuple, np.ndarray)
-    if not isinstance(value, sequences):
+
+    def are_lists(*values: object) -> bool:
+        return all(isinstance(one, (list, tuple, np.ndarray)) for one in values)
+
+    if not are_lists(value):
         raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
     found = []
-    for number, corners in enumerate(value, start=1):
+    for number, corners in enumerate(value, start=1):  # type: ignore[arg-type, var-annotated]
         label = f"{name} polygon {number}"
-        if not isinstance(corners, sequences):
-            raise InputError(f"{label} must be a list of [alpha1, alpha2], got {shown(corners)}")
-        points = []
-        for corner in corners:
-            if not isinstance(corner, sequences) or len(corner) != 2:
-                raise InputError(f"{label} must have corners [alpha1, alpha2], got {shown(corner)}")
-            point = angle_from_text(corner[0], f"{label} alpha1"), angle_from_text(corner[1], f"{label} alpha2")
-            if max(map(abs, point)) > _FARTHEST:
-                raise InputError(f"{label} must have angles up to {_FARTHEST:g} rad, got {shown(corner)}")
-            points.append(point)
-        if len(set(points)) < 3:
-            raise InputError(f"{label} must have three or more different corners, got {len(set(points))}")
+        if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
+            raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
+        points = [
+            (angle_from_text(first, f"{label} alpha1"), angle_from_text(second, f"{label} alpha2"))
+            for first, second in corners
+        ]
+        if np.abs(points).max(initial=0.0) > _FARTHEST:
+            raise InputError(f"{label} must have angles up to {_FARTHEST:g} rad, got {shown(corners)}")
+        if len(set(points)) < 3 or not shapely.MultiPoint(points).convex_hull.area > 1e-12:
+            raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
         polygon = shapely.Polygon(points)
-        if not polygon.convex_hull.area > 1e-12:
-            raise InputError(f"{label} must have an interior; its corners lie on a line")
         if not polygon.is_valid:
             raise InputError(f"{label} must be a simple polygon: {shapely.is_valid_reason(polygon)}")
-        if not polygon.area > 1e-12:
-            raise InputError(f"{label} must have an interior, got the area {polygon.area!r}")
         found.append(tuple((float(x), float(y)) for x, y in polygon.exterior.coords[:-1]))
     return tuple(found)
 
@@ -380,11 +364,8 @@ def zones_region(zones: Zones) -> Region:
     ([False, True], 'inside keep_out polygon 1')
     """
     keep_in, keep_out = ([shapely.Polygon(corners) for corners in side] for side in (zones.keep_in, zones.keep_out))
-    allowed: BaseGeometry = _SQUARE
-    if keep_in:
-        allowed = allowed.intersection(union_of(keep_in))
-    if keep_out:
-        allowed = allowed.difference(union_of(keep_out))
+    allowed = _SQUARE.intersection(shapely.union_all(keep_in)) if keep_in else _SQUARE
+    allowed = allowed.difference(shapely.union_all(keep_out))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         point = shapely.Point(alpha1, alpha2)
@@ -394,6 +375,5 @@ def zones_region(zones: Zones) -> Region:
             reasons.append("outside the keep_in polygons")
         return " and ".join(reasons) or None
 
-    return region_between(
-        allowed, allowed, 0.0, Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
-    )
+    condition = Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
+    return region_of([allowed, allowed], 0.0, condition)
