@@ -34,7 +34,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -113,10 +113,6 @@ def _types(colors: Sequence[str], choices: BoolArray) -> list[str]:
     return [text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist()]
 
 
-def _plain_colors(everywhere: BoolArray) -> tuple[str, ...]:
-    return tuple(color for color, yes in zip(COLORS, everywhere, strict=True) if yes)
-
-
 class ColoringCount:
     """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle."""
 
@@ -126,67 +122,65 @@ class ColoringCount:
         self.obstacle: ColoringObstacle | None = None
         self._everywhere = np.ones(2, dtype=bool)  # whether every point can be red, and blue
         self._first_run: BoolArray | None = None  # the same of the first run, as soon as it has ended
-        self._run = np.ones(2, dtype=bool)  # the same of the run that goes on
-        self._free = 0  # how many of the runs between them can have both colors
-        self._first = self._last = np.zeros((0, 4), dtype=bool)  # the choices of the first and of the last point
+        self._free = 0  # how many of the runs that have ended since can have both colors
+        # The first point's choices; and the last point's, of which the colors are those that all its run can have.
+        self._first = self._last = np.zeros((0, 4), dtype=bool)
 
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors that the whole loop can have."""
-        return _plain_colors(self._everywhere)
+        return tuple(color for color, yes in zip(COLORS, self._everywhere, strict=True) if yes)
 
     def add(self, choices: BoolArray) -> None:
         """Append points, given by their choices, to the loop."""
         if self.obstacle is not None or not len(choices):
             return
-        self._everywhere &= choices[:, :2].all(axis=0)
         if not self.points:
             self._first = choices[:1]
-        choices = np.concatenate([self._last, choices])
-        offset = self.points - len(self._last)
-        starts = np.concatenate([[0], np.flatnonzero(_changes(choices)) + 1])
-        available = choices[:, :2].copy()
-        available[0] &= self._run  # this run began in an earlier piece
-        shared = np.logical_and.reduceat(available, starts, axis=0)
+        self._everywhere &= choices[:, :2].all(axis=0)
+        # The run that goes on is represented by its last point.
+        before = self.points - len(self._last)
+        chain = np.concatenate([self._last, choices])
+        starts = np.concatenate([[0], np.flatnonzero(_changes(chain)) + 1])
+        shared = np.logical_and.reduceat(chain[:, :2], starts, axis=0)
         empty = np.flatnonzero(~shared.any(axis=1))
         if empty.size:
             # The first point of its run at which no color is left.
             start = int(starts[empty[0]])
-            left = np.logical_and.accumulate(available[start:], axis=0)
+            left = np.logical_and.accumulate(chain[start:, :2], axis=0)
             k = start + int(np.argmin(left.any(axis=1)))
-            number = offset + k + 1
-            if choices[k, :2].any():
-                before = left[k - 1 - start]
-                self.obstacle = self._pair((number - 1, number), before, choices[k, :2], choices[k - 1 : k + 1])
+            number = before + k + 1
+            if chain[k, :2].any():
+                self._forbid((number - 1, number), left[k - 1 - start], chain[k, :2], chain[k - 1 : k + 1])
             else:
                 message = f"point {number} has no root with {RELATION[self.sign]}, neither red nor blue"
                 self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
             return
-        if len(shared) > 1:
-            between = shared[:-1]
-            if self._first_run is None:
-                self._first_run, between = shared[0], shared[1:-1]
-            self._free += int(between.all(axis=1).sum())
-        self._run, self._last, self.points = shared[-1], choices[-1:], offset + len(choices)
+        ended = shared[:-1]
+        if self._first_run is None and len(ended):
+            self._first_run, ended = ended[0], ended[1:]
+        self._free += int(ended.all(axis=1).sum())
+        self._last = np.concatenate([shared[-1:], chain[-1:, 2:]], axis=1)
+        self.points += len(choices)
 
     def closed(self) -> int:
         """Close the loop and return the exact number of its colourings."""
         if self.obstacle is not None or not self.points:
             return 0
+        last_run = self._last[0, :2]
         if self._first_run is None:
-            return int(self._run.sum())
-        closing, ends = np.concatenate([self._last, self._first]), [self._first_run, self._run]
+            return int(last_run.sum())
+        ends = [self._first_run, last_run]
+        closing = np.concatenate([self._last, self._first])
         if not _changes(closing)[0]:
-            ends = [self._first_run & self._run]  # the last run goes on in the first one
+            ends = [self._first_run & last_run]  # the last run goes on in the first one
             if not ends[0].any():
-                self.obstacle = self._pair((self.points, 1), self._run, self._first_run, closing)
+                self._forbid((self.points, 1), last_run, self._first_run, closing)
                 return 0
         return 1 << (self._free + sum(bool(one.all()) for one in ends))
 
-    def _pair(
-        self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray
-    ) -> ColoringObstacle:
-        """Return the obstacle between neighbours of which each can have one color only."""
+    def _forbid(self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray) -> None:
+        """Note the obstacle between neighbours of which each can have one color only."""
         colors = COLORS[0 if before[0] else 1], COLORS[0 if after[0] else 1]
         types = tuple(_types(colors, choices))
         broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
@@ -195,7 +189,7 @@ class ColoringCount:
             f"{RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
             f"{' and '.join(broken)} may change between + and - only where one of the two is ?"
         )
-        return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
+        self.obstacle = ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,6 +231,16 @@ class ColoringListing:
         return "; ".join(parts)
 
 
+def listing_of(counting: dict[Sign, ColoringCount], first: Iterable[Coloring] = ()) -> ColoringListing:
+    """Return the listing of a loop, which it closes, from what was counted for each sign, and from its colourings."""
+    return ColoringListing(
+        counts={sign: one.closed() for sign, one in counting.items()},
+        plain={sign: one.plain for sign, one in counting.items()},
+        first=tuple(islice(first, MOST_LISTED)),
+        obstacles={sign: one.obstacle for sign, one in counting.items() if one.obstacle is not None},
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Colorings:
     """Every Two-Color-consistent colouring of a closed loop; iterate to list them, lazily.
@@ -244,19 +248,27 @@ class Colorings:
     Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Every
     iteration starts anew. Falsy when there is none.
 
-    `points` are the loop, shape (n, 2) [rad]; for each sign of R, `choices` is what :func:`color_choices` returns,
-    `counts` the exact number, and `obstacles` states why there is none.
+    `points` are the loop, shape (n, 2) [rad]; `choices` are those of :func:`color_choices`.
     """
 
     points: FloatArray
     choices: dict[Sign, BoolArray]
-    counts: dict[Sign, int]
-    obstacles: dict[Sign, ColoringObstacle]
+    counting: dict[Sign, ColoringCount]
+
+    @property
+    def counts(self) -> dict[Sign, int]:
+        """The exact number of colourings for each sign of R."""
+        return {sign: one.closed() for sign, one in self.counting.items()}
 
     @property
     def count(self) -> int:
         """The exact number of colourings."""
         return sum(self.counts.values())
+
+    @property
+    def obstacles(self) -> dict[Sign, ColoringObstacle]:
+        """Why there is no colouring, for each sign of R without one."""
+        return listing_of(self.counting).obstacles
 
     def __bool__(self) -> bool:
         return self.count > 0
@@ -266,7 +278,7 @@ class Colorings:
 
     def of(self, sign: Sign) -> Iterator[Coloring]:
         """Return an iterator over the colourings with one sign of R."""
-        if not self.counts[sign]:
+        if not self.counting[sign].closed():
             return
         choices = self.choices[sign]
         changes = _changes(np.concatenate([choices, choices[:1]]))
@@ -281,12 +293,7 @@ class Colorings:
 
     def listing(self) -> ColoringListing:
         """Return the first colourings and their number."""
-        return ColoringListing(
-            counts=self.counts,
-            plain={sign: _plain_colors(np.all(choices[:, :2], axis=0)) for sign, choices in self.choices.items()},
-            first=tuple(islice(self, MOST_LISTED)),
-            obstacles=self.obstacles,
-        )
+        return listing_of(self.counting, self)
 
     def types_of(self, coloring: Coloring) -> list[str]:
         """Return the plane types of every point in a colouring."""
@@ -370,17 +377,11 @@ def colorings(
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points must be of the shape (n, 2) or (n, 4) with n at least 1, got {plane.shape}")
     if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
-        hint = did_you_mean(sign, ["auto", "negative", "positive"]) if isinstance(sign, str) else ""
+        hint = did_you_mean(str(sign), ["auto", "negative", "positive"])
         raise InputError(f"sign must be auto, negative or positive, got {shown(sign)}{hint}")
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
-    every = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
-    wanted: dict[Sign, BoolArray] = {one: every[one] for one in SIGNS if sign in ("auto", one)}
-    counts: dict[Sign, int] = {}
-    obstacles: dict[Sign, ColoringObstacle] = {}
-    for one, choices in wanted.items():
-        counting = ColoringCount(one)
-        counting.add(choices)
-        counts[one] = counting.closed()
-        if counting.obstacle is not None:
-            obstacles[one] = counting.obstacle
-    return Colorings(points=plane[:, :2], choices=wanted, counts=counts, obstacles=obstacles)
+    choices = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
+    counting = {one: ColoringCount(one) for one in SIGNS if sign in ("auto", one)}
+    for one, count in counting.items():
+        count.add(choices[one])
+    return Colorings(points=plane[:, :2], choices={one: choices[one] for one in counting}, counting=counting)

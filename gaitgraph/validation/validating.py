@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,7 @@ from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import read_pieces
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings
+from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings, listing_of
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,
     HOVER_LABEL,
@@ -434,15 +434,11 @@ class _TableChecker:
         return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=self._listing())
 
     def _listing(self) -> ColoringListing:
-        counts = {sign: chain.closed() for sign, chain in self.chains.items()}
-        obstacles = {sign: chain.obstacle for sign, chain in self.chains.items() if chain.obstacle is not None}
-        first: Any = ()
-        if self.rows <= MOST_LISTED_ROWS:
-            setting, plane = self.setting, np.concatenate(self.plane)
-            loop = colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
-            first = loop.listing().first
-        plain = {sign: chain.plain for sign, chain in self.chains.items()}
-        return ColoringListing(counts=counts, plain=plain, first=first, obstacles=obstacles)
+        if self.rows > MOST_LISTED_ROWS:
+            return listing_of(self.chains)
+        setting, plane = self.setting, np.concatenate(self.plane)
+        loop = colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
+        return loop.listing()
 
 
 class _RowRates:
