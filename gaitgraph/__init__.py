@@ -60,8 +60,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.surface.sheets import roots as roots
-    from gaitgraph.timing.limits import Limits as Limits
-    from gaitgraph.timing.time_optimal import least_period as least_period, paced as paced
+    from gaitgraph.timing.time_optimal import Limits as Limits, least_period as least_period, paced as paced
     from gaitgraph.timing.timed_gait import TimedGait as TimedGait, export as export
     from gaitgraph.validation.report import Report as Report
     from gaitgraph.validation.validating import validate as validate

@@ -19,8 +19,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import COMMANDS, cli, main, terminal
 from gaitgraph.io.reading import read_table
-from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.time_optimal import least_period
+from gaitgraph.timing.time_optimal import Limits, least_period
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:

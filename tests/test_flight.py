@@ -27,8 +27,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     thrust_signs,
 )
-from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.time_optimal import least_period
+from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 

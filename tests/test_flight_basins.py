@@ -13,8 +13,7 @@ import pytest
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.time_optimal import least_period
+from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER
 
 pytest.importorskip("mujoco")

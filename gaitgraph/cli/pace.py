@@ -57,9 +57,8 @@ def pace_command(
     rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
     """
     from gaitgraph.io.reading import read_gait
-    from gaitgraph.timing.limits import limits_of
     from gaitgraph.timing.servo_lag import servo_response
-    from gaitgraph.timing.time_optimal import least_period, paced
+    from gaitgraph.timing.time_optimal import least_period, limits_of, paced
     from gaitgraph.timing.timed_gait import pieces_of
 
     options.check_outputs(outputs, force=force)

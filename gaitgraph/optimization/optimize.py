@@ -40,7 +40,7 @@ from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.timing.timing_laws import derivative_of
 from gaitgraph.validation.report import Report, lines_of_checks, verdict_line
-from gaitgraph.validation.validating import checked_limits
+from gaitgraph.validation.rules import checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -327,7 +327,7 @@ def optimal_gait(
         raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
     if not isinstance(vehicle, Vehicle):
         raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
-    checked_limits(0.0, floor, None)
+    checked_limits(floor=floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     if pieces is None:

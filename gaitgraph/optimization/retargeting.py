@@ -37,7 +37,8 @@ from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
 from gaitgraph.validation.report import Report, verdict_line
-from gaitgraph.validation.validating import checked_limits, validate
+from gaitgraph.validation.rules import checked_limits
+from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -249,7 +250,7 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    checked_limits(0.0, floor, None)
+    checked_limits(floor=floor)
     if not 0 <= number_of(margin) < math.inf:
         raise InputError(f"margin must be a finite number ≥ 0 (rad), got {shown(margin)}")
     if sign not in (None, "positive", "negative"):

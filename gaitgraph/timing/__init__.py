@@ -9,13 +9,17 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.timing.curve import (
         Curve as Curve,
+        LimitedGait as LimitedGait,
         Rounding as Rounding,
-        curve_through as curve_through,
         rounded as rounded,
     )
-    from gaitgraph.timing.limits import LimitedGait as LimitedGait, Limits as Limits, Touch as Touch
     from gaitgraph.timing.servo_lag import ServoResponse as ServoResponse, servo_response as servo_response
-    from gaitgraph.timing.time_optimal import LeastPeriod as LeastPeriod, least_period as least_period, paced as paced
+    from gaitgraph.timing.time_optimal import (
+        LeastPeriod as LeastPeriod,
+        Limits as Limits,
+        least_period as least_period,
+        paced as paced,
+    )
     from gaitgraph.timing.timed_gait import (
         Exported as Exported,
         TimedGait as TimedGait,

@@ -1,4 +1,4 @@
-"""Smooth closed curves of tilt angles on one sheet: piecewise polynomials in (α1, α2), lifted exactly.
+"""Smooth closed curves of tilt angles on one sheet, rounded gaits, and gaits timed by polynomials.
 
 Both sheets are planes, so that a polynomial in (α1, α2) is one in all four angles, and lies on its sheet between
 samples too. What is said about a whole curve rests on chords: on an interval of width h a curve is within
@@ -22,21 +22,17 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
-from gaitgraph.invertibility.segment_bounds import (
-    least_level_determinant,
-    least_singular_value_of_all,
-    thrust_shares_along,
-    thrusts_push_up,
-)
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
-from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
-from gaitgraph.validation.validating import check_gait, checked_limits
+from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
+from gaitgraph.validation.report import RATE_UNITS
+from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Check, Report
+    from gaitgraph.validation.report import Report
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -48,7 +44,6 @@ SMALLEST = 1e-5
 
 _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
-_SQRT2 = math.sqrt(2.0)
 
 _STRAIGHT = 1e-9
 # Distance between control points of a blend on a segment, as a share of the length that it takes.
@@ -85,11 +80,11 @@ class Curve:
 
     Examples
     --------
-    >>> curve = curve_through([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2)])
-    >>> curve.at(0.0).round(6).tolist(), bool(np.allclose(curve.at(curve.span), curve.at(0.0)))
-    ([0.4, -1.2, 0.4, -1.2], True)
-    >>> curve.check().flyable
-    True
+    >>> from scipy.interpolate import CubicSpline
+    >>> points = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2), (0.4, -1.2)]
+    >>> curve = Curve(breaks=range(5), pieces=CubicSpline(range(5), points, bc_type="periodic").c)
+    >>> curve.at(1.0).round(6).tolist(), curve.check().flyable
+    ([0.4, -0.4, 0.4, -0.4], True)
     """
 
     breaks: FloatArray
@@ -109,7 +104,7 @@ class Curve:
         coefficients: Coefficients | None = None,
         crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
     ) -> None:
-        s, polynomials = _array("breaks", breaks), _array("pieces", pieces)
+        s, polynomials = _finite("breaks", breaks), _finite("pieces", pieces)
         if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all():
             raise InputError(f"breaks must be at least two increasing numbers from 0 on, got {shown(breaks)}")
         k = s.size - 1
@@ -131,8 +126,7 @@ class Curve:
                     f"{name} jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
                 )
         s.flags.writeable = polynomials.flags.writeable = False
-        numbers = coefficients_of() if coefficients is None else coefficients
-        values = (s, polynomials, color, vehicle, numbers, crossing_tolerance)
+        values = (s, polynomials, color, vehicle, coefficients or coefficients_of(), crossing_tolerance)
         for field, value in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, field, value)
 
@@ -161,13 +155,11 @@ class Curve:
         Parameters of shape (...) give angles of shape (..., 4) [rad]. From the third derivative on, that at a break is
         of the piece that starts there.
         """
-        if isinstance(derivative, bool) or not isinstance(derivative, (int, np.integer)) or derivative < 0:
+        if derivative < 0:
             raise InputError(f"derivative must be a whole number ≥ 0, got {shown(derivative)}")
-        phase = np.asarray(np.mod(np.asarray(s, dtype=float), self.span))
-        piece = np.clip(np.searchsorted(self.breaks, phase, side="right") - 1, 0, len(self.breaks) - 2)
-        coefficients = derivative_of(self.pieces, int(derivative))
-        plane = values_of(coefficients[:, piece], phase - self.breaks[piece])
-        return lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative=int(derivative))
+        piece, local = located(self.breaks, s)
+        plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
+        return _lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
 
     def turning_points(self) -> FloatArray:
         """Return the breaks and the parameter values at which α1 or α2 may turn round, increasing, shape (n,)."""
@@ -196,9 +188,7 @@ class Curve:
             raise InputError(
                 f"tolerance must be so large that {_MOST_POINTS} chords do, got {shown(tolerance)}: {count.sum():.3g}"
             )
-        number = count.astype(np.int64)
-        step = np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
-        return np.asarray(np.repeat(self.breaks[:-1], number) + step * np.repeat(width / number, number))
+        return divided(self.breaks, count)[0]
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
         """Return a gait with corners on the curve, which is certainly within a tolerance of its segments [rad]."""
@@ -229,139 +219,9 @@ class Curve:
         singular value changes by at most √(2+κ²)·√2·chord, R by its largest slope, and so on. A curve that touches a
         limit may therefore be refused where a finer chord would let it pass; never the other way.
         """
-        checked_limits(tolerance, floor, None)
-        gait, vehicle = self.polyline(chord), self.vehicle
-        report = check_gait(gait, tolerance=tolerance, floor=floor)
-        checks = tuple(self._beside_chords(check, gait, floor, chord) for check in report.checks)
-        exact = coefficients_of(vehicle, "exact")
-        if report.reachable_from_hover and _least_level(gait, exact, 1.0, chord) <= 0:
-            undecided = "too near R = 0 to be decided beside chords of this size"
-            report = replace(report, reachable_from_hover=None, reachability=undecided)
-        return replace(report, checks=checks)
-
-    def _beside_chords(self, check: Check, gait: Gait, floor: float, chord: float) -> Check:
-        """Return a check of the chords as a check of the curve, with what the curve may differ by taken off."""
-        vehicle, limit = self.vehicle, check.limit or 0.0
-        if check.name == "tilt_range":
-            value = float(np.abs(self.extremes()).max())
-            ok = value <= limit + 1e-9
-            message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
-            return replace(check, ok=ok, value=value, message=message + ("" if ok else ": stay nearer to 0"))
-        if not check.ok:
-            return check
-        if check.name == "least_singular_value":
-            lower = float(least_singular_value_of_all(gait.alpha, gait.ends, vehicle, tolerance=1e-6).lower.min())
-            lower -= math.sqrt(2.0 + vehicle.drag_ratio**2) * _SQRT2 * chord
-            ok = lower >= floor
-            message = f"least singular value at least {lower:.4f} along the whole curve, floor {floor:g}"
-            if not ok:
-                message = (
-                    f"least singular value may fall to {max(lower, 0.0):.3g} along the curve, floor {floor:g}: keep "
-                    "away from it, or try a smaller chord"
-                )
-            return replace(check, ok=ok, value=lower, message=message)
-        if check.name == "R_sign" and check.decided:
-            sign = 1.0 if (check.value or 0.0) > 0 else -1.0
-            lower = _least_level(gait, self.coefficients, sign, chord)
-            decided = lower > limit
-            relation = f"R {'≥' if sign > 0 else '≤'} {sign * lower:.3g} along the whole curve"
-            message = f"{relation} ({self.coefficients.kind} coefficients)"
-            if not decided:
-                message = (
-                    f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
-                )
-            return replace(check, value=sign * lower, message=message, decided=decided)
-        if check.name not in ("hover_thrust", "thrust_limit"):
-            return check
-        shares = self._thrust_shares(gait, chord)
-        if check.name == "hover_thrust":
-            if shares is None or shares[0] <= 0:
-                message = "a rotor may have to idle to hover beside the chords: keep away from β1 = 0 and β2 = 0"
-                return replace(check, ok=False, value=None, message=message)
-            low, high = shares
-            message = f"hover thrusts {low:.3f} to {high:.3f} of m·g per rotor along the whole curve, all positive"
-            return replace(check, value=low, message=message)
-        if shares is None:
-            return check
-        mass, gravity = vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
-        newtons = shares[1] * mass * gravity
-        message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
-        return replace(check, ok=newtons <= limit, value=newtons, message=message)
-
-    def _thrust_shares(self, gait: Gait, chord: float) -> tuple[float, float] | None:
-        """Return bounds of the least and the largest thrust share on the curve, None where a rotor may idle.
-
-        On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around
-        the curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
-        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
-        """
-        vehicle, extremes = self.vehicle, self.extremes()
-        if self.color != "red" or not thrusts_push_up(extremes[:1], extremes[1:], vehicle).all():
-            return None
-        kappa, sign = vehicle.drag_ratio, 1.0 if gait.R[0] > 0 else -1.0
-        level = _least_level(gait, coefficients_of(vehicle, "exact"), sign, chord)
-        weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
-        upward, least, largest = thrust_shares_along(gait.alpha, gait.ends, vehicle, tolerance=1e-6)
-        steep = 2.0 * _SQRT2 * chord / weight if weight > 0 else math.inf
-        if not upward.all() or steep >= 0.5:
-            return None
-        high = (-float(largest.lower.min()) + chord / (2.0 * weight)) / (1.0 - steep)
-        return float(least.lower.min()) - chord / (2.0 * weight) - steep * high, high
-
-
-def _least_level(gait: Gait, coefficients: Coefficients, sign: float, chord: float) -> float:
-    """Return a lower bound of sign·R on a curve beside the chords that a gait consists of.
-
-    R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
-    2√2·chord in sum.
-    """
-    lower = least_level_determinant(gait.alpha, gait.ends, coefficients, sign=sign).lower.min()
-    slope = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2))
-    return float(lower) - slope * 2.0 * _SQRT2 * chord
-
-
-def curve_through(
-    points: npt.ArrayLike,
-    color: str = "red",
-    *,
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> Curve:
-    """Return the closed interpolating cubic spline through points of the (α1, α2) plane.
-
-    Parameters
-    ----------
-    points
-        Points in order, shape (n, 2), n ≥ 3; the curve returns from the last to the first [rad].
-    color, vehicle, coefficients, crossing_tolerance
-        As for :class:`Curve`.
-
-    Notes
-    -----
-    The parameter is the length of the polygon through the points, which keeps cubics from overshooting between points
-    that are unevenly apart. A spline may still swing out between its points: see :meth:`Curve.extremes`.
-    """
-    from scipy.interpolate import CubicSpline
-
-    plane = _array("points", points)
-    if plane.ndim != 2 or plane.shape[1] != 2 or len(plane) < 3:
-        raise InputError(f"points must have the shape (n, 2) with n at least 3, got {plane.shape}")
-    closed = np.vstack([plane, plane[:1]])
-    size = np.linalg.norm(np.diff(closed, axis=0), axis=1)
-    if not (size > 1e-12).all():
-        raise InputError(
-            f"points must differ from their neighbours, but point {int(np.argmin(size)) + 1} is repeated by the next"
+        return check_gait(
+            self.polyline(chord), tolerance=tolerance, floor=floor, beside=chord, extremes=self.extremes()
         )
-    breaks = np.concatenate([[0.0], np.cumsum(size)])
-    return Curve(
-        breaks=breaks,
-        pieces=CubicSpline(breaks, closed, bc_type="periodic").c,
-        color=color,
-        vehicle=vehicle,
-        coefficients=coefficients or coefficients_of(vehicle),
-        crossing_tolerance=crossing_tolerance,
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -531,8 +391,118 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
-def lifted(
-    plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, *, derivative: int = 0
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Touch:
+    """Where a law runs at one of its limits."""
+
+    kind: str  # "rate", "acceleration" or "jerk"
+    joints: tuple[int, int]  # the opposite joints that move alike, (1, 3) or (2, 4)
+    limit: float  # [rad/s, rad/s² or rad/s³]
+    share: float  # of the period, during which it is touched
+    t: float  # when it is first touched [s]
+    alpha: tuple[float, ...]  # the tilt angles then [rad]
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as plain values, ready for JSON."""
+        where = {"t": self.t, "alpha": list(self.alpha)}
+        return {
+            "limit": self.kind,
+            "joints": list(self.joints),
+            "value": self.limit,
+            "share": self.share,
+            "where": where,
+        }
+
+    def __str__(self) -> str:
+        joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.kind]
+        return f"{self.kind} of {joints} at its limit {self.limit:.4g} {unit} during {self.share:.0%} of the period"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class LimitedGait(TimedGait):
+    """A timed gait that keeps limits; its law is closed, twice differentiable, and polynomial between knots.
+
+    Parameters
+    ----------
+    gait
+        A polyline: the gait itself if the law rests at its corners, else points of the curve.
+    period, law, samples
+        As for a timed gait; the law is named "least-period" or "paced".
+    curve
+        The curve that is run, or None for a polyline.
+    widths
+        Widths of the intervals of time between knots, shape (m,) [s]; they add up to the period.
+    tilts
+        (α1, α2) on these intervals as polynomials of the share of the interval that has passed, highest power first,
+        shape (degree + 1, m, 2) [rad].
+    limits
+        What the law was made to keep: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite where unlimited.
+    """
+
+    curve: Curve | None
+    widths: FloatArray
+    tilts: FloatArray
+    limits: FloatArray
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
+        return np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
+        return self.derivative(t, 0), self.derivative(t, 1), self.derivative(t, 2)
+
+    def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
+        """Return a derivative of the tilt angles at times of shape (...) [s]; the third jumps at knots."""
+        piece, local = located(self.corner_times, t)
+        h, gait = self.widths[piece], self.gait
+        plane = values_of(derivative_of(self.tilts, order)[:, piece], local / h) / h[..., None] ** order
+        return _lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
+
+    def peaks(self, order: int) -> FloatArray:
+        """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
+
+        An upper bound, from Bernstein coefficients; what is attained is closer to it the more knots there are.
+        """
+        return np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
+
+    def limits_touched(self, within: float = 0.01) -> tuple[Touch, ...]:
+        """Return which limits the law runs at to within a share of them, and during what share of the period."""
+        out = []
+        for order, (kind, limits) in enumerate(zip(RATE_UNITS, self.limits, strict=True), start=1):
+            peaks = peaks_of(self.widths, self.tilts, order)
+            for joint, limit in enumerate(limits.tolist()):
+                touched = (peaks[:, joint] >= limit * (1 - within)) & (peaks[:, joint] > 0)
+                if touched.any():
+                    t = float(self.corner_times[int(np.argmax(touched))])
+                    share = float(self.widths[touched].sum() / self.period)
+                    alpha = tuple(self.derivative(t, 0).tolist())
+                    joints = (joint + 1, joint + 3)
+                    out.append(Touch(kind=kind, joints=joints, limit=limit, share=share, t=t, alpha=alpha))
+        return tuple(out)
+
+    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
+        """Return the vertices by equations (16) to (19) over the whole period; a rounded loop may have none."""
+        if self.curve is None:
+            return self.gait.vertices(tolerance)
+        return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
+
+    def check(
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
+    ) -> Report:
+        """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
+        if self.curve is None:
+            return TimedGait.check(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+        return self.curve.check(tolerance=tolerance, floor=floor).with_checks(self.rate_checks())
+
+
+def _lifted(
+    plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, derivative: int
 ) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
@@ -546,7 +516,7 @@ def lifted(
     return np.concatenate([plane, np.array([third, fourth]) + first - plane], axis=-1)
 
 
-def _array(name: str, value: npt.ArrayLike) -> FloatArray:
+def _finite(name: str, value: npt.ArrayLike) -> FloatArray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:

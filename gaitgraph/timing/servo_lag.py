@@ -18,6 +18,7 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
 from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timing_laws import divided
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -155,10 +156,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
         )
     if tau.max() > _LONGEST * timed.period:
         raise InputError(f"lag must be at most {_LONGEST * timed.period:.3g} s, a million periods, got {shown(lag)}")
-    number = count.astype(np.int64)
-    h = np.repeat(np.diff(knots) / number, number)
-    index = np.arange(len(h)) - np.repeat(np.cumsum(number) - number, number)
-    t = np.repeat(knots[:-1], number) + index * h
+    t, h = divided(knots, count)
     # What the error gains on each interval, by Gauss's rule.
     gained = np.empty((len(h), 4))
     for block in (slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)):

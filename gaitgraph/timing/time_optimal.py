@@ -1,4 +1,4 @@
-"""Time-optimal laws: the least period under limits, and a law for a period that is asked for.
+"""Time-optimal laws: limits, the least period under them, and a law for a period that is asked for.
 
 A smooth curve is run without a stop; a gait with corners rests at each, unless it is rounded. The largest rate,
 acceleration and jerk of a law are bounded between samples; what exceeds a limit is removed by stretching time by the
@@ -8,16 +8,17 @@ exact factor.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.timing.curve import Curve, Rounding, rounded
-from gaitgraph.timing.limits import LimitedGait, Limits, limits_of
+from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, rounded
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.timing.timing_laws import (
     fastest_squared_speeds,
@@ -33,7 +34,10 @@ from gaitgraph.validation.report import RATE_UNITS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.vehicle import Vehicle
+
 FloatArray = npt.NDArray[np.float64]
+Limit = float | str | Sequence[float | str] | FloatArray | None
 
 _NODES, _NODES_UNDER_JERK = 1000, 300
 # With more nodes than these, programmes take minutes.
@@ -48,6 +52,97 @@ _BRIEF = 1e-3  # share of the period for which a limit is met at least
 _CORRECTIONS = 4
 _SETTLED = 1e-3
 _STILL = _ROUND_OFF = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
+class Limits:
+    """Largest sizes of the derivatives of the tilt angles.
+
+    Parameters
+    ----------
+    rate, acceleration, jerk
+        One number for all four joints or one for each, radians per second (per second squared, cubed) or texts such
+        as "200deg"; None where there is no limit. At least one of acceleration and jerk: with a rate limit alone the
+        least period of a smooth law is not attained. Zero is allowed: then a joint must stand still.
+
+    Raises
+    ------
+    InputError
+        If a value is not a number that is at least zero, or neither acceleration nor jerk is limited.
+
+    Examples
+    --------
+    >>> Limits(rate="180deg", acceleration=40).rate.round(4).tolist()
+    [3.1416, 3.1416, 3.1416, 3.1416]
+    """
+
+    rate: FloatArray | None
+    acceleration: FloatArray | None
+    jerk: FloatArray | None
+
+    def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
+        if acceleration is None and jerk is None:
+            reason = "under a rate limit alone no smooth law is the fastest"
+            raise InputError(f"limits must have an acceleration or a jerk, got neither: {reason}")
+        for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
+            numbers = None
+            if value is not None:
+                rule = f"{kind} must be 0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
+                parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)  # type: ignore[arg-type]
+                try:
+                    numbers = np.array([angle_from_text(part, kind) for part in parts])
+                except InputError as error:
+                    raise InputError(f"{rule}, got {shown(value)}") from error
+                allowed = (numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))
+                if numbers.shape != (4,) or not allowed.all():
+                    raise InputError(f"{rule}, got {shown(value)}")
+                numbers.flags.writeable = False
+            object.__setattr__(self, kind, numbers)
+
+    def in_plane(self) -> FloatArray:
+        """Return rate, acceleration and jerk limits of α1 and α2, whose opposite joints move as much, shape (3, 2).
+
+        They are infinite where there is no limit.
+        """
+        values = (self.rate, self.acceleration, self.jerk)
+        return np.array([[np.inf] * 2 if value is None else np.minimum(value[:2], value[2:]) for value in values])
+
+    def completed(self, extent: FloatArray) -> FloatArray:
+        """Return the limits of α1 and α2 with the finite ones that follow, shape (3, 2).
+
+        Landau's and Kolmogorov's inequalities bound the derivatives of a bounded motion by each other, with x within
+        ±extent/2: |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². So these are no further limits.
+        The extent is by how much α1 and α2 vary over the whole motion, shape (2,) [rad].
+        """
+        rate, acceleration, jerk = self.in_plane()
+        with np.errstate(invalid="ignore", over="ignore"):
+            acceleration = np.minimum(acceleration, np.cbrt(1.5 * extent * jerk**2))
+            acceleration = np.fmin(acceleration, np.sqrt(2.0 * rate * jerk))
+            rate = np.minimum(rate, np.sqrt(extent * acceleration))
+        return np.stack([rate, acceleration, jerk])
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the limits as plain values: a number where all joints share it."""
+        values = {kind: getattr(self, kind) for kind in RATE_UNITS}
+        return {
+            kind: float(value[0]) if np.ptp(value) == 0 else value.tolist()
+            for kind, value in values.items()
+            if value is not None
+        }
+
+
+def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> Limits:
+    """Return the limits that a vehicle states, except those that are given.
+
+    >>> from gaitgraph.vehicle import PAPER
+    >>> limits_of(PAPER.replace(max_tilt_rate=6.0), acceleration=60).as_mapping()
+    {'rate': 6.0, 'acceleration': 60.0}
+    """
+    return Limits(
+        rate=vehicle.max_tilt_rate if rate is None else rate,
+        acceleration=vehicle.max_tilt_acceleration if acceleration is None else acceleration,
+        jerk=vehicle.max_tilt_jerk if jerk is None else jerk,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,45 +258,12 @@ def least_period(
     >>> bool(found), round(found.lower_bound, 6), 0.8 <= found.period < 0.801
     (True, 0.8, True)
     """
-    task = _Task(path, limits, rounding)
-    limits = task.limits
-    if samples is not None or rate is not None:
-        checked_clock(1.0, "smooth", samples=samples, rate=rate)
-    if nodes is None:
-        nodes = _NODES if limits.jerk is None else _NODES_UNDER_JERK
-    elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
-        raise InputError(f"nodes must be a whole number from 10 to 100000, got {shown(nodes)}")
-    if task.still:
-        reason = "the gait is a point: it stands still at any period, and none is the least"
-        return LeastPeriod(status="still", reason=reason, limits=limits, least=0.0, rounding=task.rounding)
-    impossible = task.impossible()
-    if impossible is not None:
-        return impossible
-    bound, _ = task.lower_bound()
-    if bound > _LONGEST:
-        return task.out_of_range(bound)
-    if progress is not None:
-        progress("looking for the fastest law")
-    found, note = task.fastest(int(nodes), progress)
-    if task.resting is not None:
-        at_rest, _ = task.resting.fastest(int(nodes))
-        if at_rest.period < found.period:
-            slower = f"rests at the corners: {at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
-            task, found, note = task.resting, at_rest, "; ".join(filter(None, (slower, note)))
-    period = found.period
-    if not _SHORTEST <= period <= _LONGEST:
-        return task.out_of_range(period)
-    return LeastPeriod(
-        status="ok",
-        reason="",
-        limits=limits,
-        timed=task.timed(found, "least-period", checked_clock(period, "smooth", samples=samples, rate=rate)),
-        least=period,
-        lower_bound=min(bound, period),
-        stretch=found.stretch,
-        rounding=task.rounding,
-        note=note,
-    )
+    checked_clock(1.0, "smooth", samples=samples, rate=rate)
+    answer = _Task(path, limits, rounding).least(nodes, progress)
+    if answer.timed is None:
+        return answer
+    count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
+    return replace(answer, timed=replace(answer.timed, samples=count))
 
 
 def paced(
@@ -232,13 +294,15 @@ def paced(
     task = _Task(path, limits, rounding)
     if task.still:
         standing = _Found(np.array([float(period)]), np.array(task.gait.alpha[None, :1, :2]), 0.0)
-        timed = task.timed(standing, "paced", count)
-        return LeastPeriod(status="ok", reason="", limits=task.limits, timed=timed, least=0.0, rounding=task.rounding)
-    found = least_period(path, task.limits, rounding=rounding, nodes=nodes, progress=progress)
+        timed = replace(task.timed(standing), law="paced", samples=count)
+        return task.answer("ok", timed=timed, least=0.0)
+    found = task.least(nodes, progress)
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
-        return replace(found, timed=found.timed.at_period(float(period), count))
+        widths = found.timed.widths * (period / found.least)
+        timed = replace(found.timed, period=float(period), samples=count, widths=widths, law="paced")
+        return replace(found, timed=timed)
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
     if period < found.lower_bound:
@@ -248,8 +312,8 @@ def paced(
     else:
         reached = touch.limit * (found.least / period) ** (1 + list(RATE_UNITS).index(touch.kind))
         reason += (
-            f"the least found is {found.least:.4f} s; at T the {touch.kind} of {touch.names} would reach "
-            f"{reached:.3g} {RATE_UNITS[touch.kind]}, limit {touch.limit:.3g}"
+            f"the least found is {found.least:.4f} s; at T the {touch.kind} of α{touch.joints[0]} and "
+            f"α{touch.joints[1]} would reach {reached:.3g} {RATE_UNITS[touch.kind]}, limit {touch.limit:.3g}"
         )
     where = touch.as_mapping()["where"]
     return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
@@ -290,65 +354,90 @@ class _Task:
             self.curve = self.rounding.curve
         if self.curve is not None:
             self.gait = self.curve.polyline()
-            self.extent = np.ptp(self.curve.extremes()[:, :2], axis=0)
+            self.plane = self.curve.at(self.curve.turning_points())[:, :2]  # where α1 and α2 may turn round
         elif isinstance(path, Gait):
             self.gait = path.merged()
-            self.extent = np.ptp(path.alpha[:, :2], axis=0)
+            self.plane = np.array(self.gait.alpha[:, :2])
         if isinstance(path, Gait):
             self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
-        self.still = bool(self.extent.max() <= _STILL)
+        self.limited = self.limits.in_plane()
+        self.extent = np.ptp(self.plane, axis=0)
+        self.moves = self.extent > _STILL
+        self.still = not self.moves.any()
         # The same gait with rests at its corners, if this one rounds them.
         rounds = self.rounding is not None and self.rounding.deviation > 0 and isinstance(path, Gait)
         self.resting: _Task | None = _Task(path, self.limits) if rounds else None
 
-    def timed(self, found: _Found, law: str, samples: int) -> LimitedGait:
+    def answer(self, status: str, reason: str = "", **found: Any) -> LeastPeriod:
+        return LeastPeriod(status=status, reason=reason, limits=self.limits, rounding=self.rounding, **found)
+
+    def timed(self, found: _Found) -> LimitedGait:
         """Return the gait with a law found for it."""
         return LimitedGait(
             gait=self.gait,
             period=found.period,
-            law=law,
-            samples=samples,
+            law="least-period",
+            samples=1,
             curve=self.curve,
             widths=found.widths,
             tilts=found.tilts,
-            limits=self.limits,
+            limits=self.limited,
         )
 
-    def impossible(self) -> LeastPeriod | None:
-        """Return the answer if a limit is zero on a joint that must move."""
-        for kind in RATE_UNITS:
-            for joint in np.flatnonzero((self.limits.in_plane(kind) == 0) & (self.extent > _STILL)).tolist():
+    def least(self, nodes: int | None, progress: Callable[[str], None] | None) -> LeastPeriod:
+        """Return the answer with the fastest law; its table has one interval."""
+        if nodes is None:
+            nodes = _NODES if self.limits.jerk is None else _NODES_UNDER_JERK
+        elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
+            raise InputError(f"nodes must be a whole number from 10 to 100000, got {shown(nodes)}")
+        if self.still:
+            reason = "the gait is a point: it stands still at any period, and none is the least"
+            return self.answer("still", reason, least=0.0)
+        for kind, limit in zip(RATE_UNITS, self.limited, strict=True):
+            for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
                 number = joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
-                step = np.abs((self.gait.ends - self.gait.alpha)[:, joint])
-                alpha = self.gait.alpha[int(np.argmax(step > 0))]
+                alpha = self.gait.alpha[int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))]
                 place = ", ".join(f"{angle:.3f}" for angle in alpha)
-                return LeastPeriod(
-                    status="no period",
-                    reason=f"no period meets the {kind} limit 0 of α{number}, which must move from ({place}) on",
-                    limits=self.limits,
-                    rounding=self.rounding,
-                    limit=kind,
-                    where={"alpha": alpha.tolist()},
-                )
-        return None
+                reason = f"no period meets the {kind} limit 0 of α{number}, which must move from ({place}) on"
+                return self.answer("no period", reason, limit=kind, where={"alpha": alpha.tolist()})
+        bound, _ = self.lower_bound()
+        if bound > _LONGEST:
+            return self._out_of_range(bound)
+        if progress is not None:
+            progress("looking for the fastest law")
+        task, (found, note) = self, self._fastest(int(nodes), progress)
+        if self.resting is not None:
+            at_rest, _ = self.resting._fastest(int(nodes), None)
+            if at_rest.period < found.period:
+                times = f"{at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
+                note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
+                task, found = self.resting, at_rest
+        period = found.period
+        if not _SHORTEST <= period <= _LONGEST:
+            return task._out_of_range(period)
+        found_by: dict[str, Any] = {
+            "least": period,
+            "lower_bound": min(bound, period),
+            "stretch": found.stretch,
+            "note": note,
+        }
+        return task.answer("ok", timed=task.timed(found), **found_by)
 
-    def out_of_range(self, period: float) -> LeastPeriod:
+    def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
         slowest, kind, words = 0.0, "", ""
         # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
-        for order, (factor, (name, unit)) in enumerate(
-            zip((2.0, 16.0, 96.0), RATE_UNITS.items(), strict=True), start=1
-        ):
-            limit = self.limits.in_plane(name)
+        for order, (factor, name) in enumerate(zip((2.0, 16.0, 96.0), RATE_UNITS, strict=True), start=1):
+            limit = self.limited[order - 1]
             for joint in np.flatnonzero((self.extent > 0) & np.isfinite(limit)):
                 bound = (factor * float(self.extent[joint] / limit[joint])) ** (1.0 / order)
                 if bound > slowest:
                     slowest, kind = bound, name
-                    words = f"{name} limit {limit[joint]:g} {unit} of α{joint + 1} and α{joint + 3}"
+                    words = f"{name} limit {limit[joint]:g} {RATE_UNITS[name]} of α{joint + 1} and α{joint + 3}"
         beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
         reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
-        return LeastPeriod(status="no period", reason=reason, limits=self.limits, rounding=self.rounding, limit=kind)
+        return self.answer("no period", reason, limit=kind)
 
     def lower_bound(self) -> tuple[float, int]:
         """Return a period below which there is certainly no law, and the joint (1 or 2) that decides it, 0 for both.
@@ -359,50 +448,35 @@ class _Task:
         """
         rate, acceleration, jerk = self.limits.completed(self.extent)
         bounds = [0.0, 0.0]
-        for joint in np.flatnonzero(self.extent > _STILL).tolist():
-            values = self._turning_values(joint)
-            runs = np.abs(np.diff(np.append(values, values[0])))
+        for joint in np.flatnonzero(self.moves).tolist():
+            # The values at which the angle turns round, in order, noise left out.
+            values = self.plane[:, joint]
+            values = values[np.abs(values - np.roll(values, 1)) > _STILL]
+            rises = np.roll(values, -1) > values
+            values = values[rises != np.roll(rises, 1)]
+            runs = np.abs(values - np.roll(values, 1))
             v, a = float(rate[joint]), float(acceleration[joint])
             cruise = runs / v + v / a if math.isfinite(v) else np.full_like(runs, np.inf)
             alone = float(np.where(runs * a > v * v, cruise, 2.0 * np.sqrt(runs / a)).sum())
             bounds[joint] = max(alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint])))
         step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
-        moving = self.extent > _STILL
-        together = float((step[:, moving] / rate[moving]).max(axis=1).sum())
+        together = float((step[:, self.moves] / rate[self.moves]).max(axis=1).sum())
         best = max(*bounds, together)
         answer = best, (bounds.index(best) + 1 if best in bounds else 0)
         if self.resting is None:
             return answer
         return min(answer, self.resting.lower_bound(), key=lambda bound: bound[0])
 
-    def _turning_values(self, joint: int) -> FloatArray:
-        """Return the values at which an angle turns round, in order, noise left out."""
-        alpha = self.gait.alpha if self.curve is None else self.curve.at(self.curve.turning_points())
-        values = alpha[:, joint]
-        out: list[float] = []
-        for value in np.roll(values, -int(np.argmin(values))).tolist():
-            if out and abs(value - out[-1]) <= _STILL:
-                continue
-            if len(out) > 1 and (value - out[-1]) * (out[-1] - out[-2]) > 0:
-                out[-1] = value
-            else:
-                out.append(value)
-        if len(out) > 2 and (out[0] - out[-1]) * (out[-1] - out[-2]) > 0:
-            out.pop()
-        return np.array(out)
-
-    def fastest(self, nodes: int, progress: Callable[[str], None] | None = None) -> tuple[_Found, str]:
+    def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[_Found, str]:
         """Return the fastest law found, and a note of what was left undone, empty as a rule.
 
         The limits are positive on every joint that moves. `nodes` is how many intervals a curve is divided into, about.
         """
         completed = self.limits.completed(self.extent)
         if self.curve is None:
-            plane = np.array(self.gait.alpha[:, :2])
-            rate, jerk = self.limits.in_plane("rate"), self.limits.in_plane("jerk")
-            return self._kept(*rest_to_rest(plane, rate, completed[1], jerk)), ""
+            return self._kept(*rest_to_rest(self.plane, self.limited[0], completed[1], self.limited[2])), ""
         # A joint that stands still keeps any limit.
-        rate, acceleration, jerk = (np.where(self.extent > _STILL, limit, 1.0) for limit in completed)
+        rate, acceleration, jerk = np.where(self.moves, completed, 1.0)
         path = (self.curve.breaks, self.curve.pieces)
         s = nodes_along(*path, nodes)
         width, first, second = np.diff(s), *(self.curve.at(s, order)[:, :2] for order in (1, 2))
@@ -421,8 +495,9 @@ class _Task:
         laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
         candidates = [self._kept(*tilts_over_time(law, *path)) for law in laws]
         best = min(range(len(laws)), key=lambda k: candidates[k].period)
+        found = candidates[best]
         if len(width) > _MOST_NODES_UNDER_JERK:
-            return candidates[best], (
+            return found, (
                 f"not optimised under the jerk limit: {len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at "
                 f"most {_MOST_NODES_UNDER_JERK} are; for a faster law thin out the table, ask for fewer nodes, "
                 "or drop the jerk limit"
@@ -430,13 +505,13 @@ class _Task:
         # Programmes start from the speeds of the best law, over three turns so that they cover the path from 0 on.
         law, span = laws[best], float(s[-1])
         turns = np.concatenate([law.s[:-1] + turn * span for turn in (-1, 0, 1)])
-        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + candidates[best].stretch), 3)) ** 2
+        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3)) ** 2
         # A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
         # its law exceeds them, a few times, so that less is left to stretch.
-        found, limits = candidates[best], (rate, acceleration, jerk)
-        rate, acceleration, jerk = (np.tile(limit, (len(width), 1)) for limit in limits)
+        limits = np.stack([rate, acceleration, jerk])
+        at_nodes = np.repeat(limits[:, None], len(width), axis=1)
         corrections, before = 0, math.inf
-        for law in laws_under_jerk(*path, s, known, (rate, acceleration, jerk), progress):
+        for law in laws_under_jerk(*path, s, known, at_nodes, progress):
             widths, tilts = tilts_over_time(law, *path)
             candidate = self._kept(widths, tilts)
             found = min(found, candidate, key=lambda one: one.period)
@@ -448,19 +523,18 @@ class _Task:
                 break
             corrections += 1
             interval = np.clip(np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1, 0, len(width) - 1)
-            for order, at_nodes in ((2, acceleration), (3, jerk)):
+            for order in (2, 3):
                 excess = np.ones((len(width), 2))
                 np.maximum.at(excess, interval, peaks_of(widths, tilts, order) / limits[order - 1])
-                np.divide(at_nodes, np.maximum(excess, np.roll(excess, 1, axis=0)), out=at_nodes)
+                at_nodes[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
         return found, ""
 
     def _kept(self, widths: FloatArray, tilts: FloatArray) -> _Found:
         """Return a law with its time stretched, or shortened, until its certain peaks meet the limits."""
         factor = 0.0
-        for order, kind in enumerate(RATE_UNITS, start=1):
-            limit = self.limits.in_plane(kind)
+        for order, limit in enumerate(self.limited, start=1):
             peak = peaks_of(widths, tilts, order).max(axis=0)
-            of = np.isfinite(limit) & (self.extent > _STILL)
+            of = np.isfinite(limit) & self.moves
             if of.any():
                 factor = max(factor, float((peak[of] / limit[of]).max()) ** (1.0 / order))
         return _Found(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)

@@ -94,6 +94,21 @@ def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
     return np.asarray(out)
 
 
+def located(breaks: FloatArray, at: npt.ArrayLike) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Return in which piece of a period parameters lie, and how far from its start; the last break is the period."""
+    phase = np.asarray(np.mod(np.asarray(at, dtype=float), breaks[-1]))
+    piece = np.clip(np.searchsorted(breaks, phase, side="right") - 1, 0, len(breaks) - 2)
+    return piece, phase - breaks[piece]
+
+
+def divided(breaks: FloatArray, count: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the starts and the widths of even parts of intervals, count[k] of the k-th."""
+    number = count.astype(np.int64)
+    width = np.repeat(np.diff(breaks) / number, number)
+    step = np.arange(len(width)) - np.repeat(np.cumsum(number) - number, number)
+    return np.repeat(breaks[:-1], number) + step * width, width
+
+
 def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw:
     """Return the law of squared speeds at nodes, shapes (n + 1,), averaged over a share of its period.
 
@@ -101,6 +116,8 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     the period, and averages of accelerations within convex limits stay within them but for how much the path's
     direction and curvature change over the window.
     """
+    from scipy.interpolate import PPoly
+
     speed, span = np.sqrt(squared), float(s[-1])
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
     period = float(t[-1])
@@ -121,32 +138,13 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     gained[-1] = 0.0
     steps = h * gained[:-1] + h**2 * (2 * rise[:-1] + rise[1:]) / 6
     first = (span - steps.sum()) / period
-    start = _mean_near_zero(t, s, speed, half)
+    # The mean of s from −half to half, where s(−u) = s(T − u) − span.
+    position = PPoly(np.stack([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]]), t)
+    near_zero = position.integrate(0.0, half) + position.integrate(period - half, period)
+    start = float(near_zero - span * half) / (2 * half)
     smooth = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
     smooth[-1] = start + span
     return TimingLaw(t=knots, s=smooth, speed=gained + first, acceleration=rise)
-
-
-def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float) -> float:
-    """Return the mean of s over times from −half to half, by Simpson's rule, exact for piecewise quadratics."""
-    period, span = float(t[-1]), float(s[-1])
-    # By symmetry s(−u) = s(T − u) − span: on both sides the edges are those of either.
-    inner, outer = t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]
-    edges = np.unique(np.concatenate([[0.0], inner, outer, [half]]))
-
-    def position(time: FloatArray) -> FloatArray:
-        phase = np.mod(time, period)
-        piece = np.clip(np.searchsorted(t, phase, side="right") - 1, 0, len(t) - 2)
-        local = phase - t[piece]
-        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
-        return np.asarray(s[piece] + speed[piece] * local + rise * local**2 / 2 + span * np.floor(time / period))
-
-    low, high = edges[:-1], edges[1:]
-    total = 0.0
-    for sign in (1.0, -1.0):
-        ends = position(sign * low) + position(sign * high)
-        total += float(((high - low) * (ends + 4 * position(sign * (low + high) / 2)) / 6).sum())
-    return total / (2 * half)
 
 
 def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -428,14 +426,14 @@ def laws_under_jerk(
     pieces: FloatArray,
     s: FloatArray,
     start: FloatArray,
-    limits: tuple[FloatArray, FloatArray, FloatArray],
+    limits: FloatArray,
     progress: Callable[[str], None] | None = None,
 ) -> Iterator[TimingLaw]:
     """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
 
     The nodes `s`, shape (n + 1,), are those of :func:`nodes_along`; `start` is ṡ² of some slower law there, shape
-    (n,). The limits are rate, acceleration and jerk at the nodes, each of shape (n, 2); a rate may be infinite, and
-    they may be changed in place between one law and the next.
+    (n,). The limits are rate, acceleration and jerk at the nodes, shape (3, n, 2); a rate may be infinite, and they
+    may be changed in place between one law and the next.
 
     The laws are cubics of time between nodes, where limits may be exceeded a little: judge them. Nothing is yielded any
     more once a programme has no solution.

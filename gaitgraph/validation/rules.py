@@ -1,22 +1,25 @@
 """The rules of valid and flyable. Each holds along the segments of a gait, by closed form or a bound.
 
-A gait is a chain of points joined by straight segments. It may be too long for memory, so it is judged run by run.
+A gait is a chain of points joined by straight segments. It may be too long for memory, so it is judged run by run. A
+smooth curve is judged by its chords: what it may differ from them by is taken off each bound.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import wrapped
+from gaitgraph.angles import number_of, wrapped
+from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.branch_and_bound import Least
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    coefficients_of,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
@@ -29,6 +32,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_of_all,
     range_of_level_determinant,
     thrust_shares_along,
+    thrusts_push_up,
     where_thrusts_vanish,
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
@@ -47,6 +51,8 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.validation.report import Check, Place
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gaitgraph.gait.gait import Gait
     from gaitgraph.vehicle import Vehicle
 
@@ -54,6 +60,14 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 _EXACT = 1e-9
+_SQRT2 = math.sqrt(2.0)
+
+
+def checked_limits(**limits: float | None) -> None:
+    """Raise InputError unless what a gait is judged by is finite and not negative."""
+    for name, number in limits.items():
+        if number is not None and not 0 <= number_of(number) < math.inf:
+            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +82,25 @@ class Setting:
     digits: float = 0.0  # error of each angle that follows from the printed digits [rad]
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
     noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
+    beside: float = 0.0  # how far a curve may be from the segments, its chords, in the (α1, α2) plane [rad]
+    extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
+
+    def __post_init__(self) -> None:
+        names = ("tolerance", "floor", "angle_rounding", "crossing_tolerance")
+        checked_limits(**{name: getattr(self, name) for name in names})
+
+    @property
+    def bracket(self) -> float:
+        """How narrow brackets of singular values and thrusts must be; those of a curve are reported."""
+        return 1e-6 if self.beside else 1e-4
+
+    def level_slack(self, coefficients: Coefficients) -> float:
+        """Return by how much R may be less on a curve than on its chords; 0 without a curve.
+
+        R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
+        2√2·beside in sum.
+        """
+        return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * 2.0 * _SQRT2 * self.beside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,13 +118,13 @@ class Segments:
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
         start, stop, _ = part.indices(len(self.alpha))
-        return Segments(
+        return replace(
+            self,
             alpha=self.alpha[part],
             sheet=self.sheet[part],
             first=self.first + start,
             after=self.after if stop == len(self.alpha) else None,
             t=None if self.t is None else self.t[part],
-            after_t=self.after_t,
         )
 
     def joined(self, following: Segments) -> Segments:
@@ -138,12 +171,13 @@ def segments_of(gait: Gait) -> Segments:
     return Segments(alpha=np.vstack([gait.alpha, gait.alpha[:1]]), sheet=np.append(sheet, sheet[0]), after=0)
 
 
+@dataclass
 class Worst:
     """The bracket of the least of a quantity over all segments so far, and where its upper end is attained."""
 
-    def __init__(self) -> None:
-        self.lower, self.upper = math.inf, math.inf
-        self.place: Place | None = None
+    lower: float = math.inf
+    upper: float = math.inf
+    place: Place | None = None
 
     def update(self, least: Least, run: Segments) -> None:
         """Include what was found along the segments of a run."""
@@ -153,73 +187,63 @@ class Worst:
             self.upper, self.place = upper, run.place(segment, fraction)
 
 
+@dataclass
 class Rule(ABC):
-    """What all rules share: they are updated with runs of segments in order, and return their checks at the end.
+    """What all rules share: they are updated with runs of segments in order, and yield their checks at the end.
 
-    How the segments are split into runs makes no difference to a verdict.
+    How the segments are split into runs makes no difference to a verdict. A rule of flyable has the rule `continuous`
+    beside it, which knows what the points lie on.
     """
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
+    setting: Setting
+    name: ClassVar[str]
+    kind: ClassVar[Literal["valid", "flyable"]] = "valid"
 
     @abstractmethod
     def update(self, run: Segments) -> None:
         """Examine the next run of segments."""
 
     @abstractmethod
-    def checks(self) -> list[Check]:
-        """Return what was found, after at least one update."""
+    def checks(self) -> Iterator[Check]:
+        """Yield what was found, after at least one update."""
+
+    def check(self, ok: bool, message: str, *, place: Place | None = None, **values: Any) -> Check:
+        """Return the check of this name, unless the values have another, with its place as plain values."""
+        where = None if place is None else place.as_mapping(self.setting.noun)
+        return Check(**{"name": self.name, "kind": self.kind, "ok": ok, "message": message, "where": where, **values})
 
     def described(self, place: Place | None) -> str:
         """Return a place in words."""
         return "" if place is None else place.described(self.setting.noun)
 
-    def check(
-        self,
-        name: str,
-        kind: Literal["valid", "flyable"],
-        ok: bool,
-        message: str,
-        *,
-        value: float | None = None,
-        limit: float | None = None,
-        place: Place | None = None,
-    ) -> Check:
-        """Return a check with its place as plain values."""
-        where = None if place is None else place.as_mapping(self.setting.noun)
-        return Check(name=name, kind=kind, ok=ok, message=message, value=value, limit=limit, where=where)
 
-
-class OnSurface(Rule):
+@dataclass
+class _OnSurface(Rule):
     """Rφ and Rθ vanish, to within the tolerance."""
 
-    def __init__(self, setting: Setting) -> None:
-        super().__init__(setting)
-        self.worst = Worst()
+    name = "on_surface"
+    worst: Worst = field(default_factory=Worst)
 
     def update(self, run: Segments) -> None:
-        """Bracket the largest residual along the segments."""
         tolerance, known = self.setting.tolerance / 100, self.worst.upper
         found = largest_residual(run.starts, run.ends, self.setting.coefficients, tolerance=tolerance, known=known)
         self.worst.update(found, run)
 
-    def checks(self) -> list[Check]:
-        """Return the check `on_surface`."""
+    def checks(self) -> Iterator[Check]:
         value, limit, place = max(-self.worst.lower, 0.0), self.setting.tolerance, self.worst.place
-        ok = value <= limit
         message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
-        if not ok:
+        if value > limit:
             message += f", worst at {self.described(place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
-        return [self.check("on_surface", "valid", ok, message, value=value, limit=limit, place=place)]
+        yield self.check(value <= limit, message, value=value, limit=limit, place=place)
 
 
-class TwoColor(Rule):
+@dataclass
+class _TwoColor(Rule):
     """Figure 15: neither α3 nor α4 steps from its + plane to its − plane."""
 
-    def __init__(self, setting: Setting) -> None:
-        super().__init__(setting)
-        self.broken: tuple[str, Place] | None = None
-        self.families: set[int] = set()
+    name = "two_color"
+    broken: tuple[str, Place] | None = None
+    families: set[int] = field(default_factory=set)
 
     def update(self, run: Segments) -> None:
         """Look for the first point without a color, or pair of points that Figure 15 forbids."""
@@ -247,14 +271,13 @@ class TwoColor(Rule):
             return
         self.broken = (message, run.place(point))
 
-    def checks(self) -> list[Check]:
-        """Return the check `two_color`."""
+    def checks(self) -> Iterator[Check]:
         if self.broken is not None:
             message, place = self.broken
-            return [self.check("two_color", "valid", False, message, value=1.0, limit=0.0, place=place)]
+            yield self.check(False, message, value=1.0, limit=0.0, place=place)
+            return
         color = family_of(*self.families) if len(self.families) == 1 else "mixed"
-        message = f"all neighbours allowed by Figure 15 ({color})"
-        return [self.check("two_color", "valid", True, message, value=0.0, limit=0.0)]
+        yield self.check(True, f"all neighbours allowed by Figure 15 ({color})", value=0.0, limit=0.0)
 
 
 def jumps(
@@ -276,28 +299,32 @@ def jumps(
     if between.any():
         gaps = []
         for at, is_red in ((starts[between], red[between]), (ends[between], red_after[between])):
-            r3, r4 = sheet_angles("red", at[:, 0], at[:, 1], coefficients)
-            b3, b4 = sheet_angles("blue", at[:, 0], at[:, 1], coefficients)
-            other3, other4 = np.where(is_red, b3, r3), np.where(is_red, b4, r4)
-            gaps.append(np.maximum(np.abs(at[:, 2] - other3), np.abs(at[:, 3] - other4)))
+            on_red, on_blue = (
+                np.column_stack(sheet_angles(color, at[:, 0], at[:, 1], coefficients)) for color in ("red", "blue")
+            )
+            gaps.append(np.abs(at[:, 2:] - np.where(is_red[:, None], on_blue, on_red)).max(axis=1))
         out[between] = np.minimum(*gaps)
     return np.where(out > _EXACT, out, 0.0)
 
 
+@dataclass
 class Continuous(Rule):
-    """Every point lies on the sheet of its color, and every segment stays there."""
+    """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
 
-    def __init__(self, setting: Setting) -> None:
-        super().__init__(setting)
-        self.bare: Place | None = None  # the first point off the surfaces
-        self.rounding = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
-        self.roundings = np.zeros(0)  # the same for each point of the latest run
-        self.blue = False  # whether a point lies on the blue sheet alone, whatever its color
-        self.fiber: tuple[int, int, Place] | None = None  # the first point colored as a fibre: which, number, place
-        self.distance, self.off_sheet = 0.0, ""  # the point that is farthest off the sheet of its color
-        self.farthest: Place | None = None
-        self.ratio, self.jump, self.limit, self.changes = -1.0, 0.0, 0.0, False  # the largest jump beside its limit
-        self.place: Place | None = None
+    name = "continuous"
+    bare: Place | None = None  # the first point off the surfaces
+    rounding: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
+    roundings: FloatArray = field(default_factory=lambda: np.zeros(0))  # the same for each point of the latest run
+    blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
+    fiber: tuple[int, int, Place] | None = None  # the first point colored as a fibre: which, number, place
+    distance: float = 0.0  # the point that is farthest off the sheet of its color
+    off_sheet: str = ""
+    farthest: Place | None = None
+    ratio: float = -1.0  # the largest jump beside its limit
+    jump: float = 0.0
+    limit: float = 0.0
+    changes: bool = False  # of color
+    place: Place | None = None
 
     def update(self, run: Segments) -> None:
         """Compare points with the sheets of their colors, and segments with the sheets of their ends."""
@@ -347,40 +374,39 @@ class Continuous(Rule):
             self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
             self.place, self.changes = run.place(worst), bool(sheet[worst] != sheet[worst + 1])
 
-    def checks(self) -> list[Check]:
-        """Return the check `continuous`."""
+    def checks(self) -> Iterator[Check]:
+        """Yield the check `continuous`."""
         noun, tolerance = self.setting.noun, self.setting.tolerance
-        ok, value, limit, place = False, self.jump, self.limit, self.place
         if self.bare is not None:
             message = f"at {noun} {self.bare.point + 1} it is off the surfaces and follows no sheet"
-            return [self.check("continuous", "valid", False, message, limit=tolerance, place=self.bare)]
-        if self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + _EXACT)):
-            value, limit, place = self.distance, tolerance, self.farthest
+            yield self.check(False, message, limit=tolerance, place=self.bare)
+        elif self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + _EXACT)):
             message = (
-                f"{self.off_sheet}, by {value:.4f} rad: give it the color of its sheet, or take (α3, α4) from the "
-                "sheet of its color"
+                f"{self.off_sheet}, by {self.distance:.4f} rad: give it the color of its sheet, or take (α3, α4) from "
+                "the sheet of its color"
             )
-        elif self.jump > self.limit and place is not None:
-            cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
-            message = (
-                f"(α3, α4) jumps by {self.jump:.4f} rad after {noun} {place.point + 1}, where it {cause}: stay on one "
-                "sheet"
-            )
+            yield self.check(False, message, value=self.distance, limit=tolerance, place=self.farthest)
         else:
-            ok, message = True, "every segment stays on its sheet"
-        return [self.check("continuous", "valid", ok, message, value=value, limit=limit, place=place)]
+            ok, message = self.jump <= self.limit, "every segment stays on its sheet"
+            if not ok and self.place is not None:
+                cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
+                after = f"{noun} {self.place.point + 1}"
+                message = f"(α3, α4) jumps by {self.jump:.4f} rad after {after}, where it {cause}: stay on one sheet"
+            yield self.check(ok, message, value=self.jump, limit=self.limit, place=self.place)
 
 
-class LevelSign(Rule):
+@dataclass
+class _LevelSign(Rule):
     """Proposition 1: R has one sign, judged against what the digits of coefficients and angles carry."""
 
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        super().__init__(setting)
-        self.continuous = continuous
-        # Which sign R has is known at the end: that of the largest |R| at a point.
-        self.worst = {1.0: Worst(), -1.0: Worst()}
-        self.largest, self.digits, self.slope = 0.0, 0.0, 0.0
-        self.found = {1.0: False, -1.0: False}  # whether a point has this sign for certain
+    name = "R_sign"
+    continuous: Continuous
+    # Which sign R has is known at the end: that of the largest |R| at a point.
+    worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
+    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
+    largest: float = 0.0
+    digits: float = 0.0
+    slope: float = 0.0
 
     def update(self, run: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
@@ -391,15 +417,13 @@ class LevelSign(Rule):
         digits = np.asarray(level_determinant_resolution(alpha, coefficients))
         slope = level_determinant_slopes(alpha, coefficients).sum(axis=1)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
-        known = self.setting.angle_rounding
-        rounding = np.maximum(self.continuous.roundings, self.setting.digits) if known is None else known
-        carried = digits + slope * rounding + self._second_order(rounding)
+        carried = self._carried(digits, slope, self.continuous.roundings)
         for sign in self.found:
             self.found[sign] |= bool((sign * value > carried).any())
-        resolution = self.resolution()
-        known_values = (self.worst[1.0].upper, self.worst[-1.0].upper)
+        resolution = self._resolution()
+        known = (self.worst[1.0].upper, self.worst[-1.0].upper)
         both = range_of_level_determinant(
-            run.starts, run.ends, coefficients, known=known_values, at_ends=(value[:-1], value[1:])
+            run.starts, run.ends, coefficients, known=known, at_ends=(value[:-1], value[1:])
         )
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
             if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
@@ -413,27 +437,27 @@ class LevelSign(Rule):
                 found = Least(lower=lower, upper=upper, fraction=fraction)  # noqa: PLW2901
             worst.update(found, run)
 
-    def resolution(self) -> float:
-        """Return how large |R| must be for its sign to mean something anywhere on the segments so far."""
-        known = self.setting.angle_rounding
-        rounding = max(self.continuous.rounding, self.setting.digits) if known is None else known
-        return float(self.digits + self.slope * rounding + self._second_order(rounding))
-
-    def _second_order(self, rounding: Any) -> Any:
-        coefficients = self.setting.coefficients
+    def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
+        """Return how large |R| must be for its sign to mean something, to second order in the rounding of angles."""
+        coefficients, known = self.setting.coefficients, self.setting.angle_rounding
+        rounding = np.maximum(inferred, self.setting.digits) if known is None else known
         derived = coefficients.sheet_rounding
-        return 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
+        second = 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
+        return digits + slope * rounding + second
 
-    def checks(self) -> list[Check]:
-        """Return the check `R_sign`."""
+    def _resolution(self) -> float:
+        return float(self._carried(self.digits, self.slope, self.continuous.rounding))
+
+    def checks(self) -> Iterator[Check]:
         sign = 1.0 if self.largest >= 0 else -1.0
-        worst, resolution, kind = self.worst[sign], self.resolution(), self.setting.coefficients.kind
+        worst, resolution, kind = self.worst[sign], self._resolution(), self.setting.coefficients.kind
+        lower = worst.lower - self.setting.level_slack(self.setting.coefficients)
         ok, decided = True, True
         if self.continuous.blue and kind == "exact":
             ok = False
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
-        elif worst.lower > resolution:
-            relation = f"R ≥ {worst.lower:.3g} > 0" if sign > 0 else f"R ≤ {-worst.lower:.3g} < 0"
+        elif lower > resolution:
+            relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
             message = f"{relation} along the whole gait ({kind} coefficients)"
         elif worst.upper < -resolution or all(self.found.values()):
             ok = False
@@ -447,64 +471,84 @@ class LevelSign(Rule):
                 f"sign of R undecided: |R| falls to {abs(worst.upper):.2g}, within the {resolution:.2g} that the "
                 f"{kind} coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
             )
-        value = sign * worst.upper
-        check = self.check("R_sign", "valid", ok, message, value=value, limit=resolution, place=worst.place)
-        return [replace(check, decided=decided)]
+            if worst.lower > resolution:
+                message = (
+                    f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
+                )
+        value = sign * (lower if self.setting.beside else worst.upper)
+        yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
 
 
-class SingularValue(Rule):
+@dataclass
+class _SingularValue(Rule):
     """The decoupling matrix of the exact physics is well invertible, level."""
 
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        super().__init__(setting)
-        self.continuous = continuous
-        self.worst = Worst()
-        self.above = True
+    name = "least_singular_value"
+    kind = "flyable"
+    continuous: Continuous
+    worst: Worst = field(default_factory=Worst)
+    above: bool = True
+
+    @property
+    def _slack(self) -> float:
+        # The least singular value changes by at most √(2 + κ²) per radian of the four angles.
+        return math.sqrt(2.0 + self.setting.vehicle.drag_ratio**2) * _SQRT2 * self.setting.beside
 
     def update(self, run: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
-        vehicle, floor = self.setting.vehicle, self.setting.floor
-        found = least_singular_value_of_all(run.starts, run.ends, vehicle, known=self.worst.upper)
+        setting, floor = self.setting, self.setting.floor + self._slack
+        found = least_singular_value_of_all(
+            run.starts, run.ends, setting.vehicle, tolerance=setting.bracket, known=self.worst.upper
+        )
         self.worst.update(found, run)
         close = found.lower < floor
         if self.above and close.any():
             self.above = self.worst.upper >= floor and bool(
-                keeps_singular_value_above(run.starts[close], run.ends[close], floor, vehicle).all()
+                keeps_singular_value_above(run.starts[close], run.ends[close], floor, setting.vehicle).all()
             )
 
-    def checks(self) -> list[Check]:
-        """Return the check `least_singular_value`."""
-        upper, floor, place = self.worst.upper, self.setting.floor, self.worst.place
-        message = f"least singular value {upper:.3f} (at least {max(self.worst.lower, 0.0):.3f}), floor {floor:g}"
+    def checks(self) -> Iterator[Check]:
+        floor, place, lower = self.setting.floor, self.worst.place, self.worst.lower - self._slack
+        value = lower if self.setting.beside else self.worst.upper
+        message = f"least singular value {value:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
         if not self.above:
             message = (
-                f"the decoupling matrix is nearly singular: least singular value {upper:.2g}, floor {floor:g}, at "
+                f"the decoupling matrix is nearly singular: least singular value {value:.2g}, floor {floor:g}, at "
                 f"{self.described(place)}"
             )
             if self.continuous.blue:
                 message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
-        name = "least_singular_value"
-        return [self.check(name, "flyable", self.above, message, value=upper, limit=floor, place=place)]
+        yield self.check(self.above, message, value=value, limit=floor, place=place)
 
 
-class HoverThrust(Rule):
+@dataclass
+class _HoverThrust(Rule):
     """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
 
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        super().__init__(setting)
-        self.continuous = continuous
-        self.least, self.largest = Worst(), Worst()
-        self.broken: tuple[float | None, int, Place] | None = None
+    name = "hover_thrust"
+    kind = "flyable"
+    continuous: Continuous
+    least: Worst = field(default_factory=Worst)
+    largest: Worst = field(default_factory=Worst)
+    level: float = math.inf  # the least |R| of a curve's chords, exact coefficients
+    broken: tuple[float | None, int, Place] | None = None
 
     def update(self, run: Segments) -> None:
         """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
         if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
             return
-        vehicle, known = self.setting.vehicle, (self.least.upper, self.largest.upper)
-        upward, least, largest = thrust_shares_along(run.starts, run.ends, vehicle, known=known)
+        setting, vehicle, known = self.setting, self.setting.vehicle, (self.least.upper, self.largest.upper)
+        upward, least, largest = thrust_shares_along(
+            run.starts, run.ends, vehicle, tolerance=setting.bracket, known=known
+        )
         if upward.all():
             self.least.update(least, run)
             self.largest.update(largest, run)
+            if setting.beside:
+                exact = coefficients_of(vehicle, "exact")
+                sign = 1.0 if level_determinant(run.alpha[0], exact) > 0 else -1.0
+                level = least_level_determinant(run.starts, run.ends, exact, sign=sign).lower.min()
+                self.level = min(self.level, float(level))
             return
         segment = int(np.argmin(upward))
         shares = hover_thrust_shares(run.alpha[segment : segment + 2], vehicle)
@@ -516,13 +560,32 @@ class HoverThrust(Rule):
         else:
             self.broken = (float(shares[worst].min()), run.number(segment), run.place(segment + worst))
 
-    def checks(self) -> list[Check]:
-        """Return the check `hover_thrust`, and `thrust_limit` if the vehicle states one."""
-        name, noun = "hover_thrust", self.setting.noun
+    def _shares(self) -> tuple[float, float]:
+        """Return the least and the largest share of m·g; of a curve bounds of them, and 0 where a rotor may idle.
+
+        On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
+        curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
+        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
+        """
+        setting, vehicle, beside = self.setting, self.setting.vehicle, self.setting.beside
+        if setting.extremes is None:
+            return self.least.upper, -self.largest.lower
+        kappa, box = vehicle.drag_ratio, setting.extremes
+        level = self.level - setting.level_slack(coefficients_of(vehicle, "exact"))
+        weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
+        steep = 2.0 * _SQRT2 * beside / weight if weight > 0 else math.inf
+        if steep >= 0.5 or not thrusts_push_up(box[:1], box[1:], vehicle).all():
+            return 0.0, math.inf
+        high = (-self.largest.lower + beside / (2.0 * weight)) / (1.0 - steep)
+        return self.least.lower - beside / (2.0 * weight) - steep * high, high
+
+    def checks(self) -> Iterator[Check]:
+        noun = self.setting.noun
         if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
             message = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
-            return [self.check(name, "flyable", False, message, limit=0.0)]
+            yield self.check(False, message, limit=0.0)
+            return
         if self.continuous.fiber is not None:
             code, number, place = self.continuous.fiber
             which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
@@ -530,7 +593,8 @@ class HoverThrust(Rule):
                 f"{noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that push one "
                 "way only cannot make a torque there; leave it for the red sheet, off its line"
             )
-            return [self.check(name, "flyable", False, message, value=0.0, limit=0.0, place=place)]
+            yield self.check(False, message, value=0.0, limit=0.0, place=place)
+            return
         if self.broken is not None:
             value, number, place = self.broken
             vanishing = "" if value is not None else f", where they vanish on the way, at {self.described(place)}"
@@ -538,10 +602,15 @@ class HoverThrust(Rule):
                 f"a rotor pair would have to idle or push down to hover on the segment after {noun} {number}"
                 f"{vanishing}: stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
             )
-            return [self.check(name, "flyable", False, message, value=value, limit=0.0, place=place)]
-        low, peak = self.least.upper, -self.largest.lower
+            yield self.check(False, message, value=value, limit=0.0, place=place)
+            return
+        low, peak = self._shares()
+        if low <= 0:
+            message = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
+            yield self.check(False, message, limit=0.0, place=self.least.place)
+            return
         message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
-        checks = [self.check(name, "flyable", True, message, value=low, limit=0.0, place=self.least.place)]
+        yield self.check(True, message, value=low, limit=0.0, place=self.least.place)
         limit = self.setting.vehicle.max_thrust
         if limit is not None:
             mass, gravity = self.setting.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
@@ -549,32 +618,39 @@ class HoverThrust(Rule):
             ok = newtons <= limit
             message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
             message += "" if ok else f", exceeded at {self.described(at)}: tilt less there"
-            checks.append(self.check("thrust_limit", "flyable", ok, message, value=newtons, limit=limit, place=at))
-        return checks
+            yield self.check(ok, message, value=newtons, limit=limit, place=at, name="thrust_limit")
 
 
-class TiltRange(Rule):
+@dataclass
+class _TiltRange(Rule):
     """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
 
-    def __init__(self, setting: Setting) -> None:
-        super().__init__(setting)
-        self.value, self.joint = -1.0, 0
-        self.place: Place | None = None
+    name = "tilt_range"
+    kind = "flyable"
+    value: float = -1.0
+    joint: int = 0
+    place: Place | None = None
 
     def update(self, run: Segments) -> None:
-        """Find the largest tilt at the points."""
         size = np.abs(run.alpha)
         point, joint = divmod(int(np.argmax(size)), 4)
         if size[point, joint] > self.value:
             self.value, self.joint, self.place = float(size[point, joint]), joint + 1, run.place(point)
 
-    def checks(self) -> list[Check]:
-        """Return the check `tilt_range`, if the vehicle states a limit."""
-        limit = self.setting.vehicle.max_tilt
+    def checks(self) -> Iterator[Check]:
+        limit, extremes = self.setting.vehicle.max_tilt, self.setting.extremes
         if limit is None:
-            return []
-        ok = self.value <= limit + _EXACT
-        message = f"largest tilt {math.degrees(self.value):.1f}°, limit {math.degrees(limit):.1f}°"
+            return
+        value = self.value if extremes is None else float(np.abs(extremes).max())
+        ok = value <= limit + _EXACT
+        message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
         if not ok:
             message += f", exceeded by α{self.joint} at {self.described(self.place)}: move the waypoints nearer to 0"
-        return [self.check("tilt_range", "flyable", ok, message, value=self.value, limit=limit, place=self.place)]
+        yield self.check(ok, message, value=value, limit=limit, place=self.place)
+
+
+def all_rules(setting: Setting) -> tuple[list[Rule], Continuous]:
+    """Return the rules in the order of the report, and the one that knows what the points lie on."""
+    continuous = Continuous(setting)
+    flyable = [rule(setting, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
+    return [_OnSurface(setting), _TwoColor(setting), continuous, *flyable, _TiltRange(setting)], continuous

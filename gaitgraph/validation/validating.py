@@ -10,14 +10,15 @@ Timing comes after this package in the import order. A timed gait is therefore k
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeGuard
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import distance_to_multiple, number_of
+from gaitgraph.angles import distance_to_multiple
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.rows import CLOSED_GAP, closing_time, tilt_angles
@@ -31,7 +32,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.reading import read_pieces
+from gaitgraph.io.reading import naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings, listing_of
 from gaitgraph.surface.sheets import (
@@ -45,22 +46,10 @@ from gaitgraph.surface.sheets import (
     types_contradict,
 )
 from gaitgraph.validation.report import RATE_UNITS, Check, Place, Report, limit_check
-from gaitgraph.validation.rules import (
-    Continuous,
-    HoverThrust,
-    LevelSign,
-    OnSurface,
-    Rule,
-    Segments,
-    Setting,
-    SingularValue,
-    TiltRange,
-    TwoColor,
-    segments_of,
-)
+from gaitgraph.validation.rules import Continuous, Segments, Setting, all_rules, segments_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from gaitgraph.vehicle import Vehicle
 
@@ -72,13 +61,14 @@ MOST_LISTED_ROWS = 10_000
 """Up to this many rows a table's colourings are listed; longer ones are counted."""
 
 
-class Reach:
+class _Reach:
     """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
 
     def __init__(self, setting: Setting, continuous: Continuous) -> None:
         self.vehicle, self.continuous = setting.vehicle, continuous
         self.exact = coefficients_of(setting.vehicle, "exact")
-        self.positive, self.home, self.opposite, self.off_red = True, True, 0.0, 0.0
+        self.slack = setting.level_slack(self.exact)
+        self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
         self.confined = True  # whether points of fibres are within ±π/2
 
     def update(self, run: Segments) -> None:
@@ -88,11 +78,13 @@ class Reach:
         alpha = run.alpha
         value = np.asarray(level_determinant(alpha, self.exact))
         resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        floor, ends = resolution * (1 + 1e-9), (value[:-1], value[1:])
+        floor, ends = max(resolution, self.slack) * (1 + 1e-9), (value[:-1], value[1:])
         least = least_level_determinant(
             run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
         )
-        self.positive = bool(least.lower.min() > resolution) and not self.continuous.blue
+        lower = float(least.lower.min())
+        self.positive = lower > resolution and not self.continuous.blue
+        self.decided &= lower > self.slack
         fibered = run.sheet > 1
         if fibered.any():
             self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + 1e-9).all())
@@ -119,6 +111,8 @@ class Reach:
         # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
         if not self.home or self.opposite > DEFAULT_TOLERANCE:
             return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+        if not self.decided:
+            return None, "too near R = 0 to be decided beside chords of this size"
         if self.continuous.fiber is None:
             return True, f"in {enters}"
         if self.confined:
@@ -126,21 +120,12 @@ class Reach:
         return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
 
 
-class Checker:
+class _Checker:
     """Applies all rules to the segments of a gait, in order, and returns the report."""
 
     def __init__(self, setting: Setting) -> None:
-        continuous = Continuous(setting)
-        self.rules: list[Rule] = [
-            OnSurface(setting),
-            TwoColor(setting),
-            continuous,
-            LevelSign(setting, continuous),
-            SingularValue(setting, continuous),
-            HoverThrust(setting, continuous),
-            TiltRange(setting),
-        ]
-        self.reach = Reach(setting, continuous)
+        self.rules, continuous = all_rules(setting)
+        self.reach = _Reach(setting, continuous)
 
     def update(self, run: Segments) -> None:
         """Examine the next run of segments, in blocks so that memory stays bounded."""
@@ -157,19 +142,14 @@ class Checker:
         return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
 
 
-def checked_limits(tolerance: float, floor: float, angle_rounding: float | None) -> None:
-    """Raise InputError unless the limits that a gait is judged by are finite and not negative."""
-    for name, number in (("tolerance", tolerance), ("floor", floor), ("angle_rounding", angle_rounding)):
-        if number is not None and not 0 <= number_of(number) < math.inf:
-            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
-
-
 def check_gait(
     gait: Gait,
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     floor: float = DEFAULT_FLOOR,
     angle_rounding: float | None = None,
+    beside: float = 0.0,
+    extremes: FloatArray | None = None,
 ) -> Report:
     """Return every check of valid and flyable for a gait, and whether it can be reached from hover.
 
@@ -186,6 +166,8 @@ def check_gait(
     angle_rounding
         Assumed error of each angle because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
         default it is inferred: the largest distance of α3 and α4 from the sheet of their color.
+    beside, extremes
+        If the gait is the chords of a curve: see :meth:`gaitgraph.timing.curve.Curve.check`.
 
     Examples
     --------
@@ -194,8 +176,7 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
-    checked_limits(tolerance, floor, angle_rounding)
-    checker = Checker(
+    checker = _Checker(
         Setting(
             vehicle=gait.vehicle,
             coefficients=gait.coefficients,
@@ -203,6 +184,8 @@ def check_gait(
             floor=floor,
             angle_rounding=angle_rounding,
             crossing_tolerance=gait.crossing_tolerance,
+            beside=beside,
+            extremes=extremes,
         )
     )
     checker.update(segments_of(gait))
@@ -211,23 +194,16 @@ def check_gait(
     )
 
 
-class Timed(Protocol):
+class _Timed(Protocol):
     """A gait with timing, as :class:`gaitgraph.timing.timed_gait.TimedGait` is."""
 
     @property
-    def gait(self) -> Gait:
-        """The closed polyline."""
-
-    def rate_checks(self) -> tuple[Check, ...]:
-        """Return the checks of tilt rates, accelerations and jerks."""
-
-
-def _is_timed(gait: object) -> TypeGuard[Timed]:
-    return hasattr(type(gait), "rate_checks")
+    def gait(self) -> Gait: ...
+    def rate_checks(self) -> tuple[Check, ...]: ...
 
 
 def validate(
-    gait: Gait | Timed | Table | Frame | str | Path,
+    gait: Gait | _Timed | Table | Frame | str | Path,
     *,
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
@@ -279,32 +255,25 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    if isinstance(gait, Gait) or _is_timed(gait):
+    if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
         given = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
         for name, value in given.items():
             if value is not None:
                 raise InputError(f"{name} must be None beside a gait, which has its own, got {shown(value)}")
-        bare, rates = (gait, ()) if isinstance(gait, Gait) else (gait.gait, gait.rate_checks())
+        timed: Any = gait
+        bare, rates = (gait, ()) if isinstance(gait, Gait) else (timed.gait, timed.rate_checks())
         report = check_gait(bare, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
         return replace(report, listing=loop.listing())
-    gait = as_table(gait)
-    checked_limits(tolerance, floor, angle_rounding)
-    if crossing_tolerance is not None and not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
-    if isinstance(gait, Table):
-        pieces: Iterator[Table] = iter([gait])
-    elif isinstance(gait, (str, Path)):
-        pieces = read_pieces(gait, progress=progress)
-    else:
+    source: Any = as_table(gait)
+    if not isinstance(source, (Table, str, Path)):
         raise InputError(f"gait must be a gait, a timed gait, a table, a frame or a file's path, got {shown(gait)}")
+    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source, progress=progress)
     first = next(pieces)
-    try:
+    with naming_file(source):
         vehicle, numbers, stated = setting_of(first, vehicle, coefficients)
-    except InputError as error:
-        raise InputError(str(error) if isinstance(gait, Table) else f"gait file {str(gait)!r}: {error}") from error
     checker = _TableChecker(
         Setting(
             vehicle=vehicle,
@@ -313,14 +282,13 @@ def validate(
             floor=floor,
             angle_rounding=angle_rounding,
             digits=first.rounding,
-            crossing_tolerance=stated if crossing_tolerance is None else float(crossing_tolerance),
+            crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
             noun="row",
         )
     )
     if "transition" in first.about:
         checker.notes["transition"] = "this is a path from one place to another: the way back to row 1 is no part of it"
-    checker.update(first)
-    for piece in pieces:
+    for piece in chain([first], pieces):
         checker.update(piece)
     return checker.report()
 
@@ -330,46 +298,44 @@ class _TableChecker:
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
-        self.checker = Checker(setting)
-        self.rates = _RowRates(setting)
+        self.checker = _Checker(setting)
+        self.rates = _RowRates()
         self.chains = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
-        self.first: Segments | None = None
-        self.last: Segments | None = None
+        self.head: Segments | None = None  # the first three rows
+        self.tail: Segments | None = None  # the last three rows so far
         self.plane: list[FloatArray] = []
         self.notes: dict[str, str] = {}
 
     def update(self, piece: Table) -> None:
         """Examine the next rows."""
-        fresh = self._rows_of(piece)
-        run = fresh if self.last is None else self.last.joined(fresh)
-        self.first = self.first or fresh[:1]
+        setting, before = self.setting, self.tail
+        alpha = tilt_angles(piece, setting.coefficients, rows_before=self.rows)
+        if "color" in piece:
+            sheet = family_codes(piece["color"])
+        else:  # the color of the sheet or fibre on which a row lies
+            known = 0 if before is None else int(before.sheet[-1])
+            sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=known)
+        fresh = Segments(alpha=alpha, sheet=sheet, first=self.rows, t=piece.columns.get("t"))
+        rows = fresh if before is None else before.joined(fresh)
+        run = fresh if before is None else before[-1:].joined(fresh)
         if len(run.alpha) > 1:
             self.checker.update(run)
             self.longest = max(self.longest, float(np.abs(np.diff(run.alpha, axis=0)).max()))
             # The last row may turn out to be the first again, which is no point of its own.
             self._count_colorings(run.alpha[:-1, :2])
         if fresh.t is not None:
-            self.rates.update(fresh, piece)
+            self.rates.update(rows, fresh, piece)
         self._compare(fresh, piece)
-        self.rows += len(fresh.alpha)
-        self.last = fresh[-1:]
-
-    def _rows_of(self, piece: Table) -> Segments:
-        """Return the rows of a piece with the sheet of their color, or on which they lie."""
-        setting = self.setting
-        sheet = family_codes(piece["color"]) if "color" in piece else np.zeros(len(piece), dtype=np.int8)
-        alpha = tilt_angles(piece, setting.coefficients, rows_before=self.rows)
-        if "color" not in piece:
-            before = 0 if self.last is None else int(self.last.sheet[0])
-            sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=before)
-        return Segments(alpha=alpha, sheet=sheet, first=self.rows, t=piece.columns.get("t"))
+        self.rows += len(alpha)
+        self.head = rows[:3] if self.head is None or len(self.head.alpha) < 3 else self.head
+        self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
         choices = color_choices(plane[:, 0], plane[:, 1], self.setting.coefficients, self.setting.crossing_tolerance)
-        for sign, chain in self.chains.items():
-            chain.add(choices[sign])
+        for sign, chain_of_sign in self.chains.items():
+            chain_of_sign.add(choices[sign])
         if self.rows <= MOST_LISTED_ROWS:
             self.plane.append(plane)
 
@@ -396,19 +362,19 @@ class _TableChecker:
 
     def report(self) -> Report:
         """Close the table and return what was found."""
-        first, last = self.first, self.last
-        assert first is not None and last is not None  # noqa: PT018, S101 - pieces have rows
+        head, tail = self.head, self.tail
+        assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
+        first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
         repeated = self.rows > 1 and gap <= CLOSED_GAP and last.sheet[0] == first.sheet[0]
         # A measured loop comes back to within its noise: a segment of that length, and no step in time.
         near = repeated or (self.rows > 1 and gap <= self.setting.tolerance and gap < self.longest / 4)
-        t = None if first.t is None or last.t is None else (float(first.t[0]), float(last.t[0]))
         if not repeated:
             closing = replace(last.joined(first), first=self.rows - 1, after=0)
-            if t is not None:
+            if first.t is not None and last.t is not None:
                 # The closing segment takes one mean step of time.
-                end = closing_time(t[0], t[1], self.rows)
-                closing = replace(closing, t=np.array([t[1], end]), after_t=t[0])
+                start, end = float(first.t[0]), float(last.t[0])
+                closing = replace(closing, t=np.array([end, closing_time(start, end, self.rows)]), after_t=start)
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])
         if repeated:
@@ -428,8 +394,8 @@ class _TableChecker:
         report = self.checker.report(
             Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
         )
-        if t is not None:
-            report = report.with_checks(self.rates.checks(closed=near))
+        if head.t is not None:
+            report = report.with_checks(self.rates.checks(head, tail, self.setting.vehicle, closed=near))
             self.notes |= self.rates.notes
         return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=self._listing())
 
@@ -444,67 +410,48 @@ class _TableChecker:
 class _RowRates:
     """Rates, accelerations and jerks that a motion through rows with times must reach, or that the table states."""
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
+    def __init__(self) -> None:
         self.peaks = (_Peak(), _Peak(), _Peak())  # of rate, acceleration and jerk
         self.notes: dict[str, str] = {}
-        self._first: Segments | None = None  # the first three rows
-        self._rows: Segments | None = None  # the last three rows so far
-        self._moved, self._off = 0.0, 0.0
-        self._stated: FloatArray | None = None  # the last row's rates
+        self.moved, self.off = 0.0, 0.0
+        self.stated = np.zeros((0, 4))  # the last row's rates
 
-    def update(self, fresh: Segments, piece: Table) -> None:
-        """Examine the next rows, and the rates and accelerations that they state."""
-        rows = fresh if self._rows is None else self._rows.joined(fresh)
+    def update(self, rows: Segments, fresh: Segments, piece: Table) -> None:
+        """Examine fresh rows, and up to three before them, and the rates and accelerations that they state."""
         self._differences(rows)
         for names, peak in ((RATES, self.peaks[0]), (ACCELERATIONS, self.peaks[1])):
             if all(name in piece for name in names):
                 peak.update(np.column_stack([piece[name] for name in names]), fresh)
-        if all(name in piece for name in RATES):
-            self._compare(fresh, np.column_stack([piece[name] for name in RATES]))
-        if self._first is None or len(self._first.alpha) < 3:
-            self._first = rows[:3]
-        self._rows = rows[-3:]
+        if all(name in piece for name in RATES) and rows.t is not None:
+            # Add up how far the stated rates are from the changes of the angles.
+            rates = np.vstack([self.stated, np.column_stack([piece[name] for name in RATES])])
+            moved = np.diff(rows.alpha[-len(rates) :], axis=0)
+            expected = (rates[:-1] + rates[1:]) / 2 * np.diff(rows.t[-len(rates) :])[:, None]
+            self.moved += float(np.abs(moved).sum() + np.abs(expected).sum())
+            self.off += float(np.abs(moved - expected).sum())
+            self.stated = rates[-1:]
 
     def _differences(self, rows: Segments) -> None:
         """Examine divided differences: a smooth motion through n + 1 rows has their n-th one somewhere, over n!."""
-        if len(rows.alpha) < 2 or rows.t is None:
-            return
-        step = np.diff(rows.t)[:, None]
-        rate = np.diff(rows.alpha, axis=0) / step
-        self.peaks[0].update(rate, rows)
-        if len(rate) > 1:
-            acceleration = 2 * np.diff(rate, axis=0) / (step[1:] + step[:-1])
-            self.peaks[1].update(acceleration, rows[1:])
-            if len(rate) > 2:
-                self.peaks[2].update(3 * np.diff(acceleration, axis=0) / (step[2:] + step[1:-1] + step[:-2]), rows[1:])
+        assert rows.t is not None  # noqa: S101
+        values = rows.alpha
+        for order, peak in enumerate(self.peaks, start=1):
+            if len(values) < 2:
+                return
+            values = order * np.diff(values, axis=0) / (rows.t[order:] - rows.t[:-order])[:, None]
+            peak.update(values, rows[1:] if order > 1 else rows)
 
-    def _compare(self, fresh: Segments, stated: FloatArray) -> None:
-        """Add up how far the stated rates are from the changes of the angles."""
-        if self._rows is None or self._stated is None:
-            rows, rates = fresh, stated
-        else:
-            rows, rates = self._rows[-1:].joined(fresh), np.concatenate([self._stated, stated])
-        self._stated = stated[-1:]
-        if len(rows.alpha) > 1 and rows.t is not None:
-            moved = np.diff(rows.alpha, axis=0)
-            expected = (rates[:-1] + rates[1:]) / 2 * np.diff(rows.t)[:, None]
-            self._moved += float(np.abs(moved).sum() + np.abs(expected).sum())
-            self._off += float(np.abs(moved - expected).sum())
-
-    def checks(self, *, closed: bool) -> list[Check]:
+    def checks(self, head: Segments, tail: Segments, vehicle: Vehicle, *, closed: bool) -> list[Check]:
         """Close the motion and return the checks of its rates and, where limited, accelerations and jerks."""
-        first, rows, vehicle, period = self._first, self._rows, self.setting.vehicle, 0.0
-        if first is not None and rows is not None and first.t is not None and rows.t is not None:
-            period = float(rows.t[-1] - first.t[0])
-            if len(rows.alpha) > 1:
-                # Across the seam: from the last rows to the first ones, a period later.
-                count = rows.first + len(rows.alpha)
-                onward = first[1:] if closed else first
-                later = period if closed else period + period / (count - 1)
-                assert onward.t is not None  # noqa: S101
-                self._differences(rows.joined(replace(onward, first=count, t=onward.t + later)))
-        if self._off > 0.5 * self._moved > 0:
+        assert head.t is not None and tail.t is not None  # noqa: PT018, S101
+        period = float(tail.t[-1] - head.t[0])
+        if len(tail.alpha) > 1:
+            # Across the seam: from the last rows to the first ones, a period later.
+            count = tail.first + len(tail.alpha)
+            onward = head[1:] if closed else head
+            later = period if closed else period + period / (count - 1)
+            self._differences(tail.joined(replace(onward, first=count, t=head.t[-len(onward.alpha) :] + later)))
+        if self.off > 0.5 * self.moved > 0:
             self.notes["rates"] = (
                 "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
                 "is judged"
@@ -522,12 +469,13 @@ class _RowRates:
         return out
 
 
+@dataclass
 class _Peak:
     """The largest size of a derivative of the four tilt angles, and where."""
 
-    def __init__(self) -> None:
-        self.value, self.joint = 0.0, 1
-        self.place: Place | None = None
+    value: float = 0.0
+    joint: int = 1
+    place: Place | None = None
 
     def update(self, values: FloatArray, rows: Segments) -> None:
         """Examine values of shape (k, 4) that belong to the first k rows."""
