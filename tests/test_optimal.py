@@ -27,7 +27,6 @@ from gaitgraph.optimization.bounds import (
 )
 from gaitgraph.optimization.least_effort import (
     LeastEffort,
-    Sides,
     SmoothLoop,
     basis_rows,
     control_points_along,
@@ -128,7 +127,7 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
     room = polygon.buffer(-2 * clearance)
     hulls = hulls[shapely.covers(room, shapes)]
     assert len(hulls) > 20
-    cells = Sides(polygon).cells(hulls, clearance=clearance, reach=0.3)
+    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), clearance).cells(hulls, 0.3)
     for number, hull in enumerate(hulls):
         own = cells.piece == number
         normals, offsets = cells.normals[own], cells.offsets[own]
@@ -193,10 +192,10 @@ def test_highest_level_agrees_with_a_grid(objective: Any) -> None:
     centers = [(-1.2, 0.2), (-0.1, 1.2)]
     discs = discs_of(centers, 0.15)
     region = admissible_region(PAPER, sign="positive", floor=0.05)
-    bracket = highest_level(region, objective, discs, PAPER, clearance=2e-5)
-    assert 0 < bracket.lower <= bracket.upper <= bracket.lower * (1 + 1e-3)
+    lower, upper = highest_level(region, objective, discs, PAPER, clearance=2e-5)
+    assert 0 < lower <= upper <= lower * (1 + 1e-3)
     value = least_singular_value_on_red if objective == "singular_value" else least_share
-    assert bottleneck(value, region, discs, 401) == pytest.approx(bracket.upper, abs=0.015)
+    assert bottleneck(value, region, discs, 401) == pytest.approx(upper, abs=0.015)
 
 
 def test_highest_level_finds_the_pass_between_obstacles() -> None:
@@ -207,12 +206,12 @@ def test_highest_level_finds_the_pass_between_obstacles() -> None:
                             [(-1.25, 0.6), (0.2, 0.6), (0.2, 0.7), (-1.25, 0.7)]])  # fmt: skip
     region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    bracket = highest_level(region, "singular_value", discs, PAPER, clearance=2e-5)
+    _, upper = highest_level(region, "singular_value", discs, PAPER, clearance=2e-5)
     gate = np.array([(a, b) for a in np.linspace(-1.3, -1.25, 51) for b in np.linspace(0.6, 0.7, 51)])
     highest = least_singular_value_on_red(*gate.T).reshape(51, 51)
-    assert bracket.upper == pytest.approx(highest.max(axis=0).min(), abs=2e-3)
+    assert upper == pytest.approx(highest.max(axis=0).min(), abs=2e-3)
     ends = [least_singular_value_on_red(*center) for center in discs.centers]
-    assert bracket.upper < min(ends) - 0.05
+    assert upper < min(ends) - 0.05
 
 
 # Lengths
@@ -302,9 +301,8 @@ def test_no_small_change_needs_less_effort(swift: Any) -> None:
     within = component_meeting(region.inner, discs)
     assert within is not None
     problem = LeastEffort(within, discs, CLEARANCE)
-    started = problem.start(np.array(SQUARE), np.arange(4), 32)
-    assert started is not None
-    loop, history = problem.solve(started)
+    points, knots = control_points_along(np.array(SQUARE), 32)
+    loop, history = problem.solve(SmoothLoop(points=points, passes=knots.astype(float)))
     assert loop.effort == pytest.approx(swift.value, rel=1e-6)  # over 2 s and twice for two pairs of arms
     assert history == sorted(history, reverse=True)
     rng = np.random.default_rng(4)

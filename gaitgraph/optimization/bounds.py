@@ -61,14 +61,6 @@ class Discs:
         return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bracket:
-    """The highest level is certainly in [lower, upper], and a loop clear of all borders keeps `lower`."""
-
-    lower: float
-    upper: float
-
-
 def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
     r"""Return where every rotor's hover thrust is at least a share of m·g, on the red sheet, as a region.
 
@@ -207,8 +199,10 @@ def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> s
     return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"
 
 
-def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehicle, *, clearance: float) -> Bracket:
-    """Return the highest level that a loop through discs can keep inside a region, a component of which meets them.
+def highest_level(
+    region: Region, objective: Worst, discs: Discs, vehicle: Vehicle, *, clearance: float
+) -> tuple[float, float]:
+    """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
 
     A loop that keeps the lower end can stay `clearance` [rad] away from every border.
     """
@@ -248,9 +242,9 @@ def highest_level(region: Region, objective: Worst, discs: Discs, vehicle: Vehic
         level = high * (1 - given)
         inner: Any = region.inner & level_region(objective, level, vehicle, accuracy=_FOLLOWED).inner
         if component_meeting(offset(inner, -clearance), discs) is not None:
-            return Bracket(lower=level, upper=high)
+            return level, high
         given *= 2
-    return Bracket(lower=0.0, upper=high)
+    return 0.0, high
 
 
 def _best_in_disc(region: Region, objective: Worst, center: FloatArray, radius: float, vehicle: Vehicle) -> float:

@@ -32,9 +32,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +54,8 @@ FEWEST_PIECES = 8
 
 # Coefficients of the four basis functions of a piece in powers of t, constant first.
 _BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
-_PRODUCTS = (2 / 3, -1 / 8, -1 / 5, -1 / 120)
+_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0  # points of a piece from its control
+_PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
 _PAIRS = ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3), (0, 3))
 _FAR, _NEAR = 0.2, 0.03  # how far cells reach in the first rounds, and when the loop is settled [rad]
@@ -87,29 +88,21 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
     return rows
 
 
-@lru_cache(maxsize=16)
+@cache
 def hull_matrix(count: int) -> FloatArray:
     """Return what gives the Bézier points of every piece from `count` control points, (count, 4, count), read-only."""
-    # The blossom of a cubic, its symmetric form in three parameters, gives Bézier points: [0,0,0], [0,0,1], …
-    x, y, z = np.array([[0.0] * (3 - k) + [1.0] * k for k in range(4)]).T
-    bezier = np.stack([np.ones(4), (x + y + z) / 3, (x * y + y * z + z * x) / 3, x * y * z], axis=-1) @ _BASIS.T
+    piece, k = np.arange(count)[:, None], np.arange(4)
     out = np.zeros((count, 4, count))
-    for piece in range(count):
-        for k in range(4):
-            out[piece, :, (piece + k) % count] += bezier[:, k]
+    out[piece, :, (piece + k) % count] = _BEZIER.T
     out.flags.writeable = False
     return out
 
 
 def effort_matrix(count: int) -> FloatArray:
     """Return the cyclic matrix G of the effort, shape (count, count); its null space are the loops that stand still."""
-    first = np.zeros(count)
-    for distance, product in enumerate(_PRODUCTS):
-        first[distance] += product
-        if distance:
-            first[-distance] += product
-    index = np.arange(count)
-    return np.asarray(first[(index[None, :] - index[:, None]) % count])
+    from scipy.linalg import circulant
+
+    return np.asarray(circulant(np.concatenate([_PRODUCTS, np.zeros(count - 7), _PRODUCTS[:0:-1]])))
 
 
 def power_pieces(points: FloatArray, width: float) -> FloatArray:
@@ -132,24 +125,19 @@ def control_points_along(corners: FloatArray, pieces: int) -> tuple[FloatArray, 
     (12, [0, 4, 9], [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     """
     m = len(corners)
-    total = max(pieces, 3 * m, FEWEST_PIECES)
+    spare = max(pieces - 3 * m, FEWEST_PIECES - 3 * m, 0)
     ends: FloatArray = np.roll(corners, -1, axis=0)
     length = np.linalg.norm(ends - corners, axis=1)
-    share = length / length.sum() if length.sum() > 0 else np.full(m, 1.0 / m)
     # A corner's own three count as half of each of its sides.
-    wanted = np.maximum(share * total - 3.0, 0.0)
-    spare = total - 3 * m
+    wanted = np.maximum(length / max(length.sum(), 1e-300) * (spare + 3 * m) - 3.0, 0.0)
     exact = wanted / wanted.sum() * spare if wanted.sum() > 0 else np.full(m, spare / m)
-    inside = np.floor(exact).astype(np.int64)
-    for k in np.argsort(inside - exact, kind="stable")[: spare - int(inside.sum())]:
-        inside[k] += 1
-    out, knots = [], []
-    count = 0
-    for corner, end, extra in zip(corners, ends, inside.tolist(), strict=True):
-        knots.append(count)
-        out += [corner] * 3 + [corner + (end - corner) * k / (extra + 1) for k in range(1, extra + 1)]
-        count += 3 + extra
-    return np.array(out), np.array(knots, dtype=np.int64)
+    extra = np.floor(exact).astype(np.int64)
+    extra[np.argsort(extra - exact, kind="stable")[: spare - int(extra.sum())]] += 1
+    sides = [
+        np.vstack([[corner] * 3, corner + (end - corner) * np.arange(1, count + 1)[:, None] / (count + 1)])
+        for corner, end, count in zip(corners, ends, extra.tolist(), strict=True)
+    ]
+    return np.concatenate(sides), np.cumsum([0, *(3 + extra[:-1])])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,72 +158,13 @@ class SmoothLoop:
         return np.asarray(basis_rows(self.passes, len(self.points)) @ self.points)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HalfPlanes:
+class HalfPlanes(NamedTuple):
     """Half-planes normal·x ≤ offset, each of the cell of one piece."""
 
     normals: FloatArray  # unit, shape (r, 2)
     offsets: FloatArray
     piece: IntArray
     on_border: BoolArray  # whether a side of the polygon made it, or the reach of the cell
-
-
-class Sides:
-    """The sides of a polygon with holes, prepared for cells.
-
-    >>> from shapely import box
-    >>> sides = Sides(box(0, 0, 1, 1))
-    >>> hull = np.array([[[0.4, 0.5], [0.5, 0.5], [0.6, 0.5], [0.6, 0.6]]])
-    >>> cells = sides.cells(hull, clearance=0.0, reach=1.0)
-    >>> sorted(zip(cells.normals[cells.on_border].tolist(), cells.offsets[cells.on_border].tolist()))
-    [([-1.0, 0.0], 0.0), ([0.0, -1.0], 0.0), ([0.0, 1.0], 1.0), ([1.0, 0.0], 1.0)]
-    """
-
-    def __init__(self, polygon: Polygon) -> None:
-        rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
-        self.starts = np.concatenate([ring[:-1] for ring in rings])
-        self.ends = np.concatenate([ring[1:] for ring in rings])
-        lines: Any = shapely.linestrings(np.stack([self.starts, self.ends], axis=1))
-        self._tree = shapely.STRtree(lines)
-
-    def cells(self, hulls: FloatArray, *, clearance: float, reach: float) -> HalfPlanes:
-        """Return a convex cell around each hull of four points, (h, 4, 2), inside, about `clearance` from the border.
-
-        A cell keeps the clearance, positive unless no piece touches the border, and goes `reach` beyond the bounding
-        box of its piece; sides farther away are not looked at.
-        """
-        low, high = hulls.min(axis=1) - reach, hulls.max(axis=1) + reach
-        boxes = shapely.box(
-            low[:, 0] - clearance, low[:, 1] - clearance, high[:, 0] + clearance, high[:, 1] + clearance
-        )
-        owner, side = self._tree.query(boxes)
-        order = np.lexsort((side, owner))
-        owner, side = owner[order], side[order]
-        on_hull, on_side, distance = _shortest_segments(hulls[owner], self.starts[side], self.ends[side])
-        normals, offsets, piece = [], [], []
-        bounds = np.searchsorted(owner, np.arange(len(hulls) + 1))
-        for number in range(len(hulls)):
-            first, last = int(bounds[number]), int(bounds[number + 1])
-            left = first + np.argsort(distance[first:last], kind="stable")
-            while left.size:
-                nearest = left[0]
-                normal = (on_side[nearest] - on_hull[nearest]) / max(float(distance[nearest]), 1e-300)
-                offset = float(normal @ on_side[nearest])
-                normals.append(normal)
-                offsets.append(offset - clearance)
-                piece.append(number)
-                sides = side[left]
-                nearer = np.minimum(self.starts[sides] @ normal, self.ends[sides] @ normal)
-                left = left[1:][nearer[1:] < offset - _BEYOND]
-        count = len(hulls)
-        axes = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-        boxed = np.concatenate([high, -low], axis=1)
-        return HalfPlanes(
-            normals=np.concatenate([np.array(normals).reshape(-1, 2), np.tile(axes, (count, 1))]),
-            offsets=np.concatenate([np.array(offsets), boxed.ravel()]),
-            piece=np.concatenate([np.array(piece, dtype=np.int64), np.repeat(np.arange(count), 4)]),
-            on_border=np.arange(len(offsets) + 4 * count) < len(offsets),
-        )
 
 
 def _shortest_segments(
@@ -267,7 +196,11 @@ class LeastEffort:
 
     def __init__(self, polygon: Polygon, discs: Discs, clearance: float) -> None:
         self.polygon, self.discs, self.clearance = polygon, discs, clearance
-        self._sides = Sides(polygon)
+        rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
+        self._starts = np.concatenate([ring[:-1] for ring in rings])
+        self._ends = np.concatenate([ring[1:] for ring in rings])
+        lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
+        self._tree = shapely.STRtree(lines)
 
     def keeps_inside(self, points: FloatArray) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
@@ -277,10 +210,37 @@ class LeastEffort:
             return False
         return bool(shapely.distance(self.polygon.boundary, shapes).min() >= 0.9 * self.clearance)
 
-    def start(self, corners: FloatArray, stops: IntArray, pieces: int) -> SmoothLoop | None:
-        """Return a spline along a closed polygon, corners `stops` in the discs; None if too near the border."""
-        points, knots = control_points_along(corners, pieces)
-        return SmoothLoop(points=points, passes=knots[stops].astype(float)) if self.keeps_inside(points) else None
+    def cells(self, hulls: FloatArray, reach: float) -> HalfPlanes:
+        """Return a convex cell around each hull of four points, (h, 4, 2), inside the polygon, clear of its border.
+
+        A cell goes `reach` beyond the bounding box of its piece; sides farther away are not looked at.
+        """
+        count = len(hulls)
+        low, high = hulls.min(axis=1) - reach, hulls.max(axis=1) + reach
+        owner, side = self._tree.query(shapely.box(*(low - self.clearance).T, *(high + self.clearance).T))
+        order = np.lexsort((side, owner))
+        owner, side = owner[order], side[order]
+        on_hull, on_side, distance = _shortest_segments(hulls[owner], self._starts[side], self._ends[side])
+        normals, offsets, piece = [], [], []
+        bounds = np.searchsorted(owner, np.arange(count + 1)).tolist()
+        for number, (first, last) in enumerate(pairwise(bounds)):
+            left = first + np.argsort(distance[first:last], kind="stable")
+            while left.size:
+                nearest = left[0]
+                normal = (on_side[nearest] - on_hull[nearest]) / max(float(distance[nearest]), 1e-300)
+                offset = float(normal @ on_side[nearest])
+                normals.append(normal)
+                offsets.append(offset - self.clearance)
+                piece.append(number)
+                nearer = np.minimum(self._starts[side[left]] @ normal, self._ends[side[left]] @ normal)
+                left = left[1:][nearer[1:] < offset - _BEYOND]
+        axes = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        return HalfPlanes(
+            normals=np.concatenate([np.array(normals).reshape(-1, 2), np.tile(axes, (count, 1))]),
+            offsets=np.concatenate([np.array(offsets), np.concatenate([high, -low], axis=1).ravel()]),
+            piece=np.concatenate([np.array(piece, dtype=np.int64), np.repeat(np.arange(count), 4)]),
+            on_border=np.arange(len(offsets) + 4 * count) < len(offsets),
+        )
 
     def evened(self, loop: SmoothLoop) -> SmoothLoop | None:
         """Return a spline near a loop that runs at even speed, or None if it leaves the polygon.
@@ -288,20 +248,17 @@ class LeastEffort:
         Control points are points of the loop, an even length apart: corners are cut. It may miss its discs.
         """
         count = len(loop.points)
-        fine = 16
-        s = np.arange(count * fine) / fine
+        s = np.arange(16 * count + 1) / 16
         on_it = basis_rows(s, count) @ loop.points
-        step = np.linalg.norm(np.roll(on_it, -1, axis=0) - on_it, axis=1)
-        gone = np.concatenate([[0.0], np.cumsum(step)])
+        gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(on_it, axis=0), axis=1))])
         if not gone[-1] > 0:
             return None
         # The curve of equal control points P, P, P is at P in the middle one of them.
         at = np.mod((np.arange(count) - 1) / count, 1.0) * gone[-1]
-        closed = np.vstack([on_it, on_it[:1]])
-        points = np.column_stack([np.interp(at, gone, closed[:, k]) for k in range(2)])
+        points = np.column_stack([np.interp(at, gone, on_it[:, k]) for k in range(2)])
         if not self.keeps_inside(points):
             return None
-        when = np.interp(loop.passes, np.append(s, count), gone) / gone[-1] * count
+        when = np.interp(loop.passes, s, gone) / gone[-1] * count
         return SmoothLoop(points=points, passes=when - when[0])
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
@@ -344,13 +301,12 @@ class LeastEffort:
         return best, history
 
     def stationarity(self, loop: SmoothLoop) -> tuple[float, tuple[int, ...], bool]:
-        """Return what :meth:`Program.stationarity` does for a loop."""
-        return self._program(loop, _NEAR).stationarity() if loop.effort > 0 else (0.0, (), False)
+        """Return what :meth:`Program.stationarity` does for a loop that moves."""
+        return self._program(loop, _NEAR).stationarity()
 
     def _program(self, loop: SmoothLoop, reach: float) -> Program:
         """Return the problem in the cells around a loop."""
-        hulls = hull_matrix(len(loop.points)) @ loop.points
-        return Program(loop, self.discs, self._sides.cells(hulls, clearance=self.clearance, reach=reach))
+        return Program(loop, self.discs, self.cells(hull_matrix(len(loop.points)) @ loop.points, reach))
 
 
 class Program:
@@ -406,39 +362,30 @@ class Program:
         out[:, : 2 * self.count] = -slopes.reshape(-1, 2 * self.count)
         return out
 
-    def at_discs(self, x: FloatArray, chosen: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return points at chosen discs, from the centres, (k, 2), and their slopes in each direction, (2, k, …)."""
+    def at_discs(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the points at the discs, from their centres, shape (n, 2), and the slopes of both coordinates."""
         z, passes = self._split(x)
-        which = np.flatnonzero(chosen)
-        rows = basis_rows(passes[which], self.count) @ self.shape
-        speed = basis_rows(passes[which], self.count, 1) @ self.shape @ z
-        slopes = np.zeros((2, len(which), len(x)))
+        slopes = np.zeros((2, len(passes), len(x)))
+        rows = basis_rows(passes, self.count) @ self.shape
+        speed = basis_rows(passes, self.count, 1) @ self.shape @ z
+        later = np.arange(1, len(passes))
         for axis in range(2):
             slopes[axis, :, axis : 2 * self.count : 2] = rows
-            for k, disc in enumerate(which.tolist()):
-                if disc:
-                    slopes[axis, k, 2 * self.count + disc - 1] = self.unit * speed[k, axis]
-        return rows @ z - self.discs.centers[which], slopes[0], slopes[1]
+            slopes[axis, later, 2 * self.count + later - 1] = self.unit * speed[later, axis]
+        return rows @ z - self.discs.centers, slopes
 
-    def disc_slack(self, x: FloatArray) -> FloatArray:
-        """Return how far inside the discs with an interior the loop passes: r − d²/r."""
-        off = self.at_discs(x, self.discs.round)[0]
-        radii = self.discs.radii[self.discs.round]
-        return np.asarray(radii - np.sum(off**2, axis=1) / radii)
+    def disc_slack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far inside the discs with an interior the loop passes, r − d²/r, and the slopes."""
+        inner, (off, slopes) = self.discs.round, self.at_discs(x)
+        off, radii = off[inner], self.discs.radii[inner]
+        scaled = -2.0 * off / radii[:, None]
+        slope = scaled[:, :1] * slopes[0, inner] + scaled[:, 1:] * slopes[1, inner]
+        return radii - np.sum(off**2, axis=1) / radii, np.asarray(slope)
 
-    def disc_slope(self, x: FloatArray) -> FloatArray:
-        """Return the slopes of :meth:`disc_slack`."""
-        off, first, second = self.at_discs(x, self.discs.round)
-        scaled = -2.0 * off / self.discs.radii[self.discs.round][:, None]
-        return np.asarray(scaled[:, :1] * first + scaled[:, 1:] * second)
-
-    def point_gap(self, x: FloatArray) -> FloatArray:
-        """Return how far the loop passes from discs that are points, both coordinates."""
-        return np.asarray(self.at_discs(x, ~self.discs.round)[0].T.ravel())
-
-    def point_slope(self, x: FloatArray) -> FloatArray:
-        """Return the slopes of :meth:`point_gap`."""
-        return np.concatenate(self.at_discs(x, ~self.discs.round)[1:])
+    def point_gap(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far the loop passes from discs that are points, both coordinates, and the slopes."""
+        off, slopes = self.at_discs(x)
+        return off[~self.discs.round].T.ravel(), slopes[:, ~self.discs.round].reshape(-1, len(x))
 
     def projected(self, trust: float) -> SmoothLoop | None:
         """Return the best loop, to first order in the passes, each of which moves by at most `trust`; or None.
@@ -449,12 +396,11 @@ class Program:
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
-        round_ = self.discs.round
-        off, first, second = self.at_discs(x, round_)
+        off, (first, second) = (part[..., self.discs.round, :] for part in self.at_discs(x))
         turns = np.arctan2(off[:, 1], off[:, 0]) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
         cosine, sine = np.cos(turns), np.sin(turns)
         sides = (cosine[..., None] * first + sine[..., None] * second).reshape(-1, len(x))
-        apothem = self.discs.radii[round_] * math.cos(math.pi / _SIDES)
+        apothem = self.discs.radii[self.discs.round] * math.cos(math.pi / _SIDES)
         inside = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
         always, most = sides, inside
         if trust and self.later:
@@ -463,17 +409,17 @@ class Program:
             farthest = np.minimum(trust / self.unit, 0.9 * np.stack([bounds[:, 1], -bounds[:, 0]]))
             always, most = np.concatenate([sides, moves, -moves]), np.concatenate([inside, *farthest])
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
-        equal, gap = self.point_slope(x) * scale, -self.point_gap(x)
+        gap, equal = self.point_gap(x)
+        equal = equal * scale
         start = x / np.where(scale > 0, scale, 1.0)
         start[:2] = 0.0
-        gap = gap + equal @ start
         free, base = np.eye(len(x)), np.zeros(len(x))
-        if len(gap):
+        k = len(gap)
+        if k:
             across, triangle = np.linalg.qr(equal.T, mode="complete")
-            k = len(gap)
             if np.abs(np.diag(triangle[:k])).min() < 1e-9 * np.abs(triangle).max():
                 return None  # two points are to be passed at once
-            base = across[:, :k] @ np.linalg.solve(triangle[:k].T, gap)
+            base = across[:, :k] @ np.linalg.solve(triangle[:k].T, equal @ start - gap)
             free = across[:, k:]
         length = math.sqrt(2 * self.loop.effort) + 1e-9
         slack = self.slack(x)
@@ -508,16 +454,16 @@ class Program:
 
         chosen = self.slack(self.origin) < _CHOSEN / 2
         for _ in range(6):
-            constraints: list[Any] = []
-            if chosen.any():
-                slope = self.slack_slope(chosen)
-                base = self.slack(np.zeros_like(self.origin))[chosen]
-                inside = {"type": "ineq", "fun": lambda x, b=base, a=slope: b + a @ x, "jac": lambda _, a=slope: a}
-                constraints.append(inside)
-            if self.discs.round.any():
-                constraints.append({"type": "ineq", "fun": self.disc_slack, "jac": self.disc_slope})
-            if not self.discs.round.all():
-                constraints.append({"type": "eq", "fun": self.point_gap, "jac": self.point_slope})
+            slope, base = self.slack_slope(chosen), self.slack(np.zeros_like(self.origin))[chosen]
+            constraints: list[Any] = [
+                {"type": kind, "fun": lambda x, of=of: of(x)[0], "jac": lambda x, of=of: of(x)[1]}
+                for kind, of, wanted in (
+                    ("ineq", lambda x, b=base, a=slope: (b + a @ x, a), chosen.any()),
+                    ("ineq", self.disc_slack, self.discs.round.any()),
+                    ("eq", self.point_gap, not self.discs.round.all()),
+                )
+                if wanted
+            ]
             found: Any = minimize(  # type: ignore[call-overload]
                 self.effort,
                 self.origin,
@@ -544,9 +490,9 @@ class Program:
         x = self.origin
         slope = self.effort(x)[1]
         near = (self.slack(x) < _ACTIVE) & self.on_border
-        touched = self.disc_slack(x) < _ACTIVE
-        equal = self.point_slope(x)
-        columns = np.concatenate([self.slack_slope(near), self.disc_slope(x)[touched], equal, -equal]).T
+        inside, inside_slope = self.disc_slack(x)
+        touched, equal = inside < _ACTIVE, self.point_gap(x)[1]
+        columns = np.concatenate([self.slack_slope(near), inside_slope[touched], equal, -equal]).T
         size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         multipliers, remaining = _nonnegative(columns / size, slope)
         acting = multipliers > 1e-6 * np.linalg.norm(slope)

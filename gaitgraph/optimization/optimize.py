@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,13 @@ from gaitgraph.optimization.bounds import (
     shortest_loop,
     why_apart,
 )
-from gaitgraph.optimization.least_effort import FEWEST_PIECES, LeastEffort, SmoothLoop, power_pieces
+from gaitgraph.optimization.least_effort import (
+    FEWEST_PIECES,
+    LeastEffort,
+    SmoothLoop,
+    control_points_along,
+    power_pieces,
+)
 from gaitgraph.planning.request import checked_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
@@ -46,14 +52,14 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import Angle, Points
+    from gaitgraph.surface.region import Region
 
 FloatArray = npt.NDArray[np.float64]
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
-Sign = Literal["positive", "negative"]
 
 OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")
 """What a gait can be optimal in, the default first."""
@@ -83,8 +89,8 @@ class Optimality:
     gap
         What a better gait could gain at most, as a fraction of the bound (a worst case), or of the value (effort).
     stationarity
-        What is left of the slope of the effort when the active constraints are taken off, as a fraction of it: zero at
-        a point that meets the first-order (Karush–Kuhn–Tucker) conditions; 0 for a gait that stands still.
+        First-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the active constraints
+        are taken off, as a fraction of it; 0 for a gait that stands still.
     violation
         How far the gait passes outside a disc, at most [rad]; of the region it is never outside.
     active
@@ -95,10 +101,6 @@ class Optimality:
     stationarity: float
     violation: float
     active: tuple[str, ...]
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON."""
-        return asdict(self) | {"active": list(self.active)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,15 +163,16 @@ class OptimalGait:
     def __bool__(self) -> bool:
         return self.curve is not None
 
-    def _found(self) -> Curve:
-        if self.curve is None:
-            raise Infeasible(self.reason)
-        return self.curve
-
     @property
     def gait(self) -> Gait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
-        return self._found().polyline(_CHORD)
+        return self._timed().gait
+
+    def _timed(self, samples: int = 1) -> _TimedCurve:
+        if self.curve is None:
+            raise Infeasible(self.reason)
+        polyline = self.curve.polyline(_CHORD)
+        return _TimedCurve(gait=polyline, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
         """Return even samples of the curve with exact rates and accelerations, as a table; Infeasible if there is none.
@@ -182,25 +185,16 @@ class OptimalGait:
         self, *, samples: int | None = None, rate: float | None = None, rows: int = ROWS_OF_A_PIECE
     ) -> Iterator[Table]:
         """Yield :meth:`table` as consecutive pieces of at least 2 rows, so that any length fits in memory."""
-        curve = self._found()
-        count = checked_clock(self.period, "smooth", samples=samples, rate=rate)
-        about = {
-            "vehicle": curve.vehicle.as_mapping(),
-            "coefficients": curve.coefficients.kind,
-            "crossing_tolerance": curve.crossing_tolerance,
-            "period": self.period,
-            "made_by": "optimize",
-            "objective": self.objective,
-            "waypoints": self.waypoints.tolist(),
-            "radius": self.radius.tolist(),
-        }
-        for piece in pieces_of(_timed(curve, count), rows=rows):
-            yield replace(piece, about=about)
+        timed = self._timed(checked_clock(self.period, "smooth", samples=samples, rate=rate))
+        discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
+        about = {"made_by": "optimize", "objective": self.objective, **discs}
+        for piece in pieces_of(timed, about, rows=rows):
+            yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         verdict = self.report.as_mapping() if self.report is not None else {}
-        gait = self.gait if self.curve is not None else None
+        gait = self.gait if self else None
         return {
             "status": self.status,
             "reason": self.reason,
@@ -208,20 +202,15 @@ class OptimalGait:
             "sign": self.sign,
             "waypoints": self.waypoints.tolist(),
             "radius": self.radius.tolist(),
-            "period": self.period,
-            "value": self.value,
-            "bound": self.bound,
-            "effort": self.effort,
+            **{name: getattr(self, name) for name in ("period", "value", "bound", "effort")},
             "length": self.curve.length if self.curve is not None else None,
-            "optimality": None if self.optimality is None else self.optimality.as_mapping(),
+            "optimality": None if self.optimality is None else asdict(self.optimality),
             "passed": [] if self.passed is None else self.passed.tolist(),
             "times": [] if self.times is None else self.times.tolist(),
             "history": list(self.history),
             "path": [] if gait is None else gait.alpha.tolist(),
             "colors": [] if gait is None else list(gait.colors),
-            "valid": verdict.get("valid", False),
-            "flyable": verdict.get("flyable", False),
-            "reachable_from_hover": verdict.get("reachable_from_hover", False),
+            **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
             "checks": verdict.get("checks", []),
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
         }
@@ -335,27 +324,29 @@ def optimal_gait(
     whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
     if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
         raise InputError(f"pieces must be a whole number from {FEWEST_PIECES} to {_MOST_PIECES}, got {shown(pieces)}")
-    polygons = Zones(keep_out=keep_out, keep_in=keep_in)
-    search = _Search(
-        discs=discs,
-        objective=objective,
-        vehicle=vehicle,
-        coefficients=coefficients_of(vehicle, coefficients),
-        floor=float(floor),
-        period=float(period),
-        pieces=int(pieces),
-        concession=float(concession),
-        zones=polygons if polygons.keep_out or polygons.keep_in else None,
-    )
-    signs: tuple[Sign, ...] = ("positive", "negative") if sign == "auto" else (sign,)
-    answers = [search.answer(one) for one in signs]
+    polygons, numbers = Zones(keep_out=keep_out, keep_in=keep_in), coefficients_of(vehicle, coefficients)
+    zones = polygons if polygons.keep_out or polygons.keep_in else None
+    signs: tuple[Literal["positive", "negative"], ...] = ("positive", "negative") if sign == "auto" else (sign,)
+    answers = []
+    for one in signs:
+        base = OptimalGait(
+            objective=objective,
+            waypoints=discs.centers,
+            radius=discs.radii,
+            period=float(period),
+            reason=None,
+            sign=one,
+            warnings=notes,
+        )
+        region = admissible_region(vehicle, use="flyable", sign=one, floor=floor, zones=zones)
+        search = _Search(base, discs, region, vehicle, numbers, float(floor), int(pieces))
+        answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
     if not found:
         reason = "; ".join(f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers)
-        return replace(answers[0], sign=None, reason=reason, warnings=notes)
+        return replace(answers[0], sign=None, reason=reason)
     better = 1.0 if objective == "tilt_rate" else -1.0
-    best = min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
-    return replace(best, warnings=notes + best.warnings)
+    return min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
 
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
@@ -400,83 +391,64 @@ class _TimedCurve(TimedGait):
         On a piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.
         """
         pieces, width = self.curve.pieces, np.diff(self.curve.breaks)[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            tip = -pieces[1] / (3 * pieces[0])
-        tip = np.clip(np.nan_to_num(tip, nan=0.0, posinf=0.0, neginf=0.0), 0.0, width)
-        derivative = derivative_of(pieces, order)
-        peaks = np.max([np.abs(np.polyval(derivative, at)) for at in (0 * width, tip, width)], axis=0)
+        tip = np.divide(-pieces[1], 3 * pieces[0], out=0 * pieces[0], where=pieces[0] != 0)
+        at = (0 * width, np.clip(tip, 0.0, width), width)
+        peaks = np.max([np.abs(np.polyval(derivative_of(pieces, order), one)) for one in at], axis=0)
         return np.tile(peaks.max(axis=0), 2)
 
 
-def _timed(curve: Curve, samples: int) -> _TimedCurve:
-    return _TimedCurve(gait=curve.polyline(_CHORD), period=curve.span, law="optimal", samples=samples, curve=curve)
+class _Search(NamedTuple):
+    """The search for one sign of R: `base` is the answer without a gait."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Search:
-    """One request, checked; finds the answer for one sign of R."""
-
+    base: OptimalGait
     discs: Discs
-    objective: Objective
+    region: Region
     vehicle: Vehicle
     coefficients: Coefficients
     floor: float
-    period: float
     pieces: int
-    concession: float
-    zones: Zones | None
 
-    def answer(self, sign: Sign) -> OptimalGait:
-        """Return the best gait with one sign of R, or why there is none; either way with the sign."""
-        region = admissible_region(self.vehicle, use="flyable", sign=sign, floor=self.floor, zones=self.zones)
-        base = OptimalGait(
-            objective=self.objective,
-            waypoints=self.discs.centers,
-            radius=self.discs.radii,
-            period=self.period,
-            sign=sign,
-            reason=None,
-        )
-        within = component_meeting(region.inner, self.discs)
+    def answer(self, concession: float) -> OptimalGait:
+        """Return the best gait, or why there is none."""
+        region, discs, objective = self.region, self.discs, self.base.objective
+        within = component_meeting(region.inner, discs)
         if within is None:
-            return replace(base, reason=why_apart(region, self.discs, self.floor, self.vehicle))
+            return replace(self.base, reason=why_apart(region, discs, self.floor, self.vehicle))
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        bound, polygon = None, within
-        shape: Any = region.inner
-        if self.objective != "tilt_rate":
-            bracket = highest_level(region, self.objective, self.discs, self.vehicle, clearance=3 * CLEARANCE)
-            bound = bracket.upper
-            shape = region.inner & level_region(self.objective, bracket.lower, self.vehicle).inner
-            lower = bracket.lower * (1 - self.concession)
-            kept = region.inner & level_region(self.objective, lower, self.vehicle).inner
-            polygon = component_meeting(kept, self.discs) or within
+        bound, polygon, shape = 0.0, within, region.inner
+        if objective != "tilt_rate":
+            lower, bound = highest_level(region, objective, discs, self.vehicle, clearance=3 * CLEARANCE)
+            shape = region.inner & level_region(objective, lower, self.vehicle).inner
+            kept = region.inner & level_region(objective, lower * (1 - concession), self.vehicle).inner
+            polygon = component_meeting(kept, discs) or within
 
         # Discs that share a point are passed by standing still there.
         here = self._standing(shape)
         if here is not None:
-            return self._described(base, here, [0.0], None, 0.0 if bound is None else bound)
+            return self._described(here, [0.0], None, bound)
 
         # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
         # Where a level counts, it is known; the effort only chooses among loops that keep it, and one start is enough.
-        best: tuple[SmoothLoop, list[float], LeastEffort] | None = None
-        starts = [shortest_loop(self.discs)[0], self.discs.centers]
-        for targets in starts if self.objective == "tilt_rate" else starts[1:]:
-            started = self._start(polygon, targets)
-            if started is None:
-                continue
-            problem, start = started
-            loop, history = problem.solve(start)
-            if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
-                best = loop, history, problem
+        # The border is drawn with fewer corners, all of it inside.
+        inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
+        best: tuple[SmoothLoop, list[float]] | None = None
+        if inside is not None:
+            problem = LeastEffort(inside, discs, CLEARANCE)
+            for targets in (shortest_loop(discs)[0], discs.centers)[objective != "tilt_rate" :]:
+                start = self._start(problem, targets)
+                if start is not None:
+                    loop, history = problem.solve(start)
+                    if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
+                        best = loop, history
         if best is None:
-            return replace(base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
-        loop, history, problem = best
-        if bound is None:
-            bound = 2 * least_loop_length(self.discs, region) ** 2 / self.period
-        return self._described(base, loop, history, problem, bound)
+            reason = f"every path through the discs comes within {CLEARANCE:g} rad of a border"
+            return replace(self.base, reason=reason)
+        if objective == "tilt_rate":
+            bound = 2 * least_loop_length(discs, region) ** 2 / self.base.period
+        return self._described(*best, problem, bound)
 
-    def _standing(self, shape: Any) -> SmoothLoop | None:
+    def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
         shared = offset(shape, -2 * CLEARANCE)
         for center, radius in zip(self.discs.centers, self.discs.radii, strict=True):
@@ -485,23 +457,17 @@ class _Search:
             shared = shared & (shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64) if radius > 0 else at)
         if shared.is_empty:
             return None
-        middle = shapely.Point(self.discs.centers.mean(axis=0))
-        point = shapely.shortest_line(middle, shared).coords[-1]
-        if self.objective != "tilt_rate":
-            point = shapely.point_on_surface(shared).coords[0]
+        point = shapely.point_on_surface(shared).coords[0]
+        if self.base.objective == "tilt_rate":
+            middle = shapely.Point(self.discs.centers.mean(axis=0))
+            point = shapely.shortest_line(middle, shared).coords[-1]
         passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
         return SmoothLoop(points=np.tile(np.array(point), (self.pieces, 1)), passes=passes)
 
-    def _start(self, polygon: Polygon, targets: FloatArray) -> tuple[LeastEffort, SmoothLoop] | None:
-        """Return the problem in a polygon and a loop of shortest legs, from one disc to the next, as its start."""
-        # Drawn with fewer corners, all of it inside.
-        plain = shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE)
-        inside = component_meeting(plain, self.discs)
-        if inside is None:
-            return None
-        problem = LeastEffort(inside, self.discs, CLEARANCE)
+    def _start(self, problem: LeastEffort, targets: FloatArray) -> SmoothLoop | None:
+        """Return a loop along shortest legs from one disc to the next, as a start."""
         for erosion in _EROSIONS:
-            eroded = component_meeting(offset(inside, -erosion), self.discs)
+            eroded = component_meeting(offset(problem.polygon, -erosion), self.discs)
             if eroded is None:
                 continue
             # Each disc is passed where the eroded polygon is nearest to its target, or else to its centre.
@@ -521,66 +487,61 @@ class _Search:
                     leg = np.asarray(shapely.simplify(shapely.LineString(leg), erosion / 2).coords)
                 at.append(len(corners))
                 corners += list(leg[:-1])
-            if 3 * len(corners) > _MOST_PIECES:
-                continue
-            start = problem.start(np.array(corners), np.array(at), self.pieces)
-            if start is not None:
-                return problem, start
+            if 3 * len(corners) <= _MOST_PIECES:
+                points, knots = control_points_along(np.array(corners), self.pieces)
+                if problem.keeps_inside(points):
+                    return SmoothLoop(points=points, passes=knots[at].astype(float))
         return None
 
     def _described(
-        self, base: OptimalGait, loop: SmoothLoop, history: Iterable[float], problem: LeastEffort | None, bound: float
+        self, loop: SmoothLoop, history: Iterable[float], problem: LeastEffort | None, bound: float
     ) -> OptimalGait:
         """Return the answer that a loop is, every number of it taken from the loop itself."""
-        width = self.period / len(loop.points)
+        effortless = self.base.objective == "tilt_rate"
+        period, width = self.base.period, self.base.period / len(loop.points)
         curve = Curve(
-            breaks=np.linspace(0.0, self.period, len(loop.points) + 1),
+            breaks=np.linspace(0.0, period, len(loop.points) + 1),
             pieces=power_pieces(loop.points, width),
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )
-        report = curve.check(floor=self.floor).with_checks(_timed(curve, 1).rate_checks())
-        scale = 2.0 / self.period
-        effort = scale * loop.effort
-        value = effort if self.objective == "tilt_rate" else self._worst(report)
-        active: list[str] = []
-        stationarity = 0.0
-        if problem is not None:
-            stationarity, held, by_border = problem.stationarity(loop)
-            active = [f"waypoint {number + 1}" for number in held]
-            level = "" if self.objective == "tilt_rate" else "the level that it keeps, or "
-            active += [f"{level}the border of the flyable region"] * by_border
         plane = loop.passed()
-        size = value if self.objective == "tilt_rate" else bound
-        gap = abs(bound - value) / size if size > 0 else 0.0
         passed, times = np.hstack([plane, plane]), loop.passes * width
         passed.flags.writeable = times.flags.writeable = False
+        answer = replace(self.base, curve=curve, passed=passed, times=times, bound=bound)
+        report = curve.check(floor=self.floor).with_checks(answer._timed().rate_checks())
+        effort = 2.0 / period * loop.effort
+        value = effort if effortless else self._worst(report)
+        active: list[str] = []
+        stationarity = 0.0
+        if problem is not None and effort > 0:
+            stationarity, held, by_border = problem.stationarity(loop)
+            border = "" if effortless else "the level that it keeps, or "
+            active = [f"waypoint {number + 1}" for number in held]
+            active += [f"{border}the border of the flyable region"] * by_border
+        size = value if effortless else bound
         return replace(
-            base,
+            answer,
             reason=None if report.flyable else report.reason,
-            curve=curve,
             report=report,
             value=value,
-            bound=bound,
             effort=effort,
             optimality=Optimality(
-                gap=gap,
+                gap=abs(bound - value) / size if size > 0 else 0.0,
                 stationarity=stationarity,
                 violation=max(self.discs.misses(plane), 0.0),
                 active=tuple(active),
             ),
-            passed=passed,
-            times=times,
-            history=tuple(scale * one for one in history),
-            warnings=() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",),
+            history=tuple(2.0 / period * one for one in history),
+            warnings=answer.warnings
+            + (() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)),
         )
 
     def _worst(self, report: Report) -> float:
         """Return the worst case that a report of the whole curve certifies."""
-        if self.objective == "singular_value":
+        if self.base.objective == "singular_value":
             return float(report["least_singular_value"].value or 0.0)
-        least = float(report["hover_thrust"].value or 0.0)
-        most = largest_share(self.vehicle)
+        least, most = float(report["hover_thrust"].value or 0.0), largest_share(self.vehicle)
         if most is None:
             return least
         mass, gravity = self.vehicle.require("mass", "gravity", purpose="the hover reserve")
