@@ -57,7 +57,8 @@ def test_rows_go_to_the_nearest_place(seed: int) -> None:
     new = answer.table.alpha[answer.rows]
     np.testing.assert_allclose(np.linalg.norm(new - rows, axis=1), answer.moved, atol=1e-15)
     off = ((rows[:, :2] - rows[:, 2:]) ** 2).sum(axis=1) / 2  # the projection onto the red sheet, and what is left
-    np.testing.assert_allclose(answer.moved, np.sqrt(2 * answer.plane_moved**2 + off), atol=1e-12)
+    across = np.linalg.norm(new[:, :2] - (rows[:, :2] + rows[:, 2:]) / 2, axis=1)
+    np.testing.assert_allclose(answer.moved, np.sqrt(2 * across**2 + off), atol=1e-12)
     parts = admissible_region(PAPER).components
     chosen = [part for part in parts if shapely.distance(part, shapely.Point(new[0, :2])) < 1e-9]
     assert len(chosen) == 1

@@ -13,19 +13,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, number_of
-from gaitgraph.errors import InputError, shown
+from gaitgraph.angles import HALF_PI
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region, why_empty
 from gaitgraph.surface.borders import Border, bands_between, cosine
-from gaitgraph.surface.region import DEFAULT_ACCURACY, Condition, Region, offset, polygons_of
+from gaitgraph.surface.region import (
+    DEFAULT_ACCURACY,
+    TOUCH,
+    Condition,
+    Region,
+    checked_number,
+    offset,
+    region_between,
+    union_of,
+)
 from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -36,7 +45,6 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 Worst = Literal["singular_value", "hover_reserve"]
 
-_TOUCH = 1e-12
 _CLOSE = 2e-5  # relative width to which levels are bracketed, about
 _ROUNDS = 16
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
@@ -77,37 +85,32 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     >>> region.contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
     [False, True]
     """
-    if not 0 <= number_of(share) < math.inf:
-        raise InputError(f"share must be a finite number ≥ 0 (of m·g), got {shown(share)}")
+    checked_number("share", share, "a finite number ≥ 0 (of m·g)")
     hover = hover_region(vehicle)
     delta = math.atan(vehicle.signed_drag_ratio)
-    lacking = []
-    for side in (1.0, -1.0):
-        first = _too_little(share, side * delta, accuracy / 4)
-        both = shapely.union_all([first, shapely.transform(first, lambda at: -at[:, ::-1])])
-        lacking.append(both if side > 0 else shapely.transform(both, np.negative))
-    forbidden = shapely.union_all(lacking)
+    first = _too_little(share, delta, accuracy / 4)
+    other = shapely.transform(_too_little(share, -delta, accuracy / 4), np.negative)
+    forbidden = union_of(
+        one for part in (first, other) for one in (part, shapely.transform(part, lambda at: -at[:, ::-1]))
+    )
     reach = accuracy / 2
-    name = f"hover thrusts ≥ {share:.3g} of m·g"
-    inner = polygons_of(hover.inner - offset(forbidden, reach))
     # With all that is outside, lest drawing inwards leave a strip along the straight borders.
     frame = shapely.box(-math.pi, -math.pi, math.pi, math.pi) - hover.outer
-    beyond = offset(forbidden, _TOUCH) | frame
-    outer = polygons_of(hover.outer - offset(beyond, -reach - _TOUCH))
+    beyond = offset(forbidden, TOUCH) | frame
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         least = float(np.min(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
         return None if least >= share else f"least hover thrust {least:.3g} of m·g, wanted is ≥ {share:.3g}"
 
-    limit = Condition(name=name, broken_at=broken_at)
-    return Region(inner=inner, outer=outer, accuracy=accuracy, conditions=(*hover.conditions, limit))
+    limit = Condition(name=f"hover thrusts ≥ {share:.3g} of m·g", broken_at=broken_at)
+    inner, outer = hover.inner - offset(forbidden, reach), hover.outer - offset(beyond, -reach - TOUCH)
+    return region_between(inner, outer, accuracy, *hover.conditions, limit)
 
 
 def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
     """Return where the first share is below c, for α1 < δ and α2 > −δ."""
     if share == 0:
         return shapely.Polygon()
-    lean = math.pi / 2
 
     def root(x: FloatArray) -> FloatArray:
         sine = np.sin(x - delta)
@@ -118,21 +121,13 @@ def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
         first, second = math.sin(y + delta), math.sin(x - delta)
         return first * (1 - 2 * share * math.cos(x)) + 2 * share * second * math.cos(y) < 0
 
-    turned, tilted = cosine(0.0, 1.0, lean - delta), cosine(1.0, 0.0, lean + delta)
+    turned, tilted = cosine(0.0, 1.0, HALF_PI - delta), cosine(1.0, 0.0, HALF_PI + delta)
     border = turned + turned * cosine(1.0, 0.0, size=-2 * share) + tilted * cosine(0.0, 1.0, size=2 * share)
-    breaks = [-HALF_PI, delta]
     # Where the root leaves the square through its upper side, α2 = π/2: cos δ·(1 − 2c·cos α1) = 0.
-    if share > 0.5:
-        breaks += [angle for angle in (-math.acos(0.5 / share), math.acos(0.5 / share)) if -HALF_PI < angle < delta]
-    return bands_between(
-        np.sort(np.array(breaks)),
-        [root],
-        short,
-        Border(rest=border),
-        tolerance,
-        ends=(-delta, HALF_PI),
-        ordinate=lambda y: y,
-    )
+    leaves = math.acos(0.5 / share) if share > 0.5 else HALF_PI
+    breaks = [-HALF_PI, delta, *(angle for angle in (-leaves, leaves) if -HALF_PI < angle < delta)]
+    ends, sorted_ = (-delta, HALF_PI), np.sort(np.array(breaks))
+    return bands_between(sorted_, [root], short, Border(rest=border), tolerance, ends=ends, ordinate=lambda y: y)
 
 
 def largest_share(vehicle: Vehicle) -> float | None:
@@ -166,7 +161,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     meeting: list[Any] = [
         part
         for part in shapely.get_parts(shape)
-        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + _TOUCH).all()
+        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + TOUCH).all()
     ]
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
@@ -175,27 +170,22 @@ def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> s
     """Return why no component of a region meets every disc: which disc misses it, or which two lie apart."""
     if not region.components:
         return why_empty(region, floor, vehicle)
-    parts = np.array(region.components, dtype=object)
     meets = []
     for number, (center, radius) in enumerate(zip(discs.centers, discs.radii, strict=True), start=1):
-        distance = shapely.distance(parts, shapely.Point(center))
-        meets.append(set(np.flatnonzero(distance <= radius + 1e-12).tolist()))
+        distance = shapely.distance(np.array(region.components, dtype=object), shapely.Point(center))
+        meets.append(set(np.flatnonzero(distance <= radius + TOUCH).tolist()))
         if not meets[-1]:
-            nearest = region.nearest(center)
-            assert nearest is not None  # noqa: S101 - the region has components
-            why = region.why_not(center) or "outside the region"
+            x, y = region.nearest(center) or center
             return (
-                f"waypoint {number} ({center[0]:.4f}, {center[1]:.4f}) is not flyable ({why}); the nearest flyable "
-                f"point, ({nearest[0]:.4f}, {nearest[1]:.4f}), is {float(distance.min()):.4f} rad away, more than "
-                f"its radius {radius:.4g}"
+                f"waypoint {number} ({center[0]:.4f}, {center[1]:.4f}) is not flyable "
+                f"({region.why_not(center) or 'outside the region'}); the nearest flyable point, ({x:.4f}, {y:.4f}), "
+                f"is {float(distance.min()):.4f} rad away, more than its radius {radius:.4g}"
             )
-    for first in range(len(meets)):
-        for second in range(first + 1, len(meets)):
-            if not meets[first] & meets[second]:
-                a, b = discs.centers[first], discs.centers[second]
-                factor = separating_factor((a[0], a[1]), (b[0], b[1]), vehicle)
-                separated = f", separated by {factor}" if factor else ""
-                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
+    for a, b in combinations(range(len(meets)), 2):
+        if not meets[a] & meets[b]:
+            factor = separating_factor(*map(tuple, discs.centers[[a, b]].tolist()), vehicle)
+            separated = f", separated by {factor}" if factor else ""
+            return f"waypoints {a + 1} and {b + 1} lie in different parts of the flyable region{separated}"
     return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"
 
 
@@ -218,12 +208,12 @@ def highest_level(
         top = _HIGHEST_SHARE if most is None else most / 2
     # Often a disc alone decides: then its best point is all there is to know. The polygons say whether it is so.
     low, high = 0.0, top
-    guess = min(
-        _best_in_disc(region, objective, center, radius, vehicle)
-        for center, radius in zip(discs.centers, discs.radii, strict=True)
-    )
+    each = zip(discs.centers, discs.radii, strict=True)
+    guess = min(_best_in_disc(region, objective, center, radius, vehicle) for center, radius in each)
     beyond = min(guess * (1 + 2 * _CLOSE), top)
-    if joined(guess * (1 - _CLOSE)):
+    if not joined(guess * (1 - _CLOSE)):
+        high = guess * (1 - _CLOSE)
+    else:
         low = guess * (1 - _CLOSE)
         if not joined(beyond):
             high = beyond
@@ -231,8 +221,6 @@ def highest_level(
             low, high = beyond, 2 * beyond
             while high < top and joined(high):
                 low, high = high, 2 * high
-    else:
-        high = guess * (1 - _CLOSE)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
         low, high = (middle, high) if joined(middle) else (low, middle)
@@ -249,17 +237,20 @@ def highest_level(
 
 def _best_in_disc(region: Region, objective: Worst, center: FloatArray, radius: float, vehicle: Vehicle) -> float:
     """Return nearly the highest level at points of a disc in a region: a guess, from samples that close in on it."""
+    most = largest_share(vehicle)
     turn, reach = np.meshgrid(np.arange(24) * (math.pi / 12), np.linspace(0.0, 1.0, 7), indexing="ij")
     pattern = np.column_stack([(reach * np.cos(turn)).ravel(), (reach * np.sin(turn)).ravel()])
     best, at, size = 0.0, center, radius
     for _ in range(_ROUNDS):
-        points = at + size * pattern
-        off = points - center
-        distance = np.linalg.norm(off, axis=1, keepdims=True)
-        points = center + off * np.minimum(1.0, radius / np.maximum(distance, 1e-300))
+        points = _within(at + size * pattern, center, radius)
         points = points[region.contains(points)]
         if len(points):
-            values = _levels_at(objective, points, vehicle)
+            if objective == "singular_value":
+                values = np.asarray(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle))
+            else:
+                shares = hover_thrust_shares(np.hstack([points, points]), vehicle)
+                least = shares.min(axis=1)
+                values = np.asarray(least if most is None else np.minimum(least, most - shares.max(axis=1)))
             top = int(np.argmax(values))
             if values[top] >= best:
                 best, at = float(values[top]), points[top]
@@ -267,14 +258,10 @@ def _best_in_disc(region: Region, objective: Worst, center: FloatArray, radius: 
     return best
 
 
-def _levels_at(objective: Worst, points: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return the objective at points, shape (m,)."""
-    if objective == "singular_value":
-        return np.asarray(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle))
-    shares = hover_thrust_shares(np.hstack([points, points]), vehicle)
-    most = largest_share(vehicle)
-    least = shares.min(axis=1)
-    return np.asarray(least if most is None else np.minimum(least, most - shares.max(axis=1)))
+def _within(points: FloatArray, centers: FloatArray, radii: Any) -> FloatArray:
+    """Return points moved into discs, straight towards the centres."""
+    off = points - centers
+    return np.asarray(centers + off * np.minimum(1.0, radii / np.maximum(np.linalg.norm(off, axis=1), 1e-300))[:, None])
 
 
 def least_loop_length(discs: Discs, region: Region | None = None) -> float:
@@ -302,10 +289,8 @@ def least_loop_length(discs: Discs, region: Region | None = None) -> float:
         return bound
     paths = ShortestPaths(outer)
     legs = [paths.path(a, b) for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
-    known = [leg for leg in legs if leg is not None]
-    if len(known) < len(legs):
-        return bound
-    return max(bound, sum(float(np.linalg.norm(np.diff(leg, axis=0), axis=1).sum()) for leg in known))
+    lengths = [np.linalg.norm(np.diff(leg, axis=0), axis=1).sum() for leg in legs if leg is not None]
+    return max(bound, float(sum(lengths)))  # without a leg that is not found, a lower bound still
 
 
 def shortest_loop(discs: Discs) -> tuple[FloatArray, float]:
@@ -321,7 +306,7 @@ def shortest_loop(discs: Discs) -> tuple[FloatArray, float]:
             step = np.roll(at, -1, axis=0) - at
             size = np.sqrt(np.sum(step**2, axis=1) + _SMALL**2)
             unit = step / size[:, None]
-            return float(size.sum()), np.asarray((np.roll(unit, 1, axis=0) - unit).ravel())
+            return float(size.sum()), (np.roll(unit, 1, axis=0) - unit).ravel()
 
         def inside(x: FloatArray) -> FloatArray:
             return np.asarray(radii**2 - np.sum((x.reshape(-1, 2) - centers) ** 2, axis=1))
@@ -338,10 +323,7 @@ def shortest_loop(discs: Discs) -> tuple[FloatArray, float]:
             constraints=[{"type": "ineq", "fun": inside, "jac": inside_slope}],
             options={"maxiter": 500, "ftol": 1e-14},
         )
-        points = found.x.reshape(-1, 2)
-        off = points - centers
-        size = np.linalg.norm(off, axis=1, keepdims=True)
-        points = centers + off * np.minimum(1.0, radii[:, None] / np.maximum(size, 1e-300))
+        points = _within(found.x.reshape(-1, 2), centers, radii)
     # Where two corners coincide no unit vector is distinguished; shorter ones bound the length too.
     step = np.roll(points, -1, axis=0) - points
     pull = step / np.sqrt(np.sum(step**2, axis=1, keepdims=True) + (_SMALL**2 if radii.any() else 1e-300))

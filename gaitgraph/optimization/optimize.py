@@ -19,7 +19,7 @@ import shapely
 
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
-from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
+from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
 from gaitgraph.optimization.bounds import (
     Discs,
@@ -181,14 +181,12 @@ class OptimalGait:
         """
         return merged(self.pieces(samples=samples, rate=rate))
 
-    def pieces(
-        self, *, samples: int | None = None, rate: float | None = None, rows: int = ROWS_OF_A_PIECE
-    ) -> Iterator[Table]:
-        """Yield :meth:`table` as consecutive pieces of at least 2 rows, so that any length fits in memory."""
+    def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
         timed = self._timed(checked_clock(self.period, "smooth", samples=samples, rate=rate))
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        for piece in pieces_of(timed, about, rows=rows):
+        for piece in pieces_of(timed, about):
             yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
@@ -351,26 +349,21 @@ def optimal_gait(
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     """Return checked discs, a waypoint that repeats the one before merged, and notes."""
-    centers = checked_waypoints(waypoints, _MOST_WAYPOINTS)
+    centers = np.array(checked_waypoints(waypoints, _MOST_WAYPOINTS))
     each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(centers)
     if len(each) != len(centers):
         raise InputError(f"radius must be one for all waypoints or one for each of {len(centers)}, got {len(each)}")
-    radii = [angle_from_text(value, "radius") for value in each]
-    for value, given in zip(radii, each, strict=True):
-        if not 0 <= value <= 2 * math.pi:
-            raise InputError(f"radius must be an angle from 0 to 2π (rad), got {shown(given)}")
-    kept: list[int] = []
-    for k, center in enumerate(centers):
-        if kept and center == centers[kept[-1]]:
-            radii[kept[-1]] = min(radii[kept[-1]], radii[k])
-        else:
-            kept.append(k)
-    if len(kept) > 1 and centers[kept[-1]] == centers[kept[0]]:
-        radii[kept[0]] = min(radii[kept[0]], radii[kept[-1]])
-        kept.pop()
-    merged = len(centers) - len(kept)
+    radii = np.array([angle_from_text(value, "radius") for value in each])
+    if not ((radii >= 0) & (radii <= 2 * math.pi)).all():
+        raise InputError(f"radius must be an angle from 0 to 2π (rad), got {shown(radius)}")
+    first = np.flatnonzero([True, *(centers[1:] != centers[:-1]).any(axis=1)])
+    least = np.minimum.reduceat(radii, first)
+    if len(first) > 1 and (centers[-1] == centers[0]).all():
+        least[0] = min(least[0], least[-1])
+        first, least = first[:-1], least[:-1]
+    merged = len(centers) - len(first)
     notes = (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",) if merged else ()
-    discs = Discs(centers=np.array([centers[k] for k in kept]), radii=np.array([radii[k] for k in kept]))
+    discs = Discs(centers=centers[first], radii=least)
     discs.centers.flags.writeable = discs.radii.flags.writeable = False
     return discs, notes
 
@@ -416,7 +409,8 @@ class _Search(NamedTuple):
             return replace(self.base, reason=why_apart(region, discs, self.floor, self.vehicle))
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        bound, polygon, shape = 0.0, within, region.inner
+        bound, polygon = 0.0, within
+        shape: BaseGeometry = region.inner
         if objective != "tilt_rate":
             lower, bound = highest_level(region, objective, discs, self.vehicle, clearance=3 * CLEARANCE)
             shape = region.inner & level_region(objective, lower, self.vehicle).inner

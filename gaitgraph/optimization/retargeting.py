@@ -74,9 +74,6 @@ class Retargeted:
         The number, counted from 0, of the new row that each given row became, shape (n,).
     moved
         How far each given row was moved, in all four angles [rad], shape (n,).
-    plane_moved
-        By how much in (α1, α2) from the given row's projection onto the red sheet [rad], shape (n,); what is left of
-        `moved` is that projection.
     after
         The report of the new gait; or None.
     alternatives
@@ -90,7 +87,6 @@ class Retargeted:
     table: Table | None = None
     rows: IntArray | None = None
     moved: FloatArray | None = None
-    plane_moved: FloatArray | None = None
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -146,6 +142,7 @@ class Retargeted:
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         verdict = self.after.as_mapping() if self.after is not None else {}
+        columns = self.table.columns if self.table is not None else {}
         largest, row = self.largest if self else (None, None)
         return {
             "status": self.status,
@@ -157,13 +154,11 @@ class Retargeted:
             "moved": [] if self.moved is None else self.moved.tolist(),
             "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
             "path": [] if self.table is None else self.table.alpha.tolist(),
-            "colors": [] if self.table is None else list(self.table["color"]),
-            "t": self.table["t"].tolist() if self.table is not None and "t" in self.table else None,
+            "colors": list(columns.get("color", ())),
+            "t": columns["t"].tolist() if "t" in columns else None,
             "alternatives": list(self.alternatives),
             "before": self.before.as_mapping(),
-            "valid": verdict.get("valid", False),
-            "flyable": verdict.get("flyable", False),
-            "reachable_from_hover": verdict.get("reachable_from_hover", False),
+            **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
             "checks": verdict.get("checks", []),
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
         }
@@ -173,23 +168,22 @@ class Retargeted:
         return f"<Retargeted: {head}>"
 
     def __str__(self) -> str:
-        before = verdict_line(self.before.valid, self.before.flyable, self.before.reachable_from_hover)
+        before = f"before: {_verdict(self.before)}"
         if self.after is None:
-            return f"no gait: {self.reason}\nbefore: {before}"
+            return f"no gait: {self.reason}\n{before}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
         if self.status == "retargeted":
             far, row = self.largest
             lines.append(
                 f"moved by {far:.4f} rad at most (row {row}), {self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
             )
-        lines.append(f"before: {before}")
-        if not self.before.flyable:
-            lines.append(f"        {self.before.reason}")
-        after = verdict_line(self.after.valid, self.after.flyable, self.after.reachable_from_hover)
-        lines.append(f"after:  {after}")
-        if self.reason:
-            lines.append(f"        {self.reason}")
+        lines += [before] if self.before.flyable else [before, f"        {self.before.reason}"]
+        lines += [f"after:  {_verdict(self.after)}", *([f"        {self.reason}"] if self.reason else [])]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+
+
+def _verdict(report: Report) -> str:
+    return verdict_line(report.valid, report.flyable, report.reachable_from_hover)
 
 
 def retarget(
@@ -256,7 +250,7 @@ def retarget(
     if sign not in (None, "positive", "negative"):
         hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
         raise InputError(f"sign must be 'positive', 'negative' or None, got {shown(sign)}{hint}")
-    table = _table_of(source, vehicle, coefficients)
+    table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
@@ -264,9 +258,8 @@ def retarget(
     zones = polygons if polygons.keep_out or polygons.keep_in else None
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     region = admissible_region(chosen, use="flyable", sign=sign, coefficients=numbers, floor=floor, zones=zones)
-    parts = list(region.components)
-    if margin:
-        parts = sorted(polygons_of(offset(region.inner, -margin)).geoms, key=lambda part: (-part.area, part.bounds))
+    inside = replace(region, inner=polygons_of(offset(region.inner, -margin))) if margin else region
+    parts = inside.components
     if not parts:
         reason = why_empty(region, floor, chosen)
         if region.components:
@@ -275,10 +268,10 @@ def retarget(
 
     # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
     closing = is_closed(table)
-    rows = table.alpha[:-1] if closing else table.alpha
+    rows = tilt_angles(table, numbers)[: len(table) - closing]
     turns = np.rint((rows[:, 2:] - rows[:, :2]) / _TURN)
-    if turns.any():
-        rows = np.where(np.tile(turns != 0, 2), np.hstack([rows[:, :2], rows[:, 2:] - _TURN * turns]), rows)
+    turned = int(turns.any(axis=1).sum())
+    rows = np.hstack([rows[:, :2], np.where(turns == 0, rows[:, 2:], rows[:, 2:] - _TURN * turns)])
 
     # The component with the least summed distance in four dimensions.
     middle = (rows[:, :2] + rows[:, 2:]) / 2
@@ -288,14 +281,12 @@ def retarget(
     best = int(np.argmin(totals))
 
     # Rows that are flyable where they may be stay as they are.
-    stays = before.flyable and not turns.any()
+    stays = before.flyable and not turned
     if stays and sign is not None:
-        positive = bool(level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
-        stays = positive == (sign == "positive")
+        stays = (sign == "positive") == bool(level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
     if stays:
-        inside = offset(region.inner, -margin) if margin else region.inner
-        loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2]) if len(rows) > 1 else points[0]
-        stays = bool(shapely.covers(offset(inside, 2 * region.accuracy), loop))
+        loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
+        stays = bool(shapely.covers(offset(inside.inner, 2 * region.accuracy), loop))
     new, placed = rows, np.arange(len(rows))
     if not stays:
         # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
@@ -305,16 +296,16 @@ def retarget(
         plane[outside] = segments[:, 0]
         new, placed = _joined(plane, parts[best])
 
-    columns: dict[str, Any] = {}
-    if "t" in table:
-        columns["t"] = _times(table["t"], new, placed, closing)
-    alpha = np.vstack([new, new[:1]]) if closing else new
-    types = types_of("red", alpha[:, 0], alpha[:, 1], numbers, crossing_tolerance)
-    columns |= dict(zip(ANGLES, alpha.T.copy(), strict=True))
+    columns: dict[str, Any] = {"t": _times(table["t"], new, placed, closing)} if "t" in table else {}
+    if closing:  # the closing row moves with the first
+        new, rows = (np.vstack([array, array[:1]]) for array in (new, rows))
+        placed = np.append(placed, len(new) - 1)
+    types = types_of("red", new[:, 0], new[:, 1], numbers, crossing_tolerance)
+    columns |= dict(zip(ANGLES, new.T.copy(), strict=True))
     columns |= {
-        "color": ("red",) * len(alpha),
+        "color": ("red",) * len(new),
         "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
-        "R": np.array(level_determinant(alpha, numbers)),
+        "R": np.array(level_determinant(new, numbers)),
     }
     about = {
         "vehicle": chosen.as_mapping(),
@@ -327,43 +318,30 @@ def retarget(
     }
     fresh = Table(columns=columns, about=about)
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    if closing:  # the closing row moves with the first
-        rows, middle, placed = (np.concatenate([array, array[:1]]) for array in (rows, middle, placed))
-        placed[-1] = len(alpha) - 1
-    order = [best, *(k for k in np.argsort(totals, kind="stable").tolist() if k != best)]
-    turned = int(turns.any(axis=1).sum())
-    moved = np.linalg.norm(alpha[placed] - rows, axis=1)
-    plane_moved = np.linalg.norm(alpha[placed][:, :2] - middle, axis=1)
-    for array in (placed, moved, plane_moved):
-        array.flags.writeable = False
+    moved = np.linalg.norm(new[placed] - rows, axis=1)
+    moved.flags.writeable = placed.flags.writeable = False
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
         table=fresh,
         rows=placed,
         moved=moved,
-        plane_moved=plane_moved,
         after=after,
-        alternatives=tuple(float(totals[k]) for k in order),
+        alternatives=tuple(np.sort(totals).tolist()),
         warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
     )
 
 
-def _table_of(source: Any, vehicle: Vehicle | None, coefficients: Kind | None) -> Table:
-    """Return what was given as a table with all four angles."""
+def _table_of(source: Any) -> Table:
+    """Return what was given as a table."""
     source = as_table(source)
     if isinstance(source, (str, Path)):
         source = read_table(source)
     if isinstance(source, TimedGait):
         return table_of(source)
     if isinstance(source, Table):
-        if "alpha3" in source:
-            return source
-        _, numbers, _ = setting_of(source, vehicle, coefficients)
-        names = dict(zip(ANGLES, tilt_angles(source, numbers).T.copy(), strict=True))
-        return replace(source, columns={"t": source["t"], **names} if "t" in source else names)
-    about: dict[str, Any] = {}
-    columns: dict[str, Any] = {}
+        return source
+    about, columns = {}, {}
     if isinstance(source, Gait):
         about = {
             "vehicle": source.vehicle.as_mapping(),
@@ -389,29 +367,25 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     around = offset(part, _TOUCH)
     shapely.prepare(around)
     lines = shapely.linestrings(np.stack([plane, ends], axis=1))
-    straight = np.asarray(shapely.covers(around, lines)) | (plane == ends).all(axis=1)
-    paths = None if straight.all() else ShortestPaths(part)
-    pieces = []
-    for start, end, is_straight in zip(plane, ends, straight.tolist(), strict=True):
-        path = None if is_straight or paths is None else paths.path(start, end)
-        pieces.append(start[None] if path is None else np.vstack([start, path[1:-1]]))
+    bent = ~(shapely.covers(around, lines) | (plane == ends).all(axis=1))
+    paths = ShortestPaths(part) if bent.any() else None
+    pieces = [plane[k : k + 1] for k in range(len(plane))]
+    for k in np.flatnonzero(bent).tolist():
+        path = paths.path(plane[k], ends[k]) if paths is not None else None
+        if path is not None:
+            pieces[k] = np.vstack([plane[k], path[1:-1]])
     new = np.concatenate(pieces)
-    numbers = np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
-    return np.hstack([new, new]), numbers
+    return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
 
 
 def _times(t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    total = len(rows)
-    known = np.append(placed, total)
-    end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
-    times = np.append(t[: len(placed)], end)
-    size = np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1)
-    gone = np.concatenate([[0.0], np.cumsum(size)])
-    out = np.empty(total + 1)
+    known = np.append(placed, len(rows))
+    times = np.append(t[: len(placed)], t[-1] if closing else closing_time(t[0], t[-1], len(t)))
+    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1))])
+    out = np.append(np.empty(len(rows)), times[-1])
     for first, last, start, stop in zip(known[:-1], known[1:], times[:-1], times[1:], strict=True):
         length = gone[last] - gone[first]
         share = (gone[first:last] - gone[first]) / length if length > 0 else np.arange(last - first) / (last - first)
         out[first:last] = start + share * (stop - start)
-    out[-1] = end
     return out if closing else out[:-1]
