@@ -313,7 +313,7 @@ def test_no_small_change_needs_less_effort(swift: Any) -> None:
         step = np.fft.ifft(np.fft.fft(step, axis=0) * (np.abs(np.fft.fftfreq(32)) < 0.15)[:, None], axis=0).real
         moved = np.concatenate([[0.0], np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)])
         other = SmoothLoop(points=loop.points + step, passes=moved)
-        if discs.misses(other.passed()) <= 0 and problem.keeps_inside(other.points):
+        if discs.misses(other.passed()) <= 0 and problem.keeps_inside(other):
             tried += 1
             assert other.effort >= loop.effort * (1 - 1e-7)
     assert tried > 5

@@ -18,14 +18,12 @@ separated by the line across the shortest segment between them. So each side of 
 half-plane with all of the side beyond it, and a few of them shut out all sides: they are a convex *cell* around the
 hull, inside the polygon. While every hull stays in its cell the whole curve stays inside.
 
-The best spline within the cells is found, and the cells are drawn anew around it. When each disc is passed is unknown
-too: it moves a little, to first order, and is then held fixed for a second programme, which makes the loop admissible
-again. Last, sequential quadratic programming settles discs and passes exactly. Each loop of the sequence is admissible,
-and its effort is less than that of the one before. What it ends in is a local optimum.
-
 In unknowns scaled by the modes of the effort, the effort is half the squared distance from the origin. The best spline
 whose hulls stay in given cells is then the point of a polyhedron that is nearest to the origin: Lawson and Hanson's
-least distance programming, which nonnegative least squares solves.
+least distance programming, which nonnegative least squares solves. The cells are then drawn anew around it. When each
+disc is passed is unknown too: it moves a little, to first order, and is then held fixed for a second programme, which
+makes the loop admissible again. Last, sequential quadratic programming settles discs and passes exactly. Each loop of
+the sequence is admissible, and its effort is less than that of the one before. What it ends in is a local optimum.
 """
 
 from __future__ import annotations
@@ -77,15 +75,10 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
     >>> basis_rows([0.0], 8)[0, :4].round(4).tolist()
     [0.1667, 0.6667, 0.1667, 0.0]
     """
-    at = np.mod(np.atleast_1d(np.asarray(s, dtype=float)), count)
-    piece = np.minimum(at.astype(np.int64), count - 1)
-    powers = np.zeros((at.size, 4))
-    for k in range(derivative, 4):
-        powers[:, k] = math.perm(k, derivative) * (at - piece) ** (k - derivative)
-    rows = np.zeros((at.size, count))
-    columns = (piece[:, None] + np.arange(4)) % count
-    np.put_along_axis(rows, columns, powers @ _BASIS.T, axis=1)
-    return rows
+    from scipy.interpolate import BSpline
+
+    around = np.eye(count)[np.arange(count + 3) % count]
+    return np.asarray(BSpline(np.arange(-3, count + 4), around, 3)(np.mod(s, count), derivative))
 
 
 @cache
@@ -148,6 +141,11 @@ class SmoothLoop:
     passes: FloatArray
 
     @property
+    def hulls(self) -> FloatArray:
+        """The Bézier points of every piece, shape (K, 4, 2)."""
+        return np.asarray(hull_matrix(len(self.points)) @ self.points)
+
+    @property
     def effort(self) -> float:
         """∫ (α̇1² + α̇2²) dt over a period of one second [rad²/s]."""
         count, from_first = len(self.points), self.points - self.points[0]
@@ -202,10 +200,9 @@ class LeastEffort:
         lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
         self._tree = shapely.STRtree(lines)
 
-    def keeps_inside(self, points: FloatArray) -> bool:
+    def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
-        hulls = hull_matrix(len(points)) @ points
-        shapes = shapely.convex_hull(shapely.multipoints(hulls))
+        shapes = shapely.convex_hull(shapely.multipoints(loop.hulls))
         if not shapely.covers(self.polygon, shapes).all():
             return False
         return bool(shapely.distance(self.polygon.boundary, shapes).min() >= 0.9 * self.clearance)
@@ -256,10 +253,9 @@ class LeastEffort:
         # The curve of equal control points P, P, P is at P in the middle one of them.
         at = np.mod((np.arange(count) - 1) / count, 1.0) * gone[-1]
         points = np.column_stack([np.interp(at, gone, on_it[:, k]) for k in range(2)])
-        if not self.keeps_inside(points):
-            return None
         when = np.interp(loop.passes, s, gone) / gone[-1] * count
-        return SmoothLoop(points=points, passes=when - when[0])
+        even = SmoothLoop(points=points, passes=when - when[0])
+        return even if self.keeps_inside(even) else None
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
         """Return the loop that a start leads to, and the effort of every admissible loop found, in order.
@@ -269,7 +265,7 @@ class LeastEffort:
         best, history, trust = loop, [loop.effort], 2.0
 
         def admissible(one: SmoothLoop) -> bool:
-            return self.discs.misses(one.passed()) <= 1e-9 and self.keeps_inside(one.points)
+            return self.discs.misses(one.passed()) <= 1e-9 and self.keeps_inside(one)
 
         def improved(found: SmoothLoop | None) -> bool:
             nonlocal best
@@ -284,29 +280,25 @@ class LeastEffort:
         for number in range(_MOST_ROUNDS):
             before = history[-1]
             # The passes move to first order; a second programme, with passes held, makes the loop admissible again.
-            ahead = self._program(best, _FAR).projected(trust)
-            moved = improved(self._program(ahead, _FAR).projected(0.0)) if ahead is not None else False
+            ahead = self.program(best, _FAR).projected(trust)
+            moved = improved(self.program(ahead, _FAR).projected(0.0)) if ahead is not None else False
             trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
             # At first the start's control points are unevenly spread.
             even = self.evened(best) if number < 4 else None
-            smoothed = improved(self._program(even, _FAR).projected(0.0)) if even is not None else False
+            smoothed = improved(self.program(even, _FAR).projected(0.0)) if even is not None else False
             moved = moved or smoothed
             if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
                 break
         # Small cells, discs and passes as they are.
         for _ in range(_LAST_ROUNDS):
             before = history[-1]
-            if not improved(self._program(best, _NEAR).refined()) or before - history[-1] <= _SETTLED * before:
+            if not improved(self.program(best).refined()) or before - history[-1] <= _SETTLED * before:
                 break
         return best, history
 
-    def stationarity(self, loop: SmoothLoop) -> tuple[float, tuple[int, ...], bool]:
-        """Return what :meth:`Program.stationarity` does for a loop that moves."""
-        return self._program(loop, _NEAR).stationarity()
-
-    def _program(self, loop: SmoothLoop, reach: float) -> Program:
+    def program(self, loop: SmoothLoop, reach: float = _NEAR) -> Program:
         """Return the problem in the cells around a loop."""
-        return Program(loop, self.discs, self.cells(hull_matrix(len(loop.points)) @ loop.points, reach))
+        return Program(loop, self.discs, self.cells(loop.hulls, reach))
 
 
 class Program:
@@ -321,58 +313,48 @@ class Program:
         self.loop, self.discs, self.count = loop, discs, count
         self.later = len(loop.passes) - 1
         self.shape, inverse = _modes(count)
-        self.rows = (hull_matrix(count) @ self.shape)[cells.piece].reshape(-1, count)
+        self.rows = hull_matrix(count)[cells.piece].reshape(-1, count)
         self.normals = np.repeat(cells.normals, 4, axis=0)
         self.offsets = np.repeat(cells.offsets, 4)
         self.on_border = np.repeat(cells.on_border, 4)
         self.origin = np.concatenate([(inverse @ loop.points).ravel(), np.zeros(self.later)])
         self.unit = 0.5 * count / len(loop.passes) / max(math.sqrt(loop.effort), 1e-9)
-
-    def _split(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        z = x[: 2 * self.count].reshape(self.count, 2)
-        passes = self.loop.passes.copy()
-        passes[1:] += self.unit * x[2 * self.count :]
-        return z, passes
+        # Passes may move by less than half the way to the next, so that they stay in order.
+        half = np.diff(np.append(loop.passes, count)) / 2 / self.unit
+        self.bounds = np.column_stack([-half[:-1], half[1:]])
 
     def loop_at(self, x: FloatArray) -> SmoothLoop:
         """Return the loop that unknowns mean."""
-        z, passes = self._split(x)
-        return SmoothLoop(points=self.shape @ z, passes=passes)
+        passes = self.loop.passes + self.unit * np.append(0.0, x[2 * self.count :])
+        return SmoothLoop(points=self.shape @ x[: 2 * self.count].reshape(self.count, 2), passes=passes)
 
     def effort(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Return the effort in one second, and its slope."""
-        shape = x[2 : 2 * self.count]
-        slope = np.zeros_like(x)
-        slope[2 : 2 * self.count] = shape
-        return 0.5 * float(np.sum(shape**2)), slope
-
-    def bounds(self) -> list[tuple[float, float]]:
-        """Return how far passes may move: less than half the way to the next, so that they stay in order."""
-        half = np.diff(np.append(self.loop.passes, self.count)) / 2 / self.unit
-        return [(-before, after) for before, after in pairwise(half.tolist())]
+        slope = np.where((np.arange(len(x)) >= 2) & (np.arange(len(x)) < 2 * self.count), x, 0.0)
+        return 0.5 * float(slope @ slope), slope
 
     def slack(self, x: FloatArray) -> FloatArray:
         """Return by how much each Bézier point keeps inside each side of its cell."""
-        return np.asarray(self.offsets - np.sum(self.normals * (self.rows @ self._split(x)[0]), axis=1))
+        return np.asarray(self.offsets - np.sum(self.normals * (self.rows @ self.loop_at(x).points), axis=1))
 
     def slack_slope(self, chosen: BoolArray) -> FloatArray:
         """Return the slopes of chosen slacks, which are constant."""
         out = np.zeros((int(chosen.sum()), len(self.origin)))
-        slopes = self.rows[chosen][:, :, None] * self.normals[chosen][:, None, :]
+        slopes = (self.rows[chosen] @ self.shape)[:, :, None] * self.normals[chosen][:, None, :]
         out[:, : 2 * self.count] = -slopes.reshape(-1, 2 * self.count)
         return out
 
     def at_discs(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the points at the discs, from their centres, shape (n, 2), and the slopes of both coordinates."""
-        z, passes = self._split(x)
-        slopes = np.zeros((2, len(passes), len(x)))
-        rows = basis_rows(passes, self.count) @ self.shape
-        speed = basis_rows(passes, self.count, 1) @ self.shape @ z
-        later = np.arange(1, len(passes))
+        loop = self.loop_at(x)
+        slopes = np.zeros((2, len(loop.passes), len(x)))
+        rows = basis_rows(loop.passes, self.count) @ self.shape
+        speed = basis_rows(loop.passes, self.count, 1) @ loop.points
+        later = np.arange(1, len(loop.passes))
         for axis in range(2):
             slopes[axis, :, axis : 2 * self.count : 2] = rows
             slopes[axis, later, 2 * self.count + later - 1] = self.unit * speed[later, axis]
-        return rows @ z - self.discs.centers, slopes
+        return loop.passed() - self.discs.centers, slopes
 
     def disc_slack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far inside the discs with an interior the loop passes, r − d²/r, and the slopes."""
@@ -405,8 +387,7 @@ class Program:
         always, most = sides, inside
         if trust and self.later:
             moves = np.eye(self.later, len(x), size)
-            bounds = np.array(self.bounds())
-            farthest = np.minimum(trust / self.unit, 0.9 * np.stack([bounds[:, 1], -bounds[:, 0]]))
+            farthest = np.minimum(trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1]))
             always, most = np.concatenate([sides, moves, -moves]), np.concatenate([inside, *farthest])
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
         gap, equal = self.point_gap(x)
@@ -469,7 +450,7 @@ class Program:
                 self.origin,
                 jac=True,
                 method="SLSQP",
-                bounds=[(None, None)] * (2 * self.count) + self.bounds(),
+                bounds=np.vstack([np.tile([-np.inf, np.inf], (2 * self.count, 1)), self.bounds]),
                 constraints=constraints,
                 options={"maxiter": 60, "ftol": 1e-12 * self.effort(self.origin)[0]},
             )
@@ -482,10 +463,9 @@ class Program:
     def stationarity(self) -> tuple[float, tuple[int, ...], bool]:
         """Return the residual of the first-order conditions, which discs hold the loop, and whether the border does.
 
-        The first-order (Karush–Kuhn–Tucker) conditions ask for multipliers, not negative for inequalities, with which
-        the slope of the effort is a combination of the slopes of the active constraints. The nearest combination is
-        found by nonnegative least squares, in the norm of the effort itself. What remains, as a fraction of the slope,
-        is returned: its square is about the largest relative decrease that first order still promises.
+        The slope of the effort is to be a combination of the slopes of the active constraints, not negative for
+        inequalities. Returned is what the nearest one leaves of it, as a fraction, in the norm of the effort itself:
+        its square is about the largest relative decrease that first order still promises.
         """
         x = self.origin
         slope = self.effort(x)[1]

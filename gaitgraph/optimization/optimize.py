@@ -483,8 +483,9 @@ class _Search(NamedTuple):
                 corners += list(leg[:-1])
             if 3 * len(corners) <= _MOST_PIECES:
                 points, knots = control_points_along(np.array(corners), self.pieces)
-                if problem.keeps_inside(points):
-                    return SmoothLoop(points=points, passes=knots[at].astype(float))
+                loop = SmoothLoop(points=points, passes=knots[at].astype(float))
+                if problem.keeps_inside(loop):
+                    return loop
         return None
 
     def _described(
@@ -509,7 +510,7 @@ class _Search(NamedTuple):
         active: list[str] = []
         stationarity = 0.0
         if problem is not None and effort > 0:
-            stationarity, held, by_border = problem.stationarity(loop)
+            stationarity, held, by_border = problem.program(loop).stationarity()
             border = "" if effortless else "the level that it keeps, or "
             active = [f"waypoint {number + 1}" for number in held]
             active += [f"{border}the border of the flyable region"] * by_border
