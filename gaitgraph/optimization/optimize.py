@@ -10,7 +10,7 @@ itself is the objective the loop is a local optimum, stated with a lower bound o
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -73,34 +73,12 @@ _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
 _CHORD = 1e-4
+_OPTIMALITY = ("gap", "stationarity", "violation", "active")  # of an answer, in JSON
 _TEXTS = {  # name, unit, and which side of the value the bound is on
     "singular_value": ("least singular value along the gait", "", "at most"),
     "hover_reserve": ("hover reserve along the gait", " of m·g", "at most"),
     "tilt_rate": ("tilt-rate effort", " rad²/s", "at least"),
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Optimality:
-    """How good a gait is; everything here can be checked without the search.
-
-    Parameters
-    ----------
-    gap
-        What a better gait could gain at most, as a fraction of the bound (a worst case), or of the value (effort).
-    stationarity
-        First-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the active constraints
-        are taken off, as a fraction of it; 0 for a gait that stands still.
-    violation
-        How far the gait passes outside a disc, at most [rad]; of the region it is never outside.
-    active
-        What holds the gait, in words.
-    """
-
-    gap: float
-    stationarity: float
-    violation: float
-    active: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,8 +106,15 @@ class OptimalGait:
         a lower bound of effort.
     effort
         ∫ ‖α̇‖² dt over the period [rad²/s].
-    optimality
-        How good the gait is.
+    gap
+        What a better gait could gain at most, as a fraction of the bound (a worst case), or of the value (effort).
+    stationarity
+        First-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the active constraints
+        are taken off, as a fraction of it; 0 for a gait that stands still.
+    violation
+        How far the gait passes outside a disc, at most [rad]; of the region it is never outside.
+    active
+        What holds the gait, in words.
     passed, times
         Where, shape (n, 4) [rad], and when, shape (n,) [s], the discs are passed.
     history
@@ -149,7 +134,10 @@ class OptimalGait:
     value: float | None = None
     bound: float | None = None
     effort: float | None = None
-    optimality: Optimality | None = None
+    gap: float | None = None
+    stationarity: float | None = None
+    violation: float | None = None
+    active: tuple[str, ...] = ()
     passed: FloatArray | None = None
     times: FloatArray | None = None
     history: tuple[float, ...] = ()
@@ -202,7 +190,7 @@ class OptimalGait:
             "radius": self.radius.tolist(),
             **{name: getattr(self, name) for name in ("period", "value", "bound", "effort")},
             "length": self.curve.length if self.curve is not None else None,
-            "optimality": None if self.optimality is None else asdict(self.optimality),
+            "optimality": {name: getattr(self, name) for name in _OPTIMALITY} if self else None,
             "passed": [] if self.passed is None else self.passed.tolist(),
             "times": [] if self.times is None else self.times.tolist(),
             "history": list(self.history),
@@ -218,14 +206,14 @@ class OptimalGait:
         return f"<OptimalGait: {head}>"
 
     def __str__(self) -> str:
-        if self.curve is None or self.report is None or self.optimality is None:
+        if self.curve is None or self.report is None:
             return f"no gait: {self.reason}"
         what, unit, comparison = _TEXTS[self.objective]
         lines = [
             f"{what} {self.value:.4f}{unit}; any gait through these discs has {comparison} {self.bound:.4f}{unit}",
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
-            f"{self.optimality.stationarity:.1e}, held by {', '.join(self.optimality.active) or 'nothing'}",
+            f"{self.stationarity:.1e}, held by {', '.join(self.active) or 'nothing'}",
             verdict_line(self.report.valid, self.report.flyable, self.report.reachable_from_hover),
             *lines_of_checks(self.report.checks),
             *(f"warning: {warning}" for warning in self.warnings),
@@ -521,12 +509,10 @@ class _Search(NamedTuple):
             report=report,
             value=value,
             effort=effort,
-            optimality=Optimality(
-                gap=abs(bound - value) / size if size > 0 else 0.0,
-                stationarity=stationarity,
-                violation=max(self.discs.misses(plane), 0.0),
-                active=tuple(active),
-            ),
+            gap=abs(bound - value) / size if size > 0 else 0.0,
+            stationarity=stationarity,
+            violation=max(self.discs.misses(plane), 0.0),
+            active=tuple(active),
             history=tuple(2.0 / period * one for one in history),
             warnings=answer.warnings
             + (() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)),
