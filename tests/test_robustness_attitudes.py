@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import shapely
-from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 from scipy.optimize import brentq
 
@@ -22,7 +21,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     scaled_decoupling_matrix,
 )
-from gaitgraph.invertibility.tilt_margins import attitude_sensitivities, tilt_margin
+from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes, singular_curve
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
@@ -67,7 +66,7 @@ def range_of_formula_1(
     return least.reshape(roll.shape), largest.reshape(roll.shape)
 
 
-def check(points: FloatArray, vehicle: Vehicle, count: int = 51, samples: int = 120) -> AcceptableAttitudes:
+def check(points: FloatArray, vehicle: Vehicle, count: int = 41, samples: int = 80) -> AcceptableAttitudes:
     """Compare the acceptable attitudes with a raster over a densely sampled period."""
     found = acceptable_attitudes(points, coefficients_of(vehicle, "exact"))
     check_shapes(found)
@@ -136,62 +135,40 @@ class TestSingularCurve:
             exact, count = coefficients_of(vehicle, "exact"), int(random.integers(2, 300))
             curve = singular_curve(alpha, exact)
             points = curve.points(count)
-            if curve.kind != "curve":
-                continue
-            assert points.shape == (count, 2)
-            values = determinant(alpha, exact, *points.T)
-            assert np.abs(values).max() <= 3e-8 * np.linalg.norm(curve.normal)
-            np.testing.assert_allclose(np.abs(points[[0, -1]]).max(axis=1), HALF_PI, atol=1e-7)
-            assert np.abs(points).max() <= HALF_PI + 1e-15
+            if curve.kind == "curve":
+                assert points.shape == (count, 2)
+                assert np.abs(determinant(alpha, exact, *points.T)).max() <= 3e-8 * np.linalg.norm(curve.normal)
+                np.testing.assert_allclose(np.abs(points[[0, -1]]).max(axis=1), HALF_PI, atol=1e-7)
+                assert np.abs(points).max() <= HALF_PI + 1e-15
 
-    def test_pitch_at_a_roll_and_the_nearest_point(self) -> None:
-        random = np.random.default_rng(0)
+    def test_its_point_nearest_to_upright_is_the_tilt_margin_away(self) -> None:
         for alpha in random_tilts(0, 12, reach=1.5):
-            roll, curve = random.uniform(-1.57, 1.57, (3, 5)), singular_curve(alpha, EXACT)
-            off = determinant(alpha, EXACT, roll, curve.pitch_at(roll)) / np.linalg.norm(curve.normal)
-            np.testing.assert_allclose(off, 0.0, atol=1e-12)
-            points = curve.points(20_001)
-            np.testing.assert_allclose(curve.pitch_at(points[1:-1, 0]), points[1:-1, 1], atol=1e-6)
-            # Its point nearest to upright is the tilt margin away.
+            points = singular_curve(alpha, EXACT).points(20_001)
             nearest = np.arccos(body_vertical(*points.T)[:, 2]).min()
             assert nearest == pytest.approx(tilt_margin(alpha, EXACT), abs=1e-4)
 
     def test_special_kinds(self) -> None:
         none = singular_curve([0.4, -1.1, 0.4, -1.1], EXACT)
-        assert none.kind == "none"
-        assert none.points().shape == (0, 2)
-        assert np.isnan(none.pitch_at([0.0, 0.3])).all()
+        assert (none.kind, none.points().shape) == ("none", (0, 2))
         assert singular_curve(BLUE[0], EXACT).kind == "everywhere"
         printed = np.round(BLUE[0], 3)
         assert singular_curve(printed, EXACT).kind == "curve"
-        assert singular_curve(printed, EXACT, angle_rounding=5e-4).kind == "everywhere"
         assert singular_curve(printed, EXACT, angle_rounding=5e-4).kind == "everywhere"
         # Rθ = 0: a roll at every pitch. Rφ = 0: symmetrical in roll.
         upright = singular_curve([0.5, -0.3, 0.2, -0.3], EXACT)
         points = upright.points(7)
         np.testing.assert_allclose(points[:, 0], points[0, 0], atol=1e-12)
         np.testing.assert_allclose(np.sort(points[[0, -1], 1]), [-HALF_PI, HALF_PI])
-        assert np.isnan(upright.pitch_at([0.0, 1.0])).all()
-        even = singular_curve([0.5, -0.3, 0.5, 0.2], EXACT)
-        np.testing.assert_allclose(even.pitch_at([-0.4, 0.4]), even.pitch_at([0.4, -0.4]))
+        even = singular_curve([0.5, -0.3, 0.5, 0.2], EXACT).points(11)
+        np.testing.assert_allclose(even, even[::-1] * [-1, 1], atol=1e-12)
         # R = 0: the curve passes (0, 0).
         through = singular_curve([ON_ZERO, -0.4, 0.5, 0.3], EXACT)
-        assert through.pitch_at(0.0) == pytest.approx(0.0, abs=1e-14)
         assert shapely.LineString(through.points(1001)).distance(shapely.Point(0, 0)) < 1e-5
-
-    def test_it_cannot_be_changed(self) -> None:
-        with pytest.raises(ValueError, match="read-only"):
-            singular_curve(OBLIQUE, EXACT).normal[0] = 5.0
 
     @pytest.mark.parametrize("alpha", [[math.nan, 0, 0, 0], [0, 0, math.inf, 0], [0, 0, 0], [[0, 0, 0, 0]], "x"])
     def test_wrong_angles_are_refused(self, alpha: Any) -> None:
         with pytest.raises((InputError, ValueError)):
             singular_curve(alpha, EXACT)
-
-    @pytest.mark.parametrize("count", [1, 0, -1, 2.5, True])
-    def test_wrong_counts_are_refused(self, count: Any) -> None:
-        with pytest.raises(InputError, match="count must be a whole number, at least 2, got"):
-            singular_curve(OBLIQUE, EXACT).points(count)
 
 
 class TestAgainstARaster:
@@ -204,7 +181,7 @@ class TestAgainstARaster:
         check_shapes(unbiased)
         assert unbiased.fraction == (1.0 if gait.color == "red" else 0.0)
         assert ("singular at every attitude" in unbiased.reason) == (gait.color == "blue")
-        for eta in (0.99, 0.8, 0.3):
+        for eta in (0.99, 0.5):
             found = check(alpha * [1, 1, eta, eta], PAPER)
             if gait.number == 1:
                 assert "R changes its sign" in found.reason
@@ -216,24 +193,9 @@ class TestAgainstARaster:
         met = set()
         random = np.random.default_rng(6)
         for _ in range(8):
-            found = check(random_gait(random), random_vehicle(random), count=41, samples=80)
+            found = check(random_gait(random), random_vehicle(random))
             met.add((found.polygon.is_empty, found.beyond.is_empty))
         assert met == {(False, True), (False, False), (True, False), (True, True)}
-
-    @settings(deadline=None, max_examples=8)
-    @given(points=st.lists(st.tuples(*[st.floats(-1.6, 1.6)] * 4), min_size=1, max_size=5), seed=st.integers(0, 100))
-    def test_what_hypothesis_finds(self, points: list[tuple[float, ...]], seed: int) -> None:
-        vehicle = random_vehicle(np.random.default_rng(seed))
-        found = acceptable_attitudes(points, coefficients_of(vehicle, "exact"))
-        check_shapes(found)
-        alpha = np.array(points) if len(points) == 1 else along(np.array(points), 60)
-        v = attitude_sensitivities(alpha, coefficients_of(vehicle, "exact"))
-        if np.linalg.norm(v, axis=1).min() > 1e-6:
-            roll, pitch = raster(31)
-            least, largest = range_of_formula_1(alpha, vehicle, roll, pitch)
-            unsafe = (least < -1e-7) & (largest > 1e-7)
-            for region in (found.polygon, found.beyond):
-                assert not (shapely.contains_xy(region, roll, pitch) & unsafe).any()
 
     def test_a_point_is_cut_by_its_curve(self) -> None:
         found = check(OBLIQUE[None], PAPER)
@@ -278,7 +240,7 @@ class TestAgainstARaster:
     )
     def test_hard_cases(self, points: list[list[float]], constants: tuple[float, float, Any]) -> None:
         ratio, turn, spin = constants
-        check(np.array(points), Vehicle(drag_ratio=ratio, first_arm_angle=turn, first_rotor_spin=spin), samples=400)
+        check(np.array(points), Vehicle(drag_ratio=ratio, first_arm_angle=turn, first_rotor_spin=spin), samples=200)
 
     @pytest.mark.parametrize("off", [1e-3, 1e-6, 1e-9, 1e-12])
     def test_R_near_zero(self, off: float) -> None:
@@ -294,7 +256,7 @@ class TestError:
     @pytest.mark.parametrize("seed", [2, 5])
     def test_it_is_honest_and_converges(self, seed: int) -> None:
         points = gait_near(np.random.default_rng(seed))
-        found = [acceptable_attitudes(points, EXACT, tolerance=tolerance) for tolerance in (1e-1, 1e-2, 1e-3, 1e-5)]
+        found = [acceptable_attitudes(points, EXACT, tolerance=tolerance) for tolerance in (1e-1, 1e-3, 1e-5)]
         best = found[-1]
         for one in found:
             assert one.met
@@ -302,7 +264,7 @@ class TestError:
             assert one.polygon.difference(best.polygon).area < 2e-5
         assert [one.pieces for one in found] == sorted(one.pieces for one in found)
 
-    @pytest.mark.parametrize("tolerance", [1e-7, 1e-12, 1e-300])
+    @pytest.mark.parametrize("tolerance", [1e-7, 1e-300])
     def test_what_cannot_be_met_says_how_far_it_came(self, tolerance: float) -> None:
         found = acceptable_attitudes([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]], EXACT, tolerance=tolerance)
         assert not found.met
@@ -313,7 +275,7 @@ class TestError:
     def test_another_order_of_corners_and_the_same_input(self) -> None:
         points = gait_near(np.random.default_rng(2))
         plain, again, back = (
-            acceptable_attitudes(one, EXACT, tolerance=1e-4) for one in (points, points, points[::-1])
+            acceptable_attitudes(one, EXACT, tolerance=1e-3) for one in (points, points, points[::-1])
         )
         assert abs(back.fraction - plain.fraction) <= back.error + plain.error
         assert (again.polygon.wkb, again.beyond.wkb) == (plain.polygon.wkb, plain.beyond.wkb)
@@ -346,11 +308,16 @@ class TestReasons:
 @pytest.mark.parametrize(
     ("alpha", "options", "message"),
     [
-        ([[math.nan, 0, 0, 0]], {}, "alpha must be finite angles in radians, got"),
-        ([[0, 0, 0, 0], [0, math.inf, 0, 0]], {}, "alpha must be finite angles in radians, got"),
-        (np.zeros((0, 4)), {}, "with n at least 1, got"),
-        ([0.0, 0, 0, 0], {}, r"alpha must be an array of shape \(n, 4\)"),
-        ([[0.0, 0, 0]], {}, r"alpha must be an array of shape \(n, 4\)"),
+        *(
+            (wrong, {}, r"alpha must be finite tilt angles of shape \(n, 4\), n at least 1 \(rad\), got")
+            for wrong in (
+                [[math.nan, 0, 0, 0]],
+                [[0, 0, 0, 0], [0, math.inf, 0, 0]],
+                np.zeros((0, 4)),
+                [0.0] * 4,
+                [[0.0] * 3],
+            )
+        ),
         *(
             ([[0.0, 0, 0, 0]], {"tolerance": wrong}, "tolerance must be a finite number above 0, got")
             for wrong in (0, -1, math.nan, math.inf, "x", True)

@@ -183,7 +183,7 @@ def why_apart(region: Region, discs: Discs, floor: float, vehicle: Vehicle) -> s
             )
     for a, b in combinations(range(len(meets)), 2):
         if not meets[a] & meets[b]:
-            factor = separating_factor(*map(tuple, discs.centers[[a, b]].tolist()), vehicle)
+            factor = separating_factor(discs.centers[a].tolist(), discs.centers[b].tolist(), vehicle)
             separated = f", separated by {factor}" if factor else ""
             return f"waypoints {a + 1} and {b + 1} lie in different parts of the flyable region{separated}"
     return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"

@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
@@ -30,12 +31,13 @@ from gaitgraph.invertibility.tilt_margins import (
     sensitivity_deviations,
     singular_everywhere,
 )
+from gaitgraph.surface.region import polygons_of
 
 if TYPE_CHECKING:
-    from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
@@ -70,8 +72,6 @@ class SingularCurve:
         The points are spaced evenly on the unit sphere of verticals; both ends are on the border. Without a curve the
         shape is (0, 2).
         """
-        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-            raise InputError(f"count must be a whole number, at least 2, got {shown(count)}")
         if self.kind != "curve":
             return np.zeros((0, 2))
         x, y, z = self.normal
@@ -80,20 +80,6 @@ class SingularCurve:
         highest = np.array([-z * x / across, -z * y / across, across]) / math.hypot(across, z)
         turn = np.linspace(0.0, math.pi, count)[:, None]
         return _attitudes_of(along * np.cos(turn) + highest * np.sin(turn), highest)
-
-    def pitch_at(self, roll: npt.ArrayLike) -> FloatArray:
-        """Return the singular pitch at a roll in (−π/2, π/2) [rad], NaN if there is none or every pitch is singular.
-
-        >>> from gaitgraph.invertibility.matrices import coefficients_of
-        >>> curve = singular_curve([0.4, -1.1, 0.3, -0.9], coefficients_of(kind="exact"))
-        >>> curve.pitch_at([0.0, 0.5]).round(4).tolist()
-        [-1.5372, -1.5316]
-        """
-        roll = np.asarray(roll, dtype=float)
-        x, y, z = self.normal
-        if self.kind != "curve" or x == 0.0:
-            return np.full(roll.shape, np.nan)
-        return np.asarray(np.arctan((y * np.sin(roll) + z * np.cos(roll)) / x))
 
 
 def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> SingularCurve:
@@ -151,7 +137,7 @@ class AcceptableAttitudes:
     :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
     """
 
-    polygon: Polygon
+    polygon: shapely.Polygon
     beyond: BaseGeometry
     error: float
     tolerance: float
@@ -159,14 +145,9 @@ class AcceptableAttitudes:
     reason: str = ""
 
     @property
-    def area(self) -> float:
-        """Area of the polygon [rad²]."""
-        return float(self.polygon.area)
-
-    @property
     def fraction(self) -> float:
         """Fraction of (−π/2, π/2)² that the polygon covers."""
-        return min(self.area / DIAGRAM_AREA, 1.0)
+        return min(float(self.polygon.area) / DIAGRAM_AREA, 1.0)
 
     @property
     def met(self) -> bool:
@@ -176,18 +157,12 @@ class AcceptableAttitudes:
     @property
     def swept(self) -> BaseGeometry:
         """The attitudes that the gait's singular curves sweep over a period."""
-        import shapely
-
         diagram = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
         return diagram.difference(self.polygon).difference(self.beyond)
 
 
 def acceptable_attitudes(
-    alpha: npt.ArrayLike,
-    coefficients: Coefficients,
-    *,
-    tolerance: float = 1e-5,
-    angle_rounding: float = 0.0,
+    alpha: npt.ArrayLike, coefficients: Coefficients, *, tolerance: float = 1e-5, angle_rounding: float = 0.0
 ) -> AcceptableAttitudes:
     """Return the attitudes at which a gait is never singular.
 
@@ -218,27 +193,23 @@ def acceptable_attitudes(
     [1.0, 0.852]
     """
     points = np.asarray(alpha, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
-        raise InputError(f"alpha must be an array of shape (n, 4) with n at least 1, got shape {points.shape}")
-    if not np.isfinite(points).all():
-        raise InputError(f"alpha must be finite angles in radians, got {points[~np.isfinite(points)][0]}")
+    if points.ndim != 2 or points.shape[1] != 4 or not len(points) or not np.isfinite(points).all():
+        raise InputError(f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}")
     if not 0 < number_of(tolerance) < math.inf:
         raise InputError(f"tolerance must be a finite number above 0, got {shown(tolerance)}")
-    import shapely
-
-    sweep = _Sweep.of(points, coefficients)
+    sweep = _swept(*_cut(points), coefficients)
     polygon, error, reason, pieces = shapely.Polygon(), 0.0, _NOT_LEVEL, len(sweep.starts)
-    sides: list[float] = []
-    others: list[Polygon] = []
+    beyond: list[shapely.Polygon] = []
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
     sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
+    sides: tuple[float, ...] = (sign, -sign)
     lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
-    if not lost.any():
-        sides = [sign, -sign]
-    elif segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding) is not None or not (
-        singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
-    ):
-        reason = EVERYWHERE
+    if lost.any():
+        sides = ()
+        exactly = singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
+        along = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding)
+        if along is not None or not exactly:
+            reason = EVERYWHERE
     for side in sides:
         inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
         found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
@@ -247,13 +218,12 @@ def acceptable_attitudes(
             if found is None:
                 error, reason = 1.0, "R is too near to zero to be decided"
             else:
-                polygon, error, pieces = found
-                reason = ""
+                (polygon, error, pieces), reason = found, ""
         elif found is not None:
-            others.append(found[0])
+            beyond.append(found[0])
     return AcceptableAttitudes(
         polygon=polygon,
-        beyond=shapely.union_all(others) if sides else shapely.Polygon(),
+        beyond=shapely.union_all(beyond),
         error=error,
         tolerance=float(tolerance),
         pieces=pieces,
@@ -261,8 +231,7 @@ def acceptable_attitudes(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sweep:
+class _Sweep(NamedTuple):
     """Pieces of a gait: their ends, v there, and how far (Rφ, Rθ) and R can be from the chords in between."""
 
     starts: FloatArray
@@ -272,35 +241,16 @@ class _Sweep:
     across: FloatArray
     level: FloatArray
 
-    @classmethod
-    def of(cls, points: FloatArray, coefficients: Coefficients) -> _Sweep:
-        """Cut the closed polyline through points into short pieces."""
-        step = np.roll(points, -1, axis=0) - points
-        size = np.abs(step).max(axis=1)
-        longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
-        count = np.maximum(np.ceil(size / longest), 1).astype(int)
-        segment = np.repeat(np.arange(len(points)), count)
-        number = np.arange(len(segment)) - np.repeat(np.cumsum(count) - count, count)
-        starts = points[segment] + (number / count[segment])[:, None] * step[segment]
-        return cls.between(starts, np.roll(starts, -1, axis=0), coefficients)
+    def only(self, where: npt.NDArray[np.bool_]) -> _Sweep:
+        """Return some of the pieces."""
+        return _Sweep(*(part[where] for part in self))
 
-    @classmethod
-    def between(cls, starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> _Sweep:
-        across, level = sensitivity_deviations(starts, ends, coefficients)
-        v0, v1 = attitude_sensitivities(starts, coefficients), attitude_sensitivities(ends, coefficients)
-        return cls(starts=starts, ends=ends, v0=v0, v1=v1, across=across, level=level)
-
-    def cut(self, where: npt.NDArray[np.bool_], coefficients: Coefficients) -> _Sweep:
+    def halved(self, where: npt.NDArray[np.bool_], coefficients: Coefficients) -> _Sweep:
         """Halve some of the pieces."""
         starts, ends = self.starts[where], self.ends[where]
         middle = (starts + ends) / 2
-        halves = _Sweep.between(np.concatenate([starts, middle]), np.concatenate([middle, ends]), coefficients)
-        rest = self.only(~where)
-        return _Sweep(**{name: np.concatenate([getattr(rest, name), getattr(halves, name)]) for name in _PARTS})
-
-    def only(self, where: npt.NDArray[np.bool_]) -> _Sweep:
-        """Return some of the pieces."""
-        return _Sweep(**{name: getattr(self, name)[where] for name in _PARTS})
+        halves = _swept(np.concatenate([starts, middle]), np.concatenate([middle, ends]), coefficients)
+        return _Sweep(*(np.concatenate(pair) for pair in zip(self.only(~where), halves, strict=True)))
 
     def safe_rays(self, sign: float) -> FloatArray:
         """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
@@ -313,19 +263,36 @@ class _Sweep:
         return np.concatenate([sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1)
 
 
-_PARTS = ("starts", "ends", "v0", "v1", "across", "level")
+def _swept(starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> _Sweep:
+    v0, v1 = attitude_sensitivities(starts, coefficients), attitude_sensitivities(ends, coefficients)
+    return _Sweep(starts, ends, v0, v1, *sensitivity_deviations(starts, ends, coefficients))
+
+
+def _cut(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return starts and ends of short pieces of the closed polyline through points."""
+    step = np.roll(points, -1, axis=0) - points
+    size = np.abs(step).max(axis=1)
+    longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
+    segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
+    starts = points[segment] + (number / count)[:, None] * step[segment]
+    return starts, np.roll(starts, -1, axis=0)
+
+
+def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return, for so many of each, which one each is, its number from 0, and of how many."""
+    each = counts.astype(int)
+    which = np.repeat(np.arange(len(each)), each)
+    return which, np.arange(len(which)) - np.repeat(np.cumsum(each) - each, each), each[which]
 
 
 def _narrowed(
     sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
-) -> tuple[Polygon, float, int] | None:
+) -> tuple[shapely.Polygon, float, int] | None:
     """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
 
     None if there is none, or if that cannot be decided. Pieces inside the cone of the samples are dropped; the others
     are cut finer.
     """
-    import shapely
-
     pieces = len(sweep.starts)
     most = max(_MOST_PIECES, 2 * pieces)
     core = np.zeros((0, 3))
@@ -345,11 +312,7 @@ def _narrowed(
                 out &= ~shapely.contains_xy(hull, x, y).all(axis=1)
             sweep, rays, core = sweep.only(out), rays[out], outer
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            areas = []
-            for ring in (_ring_of(extreme), _ring_of(outer)):
-                x, y = (ring - ring[0]).T
-                areas.append(abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / 2)
-            gap = abs(areas[1] - areas[0]) / DIAGRAM_AREA
+            gap = abs(shapely.Polygon(_ring_of(outer)).area - shapely.Polygon(_ring_of(extreme)).area) / DIAGRAM_AREA
             # Finer pieces gain no more than the straight sides lose.
             last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
             if last or gap <= tolerance:
@@ -362,7 +325,7 @@ def _narrowed(
         elif pieces + doubtful.sum() > most:
             return None
         pieces += int(doubtful.sum())
-        sweep = sweep.cut(doubtful, coefficients)
+        sweep = sweep.halved(doubtful, coefficients)
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:
@@ -426,16 +389,14 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     return everything[kept]
 
 
-def _polygon_of(rays: FloatArray) -> Polygon:
+def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     """Return the verticals that every one of the extreme rays, counter-clockwise, has a positive product with."""
-    import shapely
-
     polygon = shapely.Polygon(_ring_of(rays))
     if not polygon.is_valid:
-        parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(polygon))).tolist()
-        polygons = (part for part in parts if isinstance(part, shapely.Polygon))
-        polygon = max(polygons, key=lambda part: float(part.area), default=shapely.Polygon())
-    return cast("Polygon", polygon.normalize())  # so that its first corner is the same wherever its sides were cut
+        parts = polygons_of(shapely.make_valid(polygon)).geoms
+        polygon = max(parts, key=lambda part: float(part.area), default=shapely.Polygon())
+    # The first corner is then the same wherever the sides were cut.
+    return cast("shapely.Polygon", polygon.normalize())
 
 
 def _ring_of(rays: FloatArray) -> FloatArray:
@@ -466,14 +427,12 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
     """Return points of sides that are arcs of great circles, close enough for straight lines between them."""
     middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
 
-    def at(side: npt.NDArray[np.int64], angle: FloatArray) -> FloatArray:
+    def at(side: IntArray, angle: FloatArray) -> FloatArray:
         vertical = starts[side] * np.cos(angle)[:, None] + along[side] * np.sin(angle)[:, None]
         return _attitudes_of(vertical, middle[side])
 
-    count = np.where(turn < 1e-3, 2, 3 + np.ceil(turn / 0.02).astype(int))
-    side = np.repeat(np.arange(len(turn)), count)
-    number = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
-    angle = number / (count - 1)[side] * turn[side]
+    side, number, count = _counted(np.where(turn < 1e-3, 2, 3 + np.ceil(turn / 0.02)))
+    angle = number / (count - 1) * turn[side]
     points = at(side, angle)
     for _ in range(_MOST_HALVINGS):
         inner = side[1:] == side[:-1]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
@@ -106,17 +107,13 @@ class Robustness:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, as JSON holds it; angles without `_deg` in radians."""
-        import shapely
-
         margin, acceptable = self.tilt_margin, self.acceptable
-        outline = shapely.get_coordinates(acceptable.polygon.simplify(1e-3))[:-1].tolist()
         curves = []
         for place, curve in self.curves:
-            x, y, z = map(float, curve.normal)
+            x, y, z = curve.normal.tolist()
             numbers = {"R_theta": 0.0 - x, "R_phi": y, "R": z, "kind": curve.kind}
-            points = curve.points(_POINTS_OF_A_CURVE)
-            branches = [points.tolist()] if len(points) else []
-            curves.append({**place.as_mapping(self.noun), **numbers, "branches": branches})
+            points = curve.points(_POINTS_OF_A_CURVE).tolist()
+            curves.append({**place.as_mapping(self.noun), **numbers, "branches": [points] if points else []})
         return {
             **({} if self.scaling == "none" else {"eta": self.eta, "scaling": self.scaling}),
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
@@ -126,8 +123,8 @@ class Robustness:
             "acceptable_fraction": acceptable.fraction,
             "acceptable_fraction_error": acceptable.error,
             "acceptable_reason": acceptable.reason or None,
-            "acceptable_area": acceptable.area,
-            "acceptable_outline": outline,
+            "acceptable_area": float(acceptable.polygon.area),
+            "acceptable_outline": shapely.get_coordinates(acceptable.polygon.simplify(1e-3))[:-1].tolist(),
             "tilt_deg": math.degrees(self.tilt),
             "least_singular_value": self.singular_value[1],
             "least_singular_value_at_least": self.singular_value[0],
@@ -175,18 +172,16 @@ class RobustnessReport:
         return f"<RobustnessReport: {self.gait!r}, {len(self.sweep)} scaled, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
-        head = f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"
-        tilt = math.degrees(self.gait.tilt)
-        columns = ("", "tilt margin", "acceptable", f"least singular value within {tilt:g}° of tilt")
-        lines = [head, f"  {columns[0]:<16} {columns[1]:>12} {columns[2]:>12}   {columns[3]}"]
-        every_gait = (self.gait, *self.sweep)
-        for one in every_gait:
+        lines = [f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"]
+        value = f"least singular value within {math.degrees(self.gait.tilt):g}° of tilt"
+        rows = [("", "tilt margin", "acceptable", value)]
+        details = []
+        for one in (self.gait, *self.sweep):
             margin = "none" if one.tilt_margin is None else f"{math.degrees(one.tilt_margin):.2f}°"
-            part = f"{100 * one.acceptable.fraction:.2f} %"
-            lines.append(f"  {one.name:<16} {margin:>12} {part:>12}   {one.singular_value[1]:.4f}")
-        for one in every_gait:
-            lines += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
-        return "\n".join(lines)
+            rows.append((one.name, margin, f"{100 * one.acceptable.fraction:.2f} %", f"{one.singular_value[1]:.4f}"))
+            details += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
+        lines += [f"  {name:<16} {margin:>12} {part:>12}   {value}" for name, margin, part, value in rows]
+        return "\n".join(lines + details)
 
 
 def _details(one: Robustness) -> list[str]:
@@ -200,27 +195,22 @@ def _details(one: Robustness) -> list[str]:
         lines = ["tilt margin 90° in every direction, as on the gait surfaces"]
     else:
         lines = [f"least tilt margin at {place}, towards {_attitude(one.direction)}"]
-    acceptable = one.acceptable
+    acceptable, error = one.acceptable, ""
     if acceptable.reason:
         lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
     else:
-        error = ""
         if acceptable.error:
             unit = 10.0 ** math.floor(math.log10(100 * acceptable.error))
             bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
             unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
             error = f" (error below {bound:.1g} %{unmet})"
         part = f"{100 * acceptable.fraction:.2f} % of attitudes{error}"
-        lines.append(f"acceptable around level: {part}, {acceptable.area:.4f} rad²")
-    if one.singular_value[1] == 0:
-        lines.append(f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular")
-    else:
-        worst = one.singular_where.described(one.noun)
-        lines.append(
-            f"least singular value {one.singular_value[1]:.4f} (proven lower bound {one.singular_value[0]:.4f}) at "
-            f"{worst}, {_attitude(one.singular_attitude)}"
-        )
-    return lines
+        lines.append(f"acceptable around level: {part}, {acceptable.polygon.area:.4f} rad²")
+    lower, upper = one.singular_value
+    if upper == 0:
+        return [*lines, f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular"]
+    worst = f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
+    return [*lines, f"least singular value {upper:.4f} (proven lower bound {lower:.4f}) at {worst}"]
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -284,14 +274,14 @@ def robustness_of(
     tilt = checked_tilt(tilt)
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
-    if isinstance(curves, bool) or not isinstance(curves, int) or not 0 <= curves <= _MOST_CURVES:
+    if type(curves) is not int or not 0 <= curves <= _MOST_CURVES:
         raise InputError(f"curves must be a whole number from 0 to {_MOST_CURVES}, got {shown(curves)}")
     if angle_rounding is not None and not 0 <= number_of(angle_rounding) < math.inf:
         raise InputError(f"angle_rounding must be a finite number ≥ 0 (rad), got {shown(angle_rounding)}")
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
         raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
     segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)
-    rounding = rounding if angle_rounding is None else float(angle_rounding)
+    rounding = rounding if angle_rounding is None else angle_rounding
     numbers = coefficients_of(vehicle, coefficients or "exact")
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:
@@ -342,11 +332,8 @@ def _closed_segments(
         segments, digits, noun = segments_of(points), 0.0, "corner"
     else:
         gait = as_table(gait)
-        if isinstance(gait, (str, Path)):
-            table = read_table(gait)
-        elif isinstance(gait, Table):
-            table = gait
-        else:
+        table = read_table(gait) if isinstance(gait, (str, Path)) else gait
+        if not isinstance(table, Table):
             raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
         with naming_file(gait):
             points, times = closed_rows(table, vehicle=vehicle)
@@ -406,13 +393,10 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
 def _spread(segments: Segments, count: int) -> list[Place]:
     """Return locations spread evenly along a closed gait; one if the gait is a point."""
     size = np.linalg.norm(segments.ends - segments.starts, axis=1)
-    total = float(size.sum())
-    if not total:
-        return [segments.place(0)] if count else []
     before = np.concatenate([[0.0], np.cumsum(size)])
-    places = []
-    for at in np.arange(count) * (total / max(count, 1)):
-        segment = min(int(np.searchsorted(before, at, side="right")) - 1, len(size) - 1)
-        fraction = min((at - before[segment]) / size[segment], 1.0) if size[segment] else 0.0
-        places.append(segments.place(segment, fraction))
-    return places
+    if not before[-1]:
+        return [segments.place(0)][:count]
+    at = np.arange(count) * (before[-1] / max(count, 1))
+    segment = np.minimum(np.searchsorted(before, at, side="right") - 1, len(size) - 1)
+    fraction = np.minimum((at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0)
+    return [segments.place(*one) for one in zip(segment.tolist(), fraction.tolist(), strict=True)]
