@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -25,8 +24,7 @@ VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be decided")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
 
 
-@dataclass(frozen=True)
-class Claim:
+class Claim(NamedTuple):
     """The cells of one or several rows that say what is ours, and the line that shows them."""
 
     line: int
@@ -40,18 +38,10 @@ def cells_of(line: str) -> list[str]:
 
 def tables() -> Iterator[tuple[int, list[str], list[list[str]], str]]:
     """Yield the line number, header, rows and the expression below of each table."""
-    lines = BLOCK.sub(lambda found: "\n" * found[0].count("\n"), TEXT).splitlines()
-    number = 0
-    while number < len(lines):
-        if not lines[number].startswith("|"):
-            number += 1
-            continue
-        start = number
-        while number < len(lines) and lines[number].startswith("|"):
-            number += 1
-        below = re.fullmatch(r"Shown by: `(.*)`", lines[number + 1]) if number + 1 < len(lines) else None
-        rows = [cells_of(line) for line in lines[start + 2 : number]]
-        yield start + 3, cells_of(lines[start]), rows, below[1] if below else ""
+    text = BLOCK.sub(lambda found: "\n" * found[0].count("\n"), TEXT)
+    for found in re.finditer(r"((?:^\|.*\n)+)(?:\nShown by: `(.*)`\n)?", text, re.M):
+        header, _, *rows = map(cells_of, found[1].splitlines())
+        yield text.count("\n", 0, found.start()) + 3, header, rows, found[2] or ""
 
 
 def claims() -> Iterator[Claim]:
@@ -78,15 +68,6 @@ def text_of(value: Any) -> str:
     return str(value.item() if isinstance(value, np.generic) else value)
 
 
-def rows_of(value: Any, claim: Claim) -> list[list[str]]:
-    """Return a value in the shape of the cells that it has to fill."""
-    if len(claim.told) > 1:
-        return [[text_of(cell) for cell in row] for row in value]
-    if len(claim.told[0]) > 1:
-        return [[text_of(cell) for cell in value]]
-    return [[text_of(value)]]
-
-
 @pytest.fixture(scope="module")
 def names() -> dict[str, Any]:
     """What the page's Python blocks define, one after the other."""
@@ -97,10 +78,18 @@ def names() -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("claim", list(claims()), ids=lambda claim: f"line {claim.line}")
+def marked(claim: Claim) -> Any:
+    """Drawing whole figures is slow."""
+    marks = [pytest.mark.slow] if claim.expression.startswith("panels") else []
+    return pytest.param(claim, marks=marks, id=f"line {claim.line}")
+
+
+@pytest.mark.parametrize("claim", list(map(marked, claims())))
 def test_what_is_ours_is_what_its_line_gives(claim: Claim, names: dict[str, Any]) -> None:
     value = eval(compile(claim.expression, f"{PAGE.name}:{claim.line}", "eval"), names)
-    assert rows_of(value, claim) == claim.told
+    if len(claim.told) == 1:
+        value = [value if len(claim.told[0]) > 1 else [value]]
+    assert [[text_of(cell) for cell in row] for row in value] == claim.told
 
 
 def shell_blocks() -> Iterator[tuple[list[str], list[str]]]:
@@ -117,10 +106,10 @@ def unmatched(shown: list[str], lines: list[str]) -> str:
         if line == "...":
             anywhere = True
             continue
-        found = next((k for k in range(at, len(lines) if anywhere else at + 1) if lines[k : k + 1] == [line]), None)
-        if found is None:
+        within = lines[at:] if anywhere else lines[at : at + 1]
+        if line not in within:
             return line
-        at, anywhere = found + 1, False
+        at, anywhere = at + within.index(line) + 1, False
     return "" if anywhere or at == len(lines) else lines[at]
 
 

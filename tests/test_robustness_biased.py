@@ -17,7 +17,6 @@ from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
-from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.robustness.biased import Robustness, _near_the_least, robustness_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS, PublishedGait
@@ -39,6 +38,9 @@ def red(gait: PublishedGait) -> Gait:
 def table(rows: Any, **columns: Any) -> Table:
     rows = np.asarray(rows, dtype=float)
     return Table(columns={**columns, **{f"alpha{k + 1}": rows[:, k] for k in range(4)}})
+
+
+POINT = table([[0.3, -0.3, 0.1, -0.2]])
 
 
 def report_of(gait: Any, **options: Any) -> RobustnessReport:
@@ -82,8 +84,6 @@ class TestThePaper:
     def test_gait_4_biased(self) -> None:
         biased = report_of(red(G4), bias=0.8).sweep[0]
         assert math.degrees(biased.tilt_margin or 0.0) == pytest.approx(61.66, abs=5.1e-3)
-        alone = acceptable_attitudes(red(G4).alpha * [1, 1, 0.8, 0.8], EXACT, tolerance=1e-3)
-        assert biased.acceptable.polygon.equals(alone.polygon)
 
     def test_gaits_1_and_2_have_no_margin(self, report_of_2: RobustnessReport) -> None:
         published = quick(lift(G2.angles, "blue"), curves=2)
@@ -102,33 +102,27 @@ class TestThePaper:
         assert first.sweep[0].margin.reason == "R changes its sign"
         assert abs(level_determinant(first.sweep[0].where.alpha, EXACT)) < 1e-12
 
-    @pytest.mark.parametrize("gait", [G1, G2], ids=["gait1", "gait2"])
-    def test_printed_digits_make_no_margin(self, gait: PublishedGait, tmp_path: Path) -> None:
+    def test_printed_digits_make_no_margin(self, tmp_path: Path) -> None:
         """Three digits of a blue gait leave up to 44° of noise: as a gait, a table and a file they say none."""
-        rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
+        rows = np.column_stack([np.round(G2.angles, 3), G2.printed])
         path = tmp_path / "printed.csv"
         lines = "\n".join(",".join(f"{angle:.3f}" for angle in row) for row in rows)
         path.write_text(f"alpha1,alpha2,alpha3,alpha4\n{lines}\n")
-        assert (quick(path, angle_rounding=0.0).tilt_margin or 0) > 0.5 or gait is G1
-        for form in (path, str(path), table(rows), Gait(alpha=rows, colors=("blue",) * 4)):
+        assert (quick(path, angle_rounding=0.0).tilt_margin or 0) > 0.5
+        for form in (path, table(rows), Gait(alpha=rows, colors=("blue",) * 4)):
             found = quick(form)
             assert found.tilt_margin is None
             assert "singular at every attitude" in found.margin.reason
             assert found.acceptable.polygon.is_empty
-        # What a claim about the biased gait rests on is said too.
-        biased = report_of(path, bias=0.8).sweep[0]
-        assert biased.tilt_margin == (0.0 if gait is G1 else pytest.approx(math.radians(44.99), abs=1e-4))
-
-    def test_three_digits_of_red_lose_nothing(self) -> None:
-        rows = np.hstack([G3.printed, G3.printed])
-        assert quick(table(rows)).tilt_margin == math.pi / 2
+        # Three digits of red lose nothing.
+        assert quick(table(np.hstack([G3.printed, G3.printed]))).tilt_margin == math.pi / 2
 
     def test_published_coefficients_on_request(self) -> None:
-        exact, published = (report_of(red(G3), bias=0.8, coefficients=kind) for kind in ("exact", "published"))
+        biased = red(G3).biased(0.8)
+        exact, published = (report_of(biased, coefficients=kind, tolerance=0.1) for kind in ("exact", "published"))
         assert (exact.coefficients.kind, published.coefficients.kind) == ("exact", "published")
-        one, two = exact.sweep[0].tilt_margin, published.sweep[0].tilt_margin
-        assert one != two
-        assert one == pytest.approx(two, abs=1e-3)
+        assert exact.gait.tilt_margin != published.gait.tilt_margin
+        assert exact.gait.tilt_margin == pytest.approx(published.gait.tilt_margin, abs=1e-3)
 
 
 class TestAgainstSampling:
@@ -193,8 +187,7 @@ class TestForms:
     def test_one_answer(self, tmp_path: Path) -> None:
         gait = red(G3).biased(0.9)
         timed = gait.parametrize(samples=40)
-        timed.write(tmp_path / "gait.csv")
-        timed.write(tmp_path / "gait.json")
+        timed.write(tmp_path / "gait.csv", tmp_path / "gait.json")
         forms = [gait, timed, table_of(timed), tmp_path / "gait.csv", str(tmp_path / "gait.json")]
         found = [quick(form) for form in forms]
         for one in found:
@@ -205,10 +198,10 @@ class TestForms:
         assert found[3].where.t is not None
 
     def test_a_point(self) -> None:
-        found = quick(table([[0.3, -0.3, 0.1, -0.2]]), curves=5)
-        assert found.tilt_margin == pytest.approx(tilt_margin([0.3, -0.3, 0.1, -0.2], EXACT), abs=1e-12)
+        found = quick(POINT, curves=5)
+        assert found.tilt_margin == pytest.approx(tilt_margin(POINT.alpha[0], EXACT), abs=1e-12)
         assert len(found.curves) == 1
-        again = quick(table([[0.3, -0.3, 0.1, -0.2]] * 3))
+        again = quick(table([*POINT.alpha] * 3))
         assert again.tilt_margin == found.tilt_margin
         assert again.singular_value == pytest.approx(found.singular_value)
         assert quick(table(lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha)).tilt_margin is None
@@ -237,19 +230,17 @@ class TestForms:
 class TestAnswers:
     """What is printed and saved."""
 
-    @pytest.mark.parametrize("bias", [[], [0.8], [0.9, 0.8]])
+    @pytest.mark.parametrize("bias", [[], [0.8], [0.9, 0.8]], ids=len)
     def test_plain_values(self, bias: list[float]) -> None:
         """JSON that any reader takes: no NaN, the keys of the design, null with a reason."""
         for gait in (red(G3), lift(G2.angles, "blue")):
-            data = report_of(gait, bias=bias, curves=2).as_mapping()
+            data, again = (report_of(gait, bias=bias, curves=2, tolerance=0.1).as_mapping() for _ in range(2))
             assert json.loads(json.dumps(data, allow_nan=False)) == data
             assert data["biased"] == (data["sweep"][0] if len(bias) == 1 else None)
-            assert set(data) >= KEYS
             assert [one["eta"] for one in data["sweep"]] == bias
             assert all(set(one) >= KEYS | {"scaling"} for one in data["sweep"])
             assert (data["tilt_margin_deg"] is None) == (gait.colors[0] == "blue")
             assert (data["tilt_margin_reason"] is None) == (gait.colors[0] == "red")
-            again = report_of(gait, bias=bias, curves=2).as_mapping()
             assert json.dumps(again) == json.dumps(data)
 
     def test_curves_as_plain_values(self, report_of_3: RobustnessReport) -> None:
@@ -267,14 +258,16 @@ class TestAnswers:
 
     def test_for_people(self, report_of_3: RobustnessReport, report_of_2: RobustnessReport) -> None:
         text = str(report_of_3)
-        assert "90° in every direction" in text
-        assert "biased by 0.8" in text
-        assert "74.46°" in text
-        assert max(len(line) for line in text.splitlines()) < 200
+        for part in (
+            "90° in every direction",
+            "biased by 0.8 ",
+            "74.46°",
+            "lower bound 0.",
+            "% of attitudes (error below ",
+        ):
+            assert part in text
         assert "singular at every attitude" in str(report_of_2)
         assert "R changes its sign" in str(report_of(lift(G1.angles, "blue"), bias=0.8))
-        assert "(proven lower bound 0." in text
-        assert "% of attitudes (error below " in text
         unmet = str(report_of(table([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]), tolerance=1e-12))
         assert "the requested 1e-10 % is not reached" in unmet
 
@@ -297,14 +290,12 @@ class TestWrongInput:
     def test_options(self, name: str, wrong: tuple[Any, ...], message: str) -> None:
         for value in wrong:
             with pytest.raises(InputError) as caught:
-                robustness_of(red(G3), **{name: value})
+                robustness_of(POINT, **{name: value})
             assert str(caught.value).startswith(message)
 
     def test_gaits(self, tmp_path: Path) -> None:
         for wrong in (None, 3, [[0, 0, 0, 0]], np.zeros((2, 4))):
-            with pytest.raises(
-                InputError, match="gait must be a gait, timed gait, table, data frame or path of a file"
-            ):
+            with pytest.raises(InputError, match="gait must be a gait, timed gait, table, data frame or path of a f"):
                 robustness_of(wrong)  # type: ignore[arg-type]
         with pytest.raises(FileProblem, match="No such file"):
             robustness_of(tmp_path / "none.csv")
@@ -313,6 +304,5 @@ class TestWrongInput:
             robustness_of(tmp_path / "nan.csv")
 
     def test_one_number_or_any_number_of_them(self) -> None:
-        point = table([[0.3, -0.3, 0.1, -0.2]])
-        for bias in (0.8, np.float64(0.8), [0.8], (0.8,), np.array([0.8]), iter([0.8])):
-            assert [one.eta for one in report_of(point, bias=bias).sweep] == [0.8]
+        for bias in (0.8, np.float64(0.8), np.array([0.8]), iter([0.8])):
+            assert [one.eta for one in report_of(POINT, bias=bias).sweep] == [0.8]
