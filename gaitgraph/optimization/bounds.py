@@ -32,8 +32,7 @@ from gaitgraph.surface.region import (
     Region,
     checked_number,
     offset,
-    region_between,
-    union_of,
+    region_of,
 )
 from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -90,10 +89,8 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
     delta = math.atan(vehicle.signed_drag_ratio)
     first = _too_little(share, delta, accuracy / 4)
     other = shapely.transform(_too_little(share, -delta, accuracy / 4), np.negative)
-    forbidden = union_of(
-        one for part in (first, other) for one in (part, shapely.transform(part, lambda at: -at[:, ::-1]))
-    )
-    reach = accuracy / 2
+    mirrored = (shapely.transform(part, lambda at: -at[:, ::-1]) for part in (first, other))
+    forbidden = shapely.union_all([first, other, *mirrored])
     # With all that is outside, lest drawing inwards leave a strip along the straight borders.
     frame = shapely.box(-math.pi, -math.pi, math.pi, math.pi) - hover.outer
     beyond = offset(forbidden, TOUCH) | frame
@@ -103,8 +100,8 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
         return None if least >= share else f"least hover thrust {least:.3g} of m·g, wanted is ≥ {share:.3g}"
 
     limit = Condition(name=f"hover thrusts ≥ {share:.3g} of m·g", broken_at=broken_at)
-    inner, outer = hover.inner - offset(forbidden, reach), hover.outer - offset(beyond, -reach - TOUCH)
-    return region_between(inner, outer, accuracy, *hover.conditions, limit)
+    inner, outer = hover.inner - offset(forbidden, accuracy / 2), hover.outer - offset(beyond, -accuracy / 2 - TOUCH)
+    return region_of([inner, outer], accuracy, *hover.conditions, limit)
 
 
 def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
