@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.cli import COMMANDS, cli, main, terminal
+import gaitgraph.cli as terminal
+from gaitgraph.cli import COMMANDS, cli, main
 from gaitgraph.io.reading import read_table
 from gaitgraph.timing.time_optimal import Limits, least_period
 from tests.published import GAITS, PublishedGait
@@ -30,16 +31,6 @@ if TYPE_CHECKING:
 G1, _, G3, G4 = GAITS
 ESCAPE, ANSI = "\x1b", re.compile(r"\x1b\[\d+m")
 PAGE = Path(__file__).parent.parent / "docs" / "command_line.md"
-
-
-def interrupt(job: subprocess.Popen[str]) -> str:
-    """Interrupt until it ends, as a user would: Python itself drops an interrupt that falls within a callback."""
-    while True:
-        job.send_signal(signal.SIGINT)
-        try:
-            return job.communicate(timeout=20)[1]
-        except subprocess.TimeoutExpired:
-            continue
 
 
 def interruptible() -> None:
@@ -57,24 +48,16 @@ def waypoints(gait: PublishedGait) -> list[str]:
     return [part for a, b in gait.waypoints for part in ("--waypoint", f"{a},{b}")]
 
 
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_plan_json(run: Any, gait: PublishedGait) -> None:
-    result = run("plan", *waypoints(gait), "--color", gait.color, "--json")
-    assert result.code == 0
-    assert result.err == ""
+def test_plan_json(run: Any) -> None:
+    result = run("plan", *waypoints(G1), "--color", "blue", "--method", "grid", "--json")
+    assert (result.code, result.err) == (0, "")
     plan = result.json
     keys = "status reason color sign waypoints path types colors length vertices alternatives valid flyable".split()
     assert {*keys, "reachable_from_hover", "checks", "warnings"} <= set(plan)
-    assert plan["status"] == "planned"
-    assert (plan["color"], plan["sign"]) == (gait.color, gait.sign)
-    assert (plan["valid"], plan["flyable"], plan["reachable_from_hover"]) == (True, gait.flyable, gait.reachable)
-    np.testing.assert_allclose(plan["vertices"], np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4)
-    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 4
-    assert plan["lower_bound"] == pytest.approx(plan["length"], abs=1e-12)
-    grid = run("plan", *waypoints(gait), "--color", gait.color, "--method", "grid", "--json").json
-    assert (plan["method"], grid["method"]) == ("exact", "grid")
-    assert len(grid["path"]) == len(grid["types"]) == len(grid["colors"]) == 16
-    assert grid["length"] == pytest.approx(plan["length"], abs=1e-12)
+    assert (plan["status"], plan["color"], plan["sign"], plan["method"]) == ("planned", "blue", G1.sign, "grid")
+    assert (plan["valid"], plan["flyable"], plan["reachable_from_hover"]) == (True, False, G1.reachable)
+    np.testing.assert_allclose(plan["vertices"], np.column_stack([G1.angles, G1.printed]), atol=5.0001e-4)
+    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 16
     assert {"name", "ok", "value", "limit", "where", "message"} <= set(plan["checks"][0])
 
 
@@ -177,79 +160,38 @@ def test_help(run: Any, command: list[str]) -> None:
 WRONG = [
     ("plan", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
-    ("plan --waypoint 0.1,x", "waypoint 1 alpha2 must be a finite number in radians"),
-    ("plan --waypoint 0.1,0.2 --waypoint -1.58,0", "waypoint 2 alpha1 must be in [−π/2, π/2]"),
     ("plan --waypoint 0,0 --color green", "color must be one of auto, red, blue, got 'green'"),
-    ("plan --waypoint 0,0 --divisions 1", "divisions must be a whole number from 2 to 256, got 1"),
-    ("plan --waypoint 0,0 --divisions many", "--divisions"),
     ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
-    ("plan --waypoint 0,0 --rate 3 --samples 2", "samples and rate must not both be given"),
     ("plan --waypoint 0,0 --vehicle x", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'x'"),
     ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --coefficients x", "--coefficients"),
-    ("plan --waypoint 0,0 --vehicle beetle_omni --coefficients published", "got 'published', which belong"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),
-    ("plan --waypoint 0,0 --output no/x.csv", "folder 'no' does not exist"),
     ("plan --waypoint 0,0 --colour red", "--colour"),
     ("plan none.toml", "request file: cannot read 'none.toml'"),
     ("plan bad.toml", "request file 'bad.toml': it is not TOML"),
-    ("plan deep.json", "deep.json'"),
-    ("plan there.csv", "column 'alpha1' is missing"),
-    ("roots", "A1"),
-    ("roots 0.1", "A2"),
     ("roots 0.1 0.2 -0.3", "(-0.3); see gaitgraph roots --help"),
-    ("roots 1.6 0", "alpha1 must be from −π/2 to π/2"),
-    ("roots 0 0 --crossing-tolerance -1", "--crossing-tolerance must be an angle ≥ 0, such as 0.3"),
     ("export", "GAIT_FILE"),
-    ("export there.csv", "OUTPUT"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
-    ("export none.csv out.csv", "cannot read 'none.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("--nothing", "--nothing"),
     ("plan request.toml --watch", "--watch was removed. Run the command again when the file changes"),
     ("plan --waypoint 0,0 --sheets all", "--sheets was removed. No gait on a fibre can fly; gaitgraph roots lists"),
     ("plan --waypoint 0,0 --objective thrust", "--objective thrust was removed. Use: gaitgraph optimize"),
-    ("plan --waypoint 0,0 --objective=thrust", "--objective thrust was removed"),
     ("plan --waypoint 0,0 --period soon", "--period must be a number of seconds, got 'soon'"),
-    ("plan --waypoint 0,0 --divisions 1.5", "--divisions must be a whole number, got '1.5'"),
-    ("validate one.csv --tolerance -1", "tolerance must be a finite number ≥ 0, got -1.0"),
-    ("validate one.csv --floor nan", "floor must be a finite number ≥ 0, got nan"),
-    ("validate one.csv --angle-rounding much", "must be an angle ≥ 0, such as 0.3, pi/8 or 20deg, got 'much'"),
-    ("validate one.csv --crossing-tolerance -0.1", "--crossing-tolerance must be an angle ≥ 0"),
     ("validate one.csv --require pretty", "'pretty' is not one of 'valid', 'flyable'"),
-    ("validate one.csv --vehicle car", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 'car'"),
-    ("colorings one.csv --sign up", "sign must be auto, negative or positive, got 'up'"),
-    ("cycles --max-length nan", "--max-length must be an angle"),
     ("cycles --keep-in '0,0 1'", "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
-    ("cycles --divisions 1", "divisions must be a whole number from 2 to 256, got 1"),
-    ("cycles --color green", "color must be one of auto, red, blue, got 'green'"),
     ("cycles --effort 0", "--effort"),
     ("transition hover none.csv", "No such file"),
     ("transition hover hovr", "did you mean 'hover'?"),
-    ("transition hover hover --law fast", "law must be smooth, constant-speed or equal-time, got 'fast'"),
-    ("transition hover hover --duration -1", "duration must be between 1e-6 and 5e+08 s, got -1.0"),
     ("transition hover", "Missing argument 'TO'"),
-    ("robustness none.csv", "cannot read 'none.csv'"),
     ("robustness one.csv --bias abc", "--bias must be a number"),
-    ("robustness one.csv --scale 0", "scale"),
-    ("robustness one.csv --tilt -1deg", "--tilt must be an angle ≥ 0"),
-    ("robustness one.csv --tilt x", "--tilt must be an angle ≥ 0"),
-    ("robustness one.csv --curves 10001", "curves must be a whole number from 0 to 10000, got 10001"),
-    ("robustness one.csv --angle-rounding -1", "--angle-rounding must be an angle ≥ 0"),
-    ("robustness", "Missing argument 'GAIT_FILE'"),
     ("figures --only 23", "only must be some of 1 to 22"),
-    ("figures --only 2 --format gif", "format must be one of png, svg, pdf, got 'gif'"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
     ("figures --only gait --gait none.csv", "gait file: cannot read 'none.csv'"),
-    ("figures --only gait --gait there.csv", "there.csv"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("pace one.csv --max-rate 3", "limits must have an acceleration or a jerk"),
-    ("pace one.csv --max-acceleration many", "--max-acceleration must be an angle ≥ 0"),
-    ("pace one.csv --max-rate -3 --max-acceleration 9", "--max-rate must be an angle ≥ 0"),
-    ("pace one.csv --max-jerk nan", "--max-jerk must be an angle ≥ 0"),
-    ("pace one.csv --max-acceleration 9 --rate -3", "rate must be"),
     ("pace one.csv --max-acceleration 9 --rounding 0", "--rounding"),
     ("pace one.csv --max-acceleration 9 --servo-lag 1e-12", "--servo-lag"),
     ("pace off.csv --max-acceleration 9", "off.csv must be a gait on one sheet, red or blue; gaitgraph retarget"),
@@ -260,7 +202,6 @@ WRONG = [
 def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message: str) -> None:
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
-    Path("deep.json").write_text("[" * 100_000)
     for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):
         Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")
     before = sorted(Path().iterdir())
@@ -272,28 +213,19 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
     assert sorted(Path().iterdir()) == before
 
 
-def command(*args: str, **options: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "gaitgraph", *args], capture_output=True, text=True, check=False, **options
-    )
-
-
 def test_outputs_may_begin_with_a_negative_number(run: Any) -> None:
     run("plan", *waypoints(G3), "--output", "a.csv")
     assert run("export", "a.csv", "-1.csv").code == 0
     assert Path("-1.csv").read_bytes() == Path("a.csv").read_bytes()
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "latin-1"])
-def test_narrow_encodings_get_question_marks(tmp_path: Path, encoding: str) -> None:
-    environment = {**os.environ, "PYTHONIOENCODING": encoding}
-    for arguments in (["roots", "0.3", "-0.4"], ["roots", "9", "0"], ["plan", *waypoints(G3), "--json"]):
+def test_narrow_encodings_get_question_marks(tmp_path: Path) -> None:
+    for arguments, code in ((["roots", "0.3", "-0.4"], 0), (["roots", "9", "0"], 2)):
         done = subprocess.run(
             [sys.executable, "-m", "gaitgraph", *arguments],
-            capture_output=True, encoding=encoding, check=False, cwd=tmp_path, env=environment,
+            capture_output=True, check=False, cwd=tmp_path, env={**os.environ, "PYTHONIOENCODING": "latin-1"},
         )  # fmt: skip
-        assert done.returncode == (2 if "9" in arguments else 0)
-        assert "Traceback" not in done.stderr
+        assert (done.returncode, b"Traceback" in done.stderr) == (code, False)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
@@ -328,93 +260,56 @@ def written(name: str, gait: PublishedGait, **options: Any) -> str:
     return name
 
 
-class TestValidate:
-    """gaitgraph validate."""
-
-    @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-    @pytest.mark.parametrize("suffix", ["csv", "json"])
-    def test_the_four_gaits(self, run: Any, gait: PublishedGait, suffix: str) -> None:
-        name = written(f"gait.{suffix}", gait)
-        result = run("validate", name, "--json")
-        assert (result.code, result.err) == (0, "")
-        report = result.json
-        assert (report["valid"], report["two_color"]) == (True, True)
-        assert report["flyable"] is gait.flyable
-        assert report["reachable_from_hover"] is gait.reachable
-        assert report["colorings_count"] == len(report["colorings"]) == {1: 1, 2: 2, 3: 2, 4: 1}[gait.number]
-        assert [gait.color] * 100 in report["colorings"]
-        strict = run("validate", name, "--require", "flyable")
-        assert strict.code == (0 if gait.flyable else 1)
-        assert strict.out.startswith(f"valid yes · flyable {'yes' if gait.flyable else 'no'}")
+@pytest.mark.parametrize("gait", [G1, G4], ids=lambda gait: f"gait{gait.number}")
+def test_validate(run: Any, gait: PublishedGait) -> None:
+    result = run("validate", written("gait.csv", gait), "--json")
+    assert (result.code, result.err) == (0, "")
+    report = result.json
+    assert (report["valid"], report["two_color"], report["flyable"]) == (True, True, gait.flyable)
+    assert report["reachable_from_hover"] is gait.reachable
+    assert report["colorings"] == [[gait.color] * 100]
+    assert report["colorings_count"] == 1
+    strict = run("validate", "gait.csv", "--require", "flyable")
+    assert strict.code == (0 if gait.flyable else 1)
+    assert strict.out.startswith(f"valid yes · flyable {'yes' if gait.flyable else 'no'}")
 
 
-class TestColorings:
-    """gaitgraph colorings."""
+def test_colorings(run: Any) -> None:
+    Path("request.json").write_text(json.dumps({"waypoints": G3.waypoints}))
+    result = run("colorings", "request.json", "--json")
+    assert result.code == 0
+    assert (result.json["colorings"], result.json["colorings_count"]) == ([["red"] * 4, ["blue"] * 4], 2)
+    text = run("colorings", written("gait.csv", GAITS[1]), "--limit", "1").out
+    assert text.splitlines()[0] == "2 colourings of a loop of 100 points"
+    assert text.splitlines()[-1] == "  … 1 of them shown"
+    Path("loop.csv").write_text("alpha1,alpha2\n0.9,-0.9\n-0.9,0.9\n")
+    result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
+    assert (result.code, result.json["colorings"]) == (1, [])
+    assert result.json["coloring_obstacles"]["negative"]["points"] == [2]
+    assert run("colorings", "loop.csv", "--coefficients", "exact").out.startswith("0 colourings of a loop")
+    assert run("colorings", "loop.csv", "--sign", "negative").out.splitlines()[-1].endswith("all blue")
 
-    def test_the_papers_loops(self, run: Any) -> None:
-        for gait, expected in zip(GAITS, (["blue"], ["red", "blue"], ["red", "blue"], ["red"]), strict=True):
-            Path("request.json").write_text(json.dumps({"waypoints": gait.waypoints}))
-            result = run("colorings", "request.json", "--json")
-            assert result.code == 0
-            assert result.json["colorings"] == [[color] * 4 for color in expected]
-            assert result.json["colorings_count"] == len(expected)
-            table = run("colorings", written(f"gait{gait.number}.csv", gait), "--json").json
-            assert table["colorings"] == [[color] * 100 for color in expected]
-        text = run("colorings", "gait2.csv")
-        assert text.out.splitlines()[0] == "2 colourings of a loop of 100 points"
-        assert "R < 0  all red" in text.out
 
-    def test_none_and_why(self, run: Any) -> None:
-        Path("loop.csv").write_text("alpha1,alpha2\n0.9,-0.9\n-0.9,0.9\n")
-        result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
-        assert result.code == 1
-        assert result.json["colorings"] == []
-        assert result.json["coloring_obstacles"]["negative"]["points"] == [2]
-        assert run("colorings", "loop.csv", "--coefficients", "exact").out.startswith("0 colourings of a loop")
-        assert run("colorings", "loop.csv", "--sign", "negative").out.splitlines()[-1].endswith("all blue")
-
-    def test_limit_and_sign(self, run: Any) -> None:
-        Path("loop.csv").write_text("alpha1_deg,alpha2_deg\n" + "11.25,-11.25\n22.5,-11.25\n" * 20)
-        every = run("colorings", "loop.csv", "--sign", "negative", "--limit", "3", "--json").json
-        assert every["colorings_count"] > 1000
-        assert len(every["colorings"]) == 3
-        assert run("colorings", "loop.csv", "--limit", "0", "--json").json["colorings"] == []
+def test_cycles(run: Any) -> None:
+    Path("region.toml").write_text('keep_in = [[[0.2, -0.2], [1.3, -0.2], [1.3, -1.3], [0.2, -1.3]]]\ncolor = "red"\n')
+    result = run("cycles", "region.toml", "--max-length", "0.8", "--limit", "500", "--json")
+    rows = [json.loads(line) for line in result.out.splitlines()]
+    assert (result.code, len(rows) > 50) == (0, True)
+    lengths = [row["length"] for row in rows]
+    assert lengths == sorted(lengths)
+    assert {"color", "sign", "path", "types", "colors", "valid", "two_color", "flyable"} <= set(rows[0])
+    assert all(0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2 for one in rows for row in one["path"])
+    assert "all there are" in result.err
+    short = run("cycles", "--max-length", "0.1", "--json")
+    assert (short.code, short.json["status"]) == (1, "none")
+    assert "within 0.1 rad" in short.json["reason"]
+    apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
+    assert apart.code == 1
+    assert apart.out.startswith("No cycle: ")
 
 
 class TestCycles:
-    """gaitgraph cycles."""
-
-    def test_a_stream_of_objects(self, run: Any) -> None:
-        result = run("cycles", "--divisions", "8", "--limit", "30", "--json")
-        assert result.code == 0
-        rows = [json.loads(line) for line in result.out.splitlines()]
-        assert len(rows) == 30
-        lengths = [row["length"] for row in rows]
-        assert lengths == sorted(lengths)
-        for row in rows:
-            assert {"color", "sign", "path", "types", "colors", "valid", "two_color", "flyable"} <= set(row)
-            assert row["valid"]
-            assert row["two_color"]
-        assert "every cycle shorter than" in result.err
-
-    def test_none_and_why(self, run: Any) -> None:
-        short = run("cycles", "--max-length", "0.1", "--json")
-        assert (short.code, short.json["status"]) == (1, "none")
-        assert "within 0.1 rad" in short.json["reason"]
-        apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
-        assert apart.code == 1
-        assert "waypoint" in apart.out or "stop" in apart.out
-
-    def test_a_region_in_a_file_needs_no_waypoints(self, run: Any) -> None:
-        Path("region.toml").write_text(
-            'keep_in = [[[0.2, -0.2], [1.3, -0.2], [1.3, -1.3], [0.2, -1.3]]]\ncolor = "red"\n'
-        )
-        result = run("cycles", "region.toml", "--max-length", "0.8", "--limit", "500", "--json")
-        paths = [json.loads(line)["path"] for line in result.out.splitlines()]
-        assert result.code == 0
-        assert len(paths) > 50
-        assert all(0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2 for path in paths for row in path)
-        assert "all there are" in result.err
+    """What is printed while cycles are found."""
 
     def test_interrupting_keeps_what_is_printed(self, tmp_path: Path) -> None:
         command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
@@ -431,40 +326,22 @@ class TestCycles:
             assert json.loads(line)["valid"]
 
 
-class TestTransition:
-    """gaitgraph transition."""
-
-    def test_entry_and_exit(self, run: Any) -> None:
-        name = written("gait4.csv", G4)
-        entry = run("transition", "hover", name, "--output", "entry.csv", "--samples", "20", "--json")
-        assert entry.code == 0
-        plan = entry.json
-        assert (plan["status"], plan["flyable"], plan["leaves_corner"]) == ("planned", True, None)
-        table = read_table("entry.csv")
-        assert len(table) == 21
-        assert table.alpha[0].tolist() == [0, 0, 0, 0]
-        np.testing.assert_allclose(table.alpha[-1], plan["path"][-1])
-        exit_ = run("transition", name, "hover", "--duration", "2", "--json").json
-        assert exit_["path"] == plan["path"][::-1]
-        assert exit_["duration"] == 2.0
-        text = run("transition", "hover", name, "--output", "entry.csv")
-        assert (text.code, text.out) == (2, "")
-        assert "exists" in text.err
-        text = run("transition", "hover", name, "--output", "entry.csv", "--force")
-        assert "wrote entry.csv" in text.out
-
-    def test_no_way_to_negative_R(self, run: Any) -> None:
-        result = run("transition", "hover", written("gait3.csv", G3), "--output", "none.csv", "--json")
-        assert result.code == 1
-        assert result.json["proof"]["R_start"] == 4.0
-        assert result.json["proof"]["R_end"] < 0
-        assert not Path("none.csv").exists()
-        text = run("transition", "hover", "gait3.csv")
-        assert text.code == 1
-        assert "every flight between them passes a singular matrix" in text.out
-
-    def test_hover_to_hover(self, run: Any) -> None:
-        assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
+def test_transition(run: Any) -> None:
+    name = written("gait4.csv", G4)
+    entry = run("transition", "hover", name, "--output", "entry.csv", "--samples", "20", "--json")
+    assert (entry.code, entry.json["status"], entry.json["flyable"]) == (0, "planned", True)
+    table = read_table("entry.csv")
+    assert (len(table), table.alpha[0].tolist()) == (21, [0, 0, 0, 0])
+    np.testing.assert_allclose(table.alpha[-1], entry.json["path"][-1])
+    again = run("transition", "hover", name, "--output", "entry.csv")
+    assert (again.code, again.out, "exists" in again.err) == (2, "", True)
+    assert "wrote entry.csv" in run("transition", "hover", name, "--output", "entry.csv", "--force").out
+    none = run("transition", "hover", written("gait3.csv", G3), "--output", "none.csv", "--json")
+    assert (none.code, none.json["proof"]["R_start"], Path("none.csv").exists()) == (1, 4.0, False)
+    text = run("transition", "hover", "gait3.csv")
+    assert text.code == 1
+    assert "every flight between them passes a singular matrix" in text.out
+    assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
 
 
 def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -484,57 +361,34 @@ def test_a_closed_standard_output_is_one_line(tmp_path: Path) -> None:
     assert "standard output is closed" in done.stderr
 
 
-class TestRobustness:
-    """gaitgraph robustness."""
-
-    def test_json(self, run: Any) -> None:
-        result = run("robustness", written("gait3.csv", G3), "--bias", "0.8", "--curves", "3", "--json")
-        assert (result.code, result.err) == (0, "")
-        data = result.json
-        keys = {"tilt_margin_deg", "tilt_margin_reason", "acceptable_fraction", "singular_curves"}
-        assert set(data) >= keys | {"biased", "sweep", "least_singular_value", "tilt_margin_where"}
-        assert set(data["biased"]) >= keys | {"eta"}
-        assert (data["tilt_margin_deg"], data["acceptable_fraction"]) == (90.0, 1.0)
-        assert data["biased"]["eta"] == 0.8
-        assert data["biased"]["tilt_margin_deg"] == pytest.approx(74.46, abs=5e-3)
-        assert 0.84 < data["biased"]["acceptable_fraction"] < 0.86
-        assert data["sweep"] == [data["biased"]]
-        assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 3
+def test_robustness(run: Any) -> None:
+    result = run("robustness", written("gait3.csv", G3), "--bias", "0.8", "--curves", "1", "--json")
+    assert (result.code, result.err) == (0, "")
+    data = result.json
+    keys = {"tilt_margin_deg", "tilt_margin_reason", "acceptable_fraction", "singular_curves"}
+    assert set(data) >= keys | {"biased", "sweep", "least_singular_value", "tilt_margin_where"}
+    assert set(data["biased"]) >= keys | {"eta"}
+    assert data["sweep"] == [data["biased"]]
+    assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 1
 
 
-def test_pace_writes_the_least_period_or_the_one_that_is_asked_for(run: Any) -> None:
+def test_pace(run: Any) -> None:
     limits = ["--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02"]
     asked = ["pace", written("gait3.csv", G3), *limits, "--output", "fast.json"]
     result = run(*asked, "--samples", "50", "--json")
     answer, gait = result.json, gg.lift(G3.angles, "red")
-    assert result.code == 0
-    assert (answer["status"], answer["reason"], answer["flyable"]) == ("ok", None, True)
-    assert answer["period"] == answer["least_period"]
+    assert (result.code, answer["status"], answer["reason"], answer["flyable"]) == (0, "ok", None, True)
     least = least_period(gait, Limits(rate=6.0, acceleration=60.0), rounding=np.radians(2)).least
-    assert answer["period"] == pytest.approx(least)
-    assert answer["limits"] == {"rate": 6.0, "acceleration": 60.0}
-    assert answer["rounding"]["deviation"] == pytest.approx(np.radians(2))
-    assert {touch["limit"] for touch in answer["touched"]} == {"rate", "acceleration"}
+    assert answer["period"] == answer["least_period"] == pytest.approx(least)
     assert answer["servo"]["distance_off_sheet"] == 0
-    assert answer["peak_acceleration"] <= 60 * (1 + 1e-9)
     table = read_table("fast.json")
-    assert len(table) == 51
-    assert table.about["law"] == "least-period"
-    np.testing.assert_array_equal(table.alpha[0], table.alpha[-1])
-    assert "exists" in run(*asked).err
+    assert (len(table), table.about["law"]) == (51, "least-period")
     slower = run(*asked, "--force", "--period", "1.5")
-    assert slower.code == 0
-    assert "wrote" in slower.out
-    assert "servo lag" in slower.out
+    assert (slower.code, "servo lag" in slower.out) == (0, True)
     assert read_table("fast.json").about["period"] == 1.5
-
-
-def test_pace_says_no(run: Any) -> None:
-    name = written("gait3.csv", G3)
-    short = run("pace", name, "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
-    assert short.code == 1
-    assert short.out.startswith("T = 0.3 s is too short: ")
-    none = run("pace", name, "--max-rate", "0", "--max-acceleration", "40", "--json")
+    short = run("pace", "gait3.csv", "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
+    assert (short.code, short.out.startswith("T = 0.3 s is too short: ")) == (1, True)
+    none = run("pace", "gait3.csv", "--max-rate", "0", "--max-acceleration", "40", "--json")
     assert (none.code, none.json["status"]) == (1, "no period")
 
 
@@ -578,11 +432,6 @@ def test_options_of_every_command_are_completed(complete: Any, name: str) -> Non
     [
         ("plan --color ?", ["auto", "red", "blue"]),
         ("plan r.toml --color b?", ["blue"]),
-        ("plan --sign p?", ["positive"]),
-        ("plan --objective ?", ["shortest", "robust"]),
-        ("plan --method ?", ["grid", "exact"]),
-        ("plan --law ?", ["smooth", "constant-speed", "equal-time"]),
-        ("plan --coefficients e?", ["exact"]),
         ("optimize --objective h?", ["hover_reserve"]),
         ("cycles --require ?", ["flyable", "valid", "two_color"]),
         ("roots -0.3 -pi/8 --coefficients p?", ["published"]),
@@ -623,7 +472,7 @@ def test_completion_loads_neither_the_library_nor_other_commands() -> None:
     )
     first, loaded = done.stdout.splitlines()
     assert first == "plain,red"
-    shared = {"_lazy", "cli", "cli.options", "cli.terminal", "cli.plan", "errors"}
+    shared = {"_lazy", "cli", "cli.options", "cli.plan", "errors"}
     assert set(loaded.split()) == {f"gaitgraph.{name}" for name in shared}
 
 
@@ -745,7 +594,8 @@ def at_a_terminal(script: str, *arguments: str, **environment: str) -> str:
 
 EACH = """
 import json, sys
-from gaitgraph.cli import main, terminal
+import gaitgraph.cli as terminal
+from gaitgraph.cli import main
 terminal._GRACE = 0.0
 for arguments in json.loads(sys.argv[1]):
     try:
@@ -754,15 +604,8 @@ for arguments in json.loads(sys.argv[1]):
         print("|", end="", file=sys.stderr, flush=True)
 """
 LONG = {
-    "planning": ["plan", *SQUARE],
-    "computing the region": ["region", *SQUARE],
     "judging gait3.csv": ["validate", "gait3.csv"],
     "tilting gait3.csv": ["robustness", "gait3.csv", "--curves", "1"],
-    "coloring gait3.csv": ["colorings", "gait3.csv"],
-    "searching a path": ["transition", "gait3.csv", "hover"],
-    "optimising": ["optimize", "--waypoint", "0.9,-0.9", "--pieces", "8", "--objective", "tilt_rate"],
-    "reading gait3.csv": ["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30"],
-    "retargeting gait3.csv": ["retarget", "gait3.csv"],
     "building the graph": ["cycles", "--limit", "3"],
     "exporting gait3.csv": ["export", "gait3.csv", "copy.csv"],
 }
@@ -779,33 +622,19 @@ def test_all_long_work_tells_its_progress_at_a_terminal() -> None:
         assert ESCAPE not in one
 
 
-def test_a_dumb_terminal_gets_lines(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setattr(terminal, "_GRACE", 0.0)
-    monkeypatch.setattr(terminal, "_RARELY", 0.0)
-    shown = ""
-    with terminal.Working("waiting", live=True) as progress:
-        progress.part(0.25)
-        while "waiting 25 %" not in shown:
-            shown += capsys.readouterr().err
-    shown += capsys.readouterr().err
-    assert set(shown.splitlines()) <= {"waiting …", "waiting 25 % …"}
-    assert "\r" not in shown
-
-
 def test_quick_work_and_pipes_show_nothing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     with terminal.Working("waiting") as progress:
         progress("in a pipe")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with terminal.Working("waiting") as progress, progress.aside():
-        progress("at a terminal, for less than a second")
+        progress.part(0.25)  # at a terminal, for less than a second
     assert capsys.readouterr().err == ""
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_an_answer_does_not_run_into_the_progress_line() -> None:
     script = (
-        "import sys, time\nfrom gaitgraph.cli import terminal\nterminal._GRACE = 0.0\n"
+        "import sys, time\nimport gaitgraph.cli as terminal\nterminal._GRACE = 0.0\n"
         "with terminal.Working('w' * 200) as progress:\n"
         "    while not progress._line:\n        time.sleep(0.001)\n"
         "    with progress.aside():\n        print('found', file=sys.stderr, flush=True)\n"
@@ -875,38 +704,21 @@ def test_a_terminal_has_color_unless_the_environment_says_otherwise(
         ("validte x.csv", "plan|validate"),
         ("plan --waypont 0,0", "--waypoint"),
         ("plan --waypoint 0,0 --color rde", "red"),
-        ("plan --waypoint 0,0 --sign positve", "positive"),
-        ("plan --waypoint 0,0 --objective robst", "robust"),
-        ("plan --waypoint 0,0 --method exat", "exact"),
-        ("plan --waypoint 0,0 --law smoth", "smooth"),
         ("plan --waypoint 0,0 --coefficients publishd", "published"),
         ("plan --waypoint 0,0 --vehicle papr", "paper"),
         ("validate x.csv --require flyble", "flyable"),
-        ("cycles --require two_colour", "two_color"),
-        ("region --waypoint 0,0 --use flyabel", "flyable"),
-        ("optimize --waypoint 0,0 --objective hover_reserv", "hover_reserve"),
         ("plan request.toml", "objective"),
         ("plan --waypoint 0,0 --vehicle vehicle.toml", "max_tilt"),
-        ("plan --waypoint 0,0 --vehicle preset.toml", "beetle_omni"),
         ("figures --only gate", "gait"),
         ("figures --format pgn", "png"),
-        ("optimize --waypoint 0,0 --sign positve", "positive"),
-        ("colorings loop.csv --sign negatve", "negative"),
-        ("retarget loop.csv --sign positve", "positive"),
-        ("plan coefficients.toml", "published"),
-        ("plan --waypoint 0,0 --vehicle spin.toml", "clockwise"),
         ("plan request.tml", ".toml"),
-        ("pace gait.csv --period lest", "least"),
-        ("transition gait.csv hoover", "hover"),
+        ("transition hover hoover", "hover"),
         ("plan --waypoint 0,0 --output gait.cvs", ".csv"),
     ],
 )
 def test_a_mistyped_name_is_answered_with_the_one_that_was_meant(run: Any, arguments: str, meant: str) -> None:
     Path("request.toml").write_text('waypoints = [[0, 0]]\nobjectve = "robust"\n')
     Path("vehicle.toml").write_text('preset = "paper"\nmax_tlt = 1.0\n')
-    Path("preset.toml").write_text('preset = "betle_omni"\n')
-    Path("coefficients.toml").write_text('waypoints = [[0, 0]]\ncoefficients = "publishd"\n')
-    Path("spin.toml").write_text('preset = "paper"\nfirst_rotor_spin = "clokwise"\n')
     Path("loop.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.5,-0.5,0.5,-0.5\n")
     result = run(*arguments.split())
     assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)

@@ -302,25 +302,16 @@ def test_wrong_options_are_refused_in_one_line(
     assert [one.name for one in tmp_path.iterdir()] == ["gait.csv"]
 
 
-def test_the_command_line_says_what_each_file_holds(run: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_line_writes_joints(run: Callable[..., Any], tmp_path: Path) -> None:
     TIMED.write(tmp_path / "gait.csv")
     names = [f"g{suffix}" for suffix in (".npz", ".mcap", ".yaml", ".h", ".m")]
     (tmp_path / "servos.toml").write_text('unit = "deg"\ntime = "s"')
     done = run("export", "gait.csv", *names, "--periods", 2, "--joint-names", "a,b,c,d", "--servos", "servos.toml")
-    written = dict(line.removeprefix("wrote ").split(": ", 1) for line in done.out.splitlines())
+    assert done.out.splitlines() == [f"wrote {name}: 21 rows" for name in names]
     columns = [f"alpha{k}_deg" for k in range(1, 5)]
-    derived = [f"{name}{end}" for end in ("_rate", "_acceleration") for name in columns]
-    assert written == {
-        "g.npz": f"21 rows of s, {', '.join([*columns, *derived])}",
-        "g.mcap": "41 points of joints a, b, c, d",
-        "g.yaml": "41 points of joints a, b, c, d",
-        "g.h": "21 rows of joints a, b, c, d, and a function of time",
-        "g.m": "a function that loads and plots the .mat, .csv or .json file of its name",
-    }
     with np.load(tmp_path / "g.npz") as arrays:
-        assert list(arrays)[:-1] == ["s", *columns, *derived]
-    done = run("export", "gait.csv", "h.h", "--servos", "x_frame")
-    assert done.out == "wrote h.h: 21 rows of joints tilt1, tilt2, tilt3, tilt4, and a function of time\n"
+        assert list(arrays)[:5] == ["s", *columns]
+    assert run("export", "gait.csv", "h.h", "--servos", "x_frame").out == "wrote h.h: 21 rows\n"
 
 
 @pytest.mark.parametrize("name", ["g.h", "g.yaml", "g.m"])

@@ -358,7 +358,6 @@ def test_export_writes_for_servos_and_reads_back(table: Table, servos: Path, tmp
     write_tables(table, [gait])
     done = run("export", gait, mapped, script, "--servos", servos)
     assert done.code == 0
-    assert "41 rows of time_ms, front_right_us, rear_left_us, front_left_us, rear_right_us" in done.out
     assert mapped.read_text().startswith("time_ms,front_right_us,rear_left_us,front_left_us,rear_right_us")
     assert run("export", mapped, back).code == 0
     assert np.allclose(read_table(back).alpha, table.alpha, rtol=0, atol=1e-14)

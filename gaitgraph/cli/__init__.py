@@ -1,4 +1,4 @@
-"""The command line: parse, make one library call, print or write.
+"""The command line: parse, make one library call, print or write. How commands are found, end, and print is here.
 
 Exit codes: 0 done; 1 well-formed, and the answer is no; 2 wrong input or something missing, one line on standard
 error and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
@@ -8,20 +8,24 @@ Nothing heavy is imported before a command runs, and a command's file only for i
 from __future__ import annotations
 
 import io
+import json
 import os
+import re
 import sys
+from contextlib import contextmanager, suppress
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NoReturn
+from threading import Event, RLock, Thread
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import click
 
 from gaitgraph import __version__
 from gaitgraph.cli.options import as_typed
-from gaitgraph.cli.terminal import print_problem
 from gaitgraph.errors import GaitgraphError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 COMMANDS = (
     "plan", "validate", "colorings", "cycles", "region", "robustness", "transition", "optimize", "pace", "retarget",
@@ -78,6 +82,11 @@ def _stop(code: int, message: str = "") -> NoReturn:
     sys.exit(code)
 
 
+def print_problem(message: str) -> None:
+    """Print what is wrong as one line on standard error."""
+    click.echo("gaitgraph: " + " ".join(message.split()), err=True)
+
+
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its code."""
     if sys.stderr is None:
@@ -112,3 +121,98 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(2, f"standard output cannot be written: {error.strerror or error}")
     sys.exit(code or 0)
+
+
+# ---------------------------------------------------------------- what commands print
+
+_COLORS = {"ok": "green", "yes": "green", "??": "yellow", "unknown": "yellow", "warning": "yellow"}  # all others red
+_COLORED = re.compile(
+    r"^(?:  (?:ok|NO|\?\?)(?=  )|warning(?=: )|No [a-z]+(?=[.:])|valid (?:yes|no) · .*$)", re.MULTILINE
+)
+_WORDS = re.compile(r"\b(?:ok|NO|No [a-z]+|yes|no|unknown|warning)\b|\?\?")
+_GRACE = 1.0  # s without progress
+_TICK = 0.2  # s
+
+
+def print_json(content: Any) -> None:
+    """Print one JSON object on one line; a number that is not finite is refused."""
+    click.echo(json.dumps(content, allow_nan=False))
+
+
+def print_text(text: str) -> None:
+    """Print text for people: on a terminal with its verdicts in color, unless the environment says otherwise."""
+    # NO_COLOR forbids color and FORCE_COLOR asks for it, in a pipe too.
+    forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
+    is_colored = forced or (sys.stdout.isatty() and os.environ.get("TERM") != "dumb")
+    if is_colored and not os.environ.get("NO_COLOR"):
+
+        def colored(line: re.Match[str]) -> str:
+            return _WORDS.sub(lambda word: click.style(word[0], fg=_COLORS.get(word[0], "red")), line[0])
+
+        click.echo(_COLORED.sub(colored, text), color=True)
+    else:
+        click.echo(text)
+
+
+def show(found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = ()) -> None:
+    """Print a result: its mapping with some more keys as JSON, or its text with some more lines."""
+    if as_json:
+        print_json({**found.as_mapping(), **(more or {})})
+    else:
+        print_text("\n".join([str(found), *lines]))
+
+
+class Working:
+    """A context that shows on a terminal what is being done and for how long, once it takes longer than a second.
+
+    The words given are shown until it is called with others. Nothing is shown in a pipe, or where TERM is dumb.
+    """
+
+    def __init__(self, doing: str) -> None:
+        self._words, self._line = doing, ""
+        self._over, self._alone = Event(), RLock()
+        # A thread of its own, since most of what takes long does not call back.
+        self._clock = Thread(target=self._run, daemon=True)
+        self._is_shown = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
+    def __call__(self, words: str) -> None:
+        """Show from now on what is being done now."""
+        self._words = words
+
+    def part(self, fraction: float) -> None:
+        """Show which fraction of the work is done, as a percentage."""
+        self._words = f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Clear the line for a part of the answer while work goes on."""
+        with self._alone:
+            self._show("")
+            yield
+
+    def __enter__(self) -> Self:
+        if self._is_shown:
+            self._clock.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._is_shown:
+            self._over.set()
+            self._clock.join()
+            self._show("")
+
+    def _run(self) -> None:
+        start, pause = monotonic(), _GRACE
+        while not self._over.wait(pause):
+            pause = _TICK
+            with self._alone, suppress(OSError, ValueError):
+                clock = f" … {monotonic() - start:.0f} s"
+                width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+                self._show(self._words[: max(width - 1 - len(clock), 0)] + clock)
+
+    def _show(self, line: str) -> None:
+        """Write over the line of progress; the empty line removes it."""
+        if line != self._line:
+            with suppress(OSError, ValueError):  # the terminal may be gone; the work goes on
+                click.echo("\r" + line.ljust(len(self._line)) + "\r" * (not line), err=True, nl=False)
+            self._line = line

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.options import option
-from gaitgraph.cli.terminal import Working, print_json, print_text
+from gaitgraph.cli import Working, print_json, print_text
+from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, flight_warnings, settings_from_options, timed_gait
+from gaitgraph.cli.options import command, flag, named_in_errors, option
 from gaitgraph.errors import Infeasible, InputError
 
 
-@options.command("From which roll and pitch a gait settles, by flight.")
-@options.flown_gait_file
-@option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True)
-@option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]")
-@option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]")
-@option("--begins", "N", "Moments of the period to take off at.  [default: 1]")
-@options.flag("--anyway", "Fly what physics forbids.")
-@options.flight_clock
-@options.flight_settings
-@options.output(
-    "Write one row a flight (.csv, .json, .npz, .mat, .parquet) or the picture (.png, .svg, .pdf); repeatable."
+@command(
+    "From which roll and pitch a gait settles, by flight.",
+    GAIT_FILE,
+    option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
+    option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"),
+    option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"),
+    option("--begins", "N", "Moments of the period to take off at.  [default: 1]"),
+    flag("--anyway", "Fly what physics forbids."),
+    *CLOCK,
+    *SETTINGS,
+    "outputs force json",
 )
-@options.force
-@options.as_json
 def basin_command(
     gait_file: str,
     bias: tuple[float, ...] = (),
@@ -46,7 +44,7 @@ def basin_command(
     check_flight_outputs(outputs, of="basin", force=force)
     mujoco_library()  # MissingExtra, before anything is read
     asked = {**given, "bias": bias or None}
-    settings = options.settings_from_options(given)
+    settings = settings_from_options(given)
     if settings.reference != "attitude":
         raise InputError(
             f"settings file {asked['settings']!r}: the reference of a basin must be attitude, got {settings.reference}"
@@ -54,9 +52,9 @@ def basin_command(
     if 1.0 in bias:
         raise InputError("--bias must differ from 1: the gait itself is flown in any case")
     grid = {name: given[name] for name in ("resolution", "extent", "begins") if name in given}
-    with Working(f"reading {gait_file}") as progress, options.named_in_errors(asked):
+    with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         try:
-            timed = options.timed_gait(gait_file, given)
+            timed = timed_gait(gait_file, given)
         except Infeasible as error:
             reason = f"there is no gait to fly: {error}"
             if as_json:
@@ -69,7 +67,7 @@ def basin_command(
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    warnings = [options.flight_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
+    warnings = [flight_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
     if as_json:
         answers = [basin.as_mapping() | {"warnings": one} for basin, one in zip(basins, warnings, strict=True)]
         used = basins[0].settings.as_mapping()

@@ -7,17 +7,17 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, print_text
+from gaitgraph.cli import Working, print_text
+from gaitgraph.cli.options import command, file
 
 
-@options.command("Every Two-Color-consistent colouring of a loop.")
-@options.file("loop_file", "GAIT_FILE_OR_REQUEST")
-@options.sign
-@click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted.")
-@options.crossing_tolerance
-@options.setting
-@options.as_json
+@command(
+    "Every Two-Color-consistent colouring of a loop.",
+    file("loop_file", "GAIT_FILE_OR_REQUEST"),
+    "sign",
+    click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted."),
+    "crossing_tolerance vehicle coefficients json",
+)
 def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = False, **given: Any) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 

@@ -6,24 +6,22 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, print_json
+from gaitgraph.cli import Working, print_json
+from gaitgraph.cli.options import choice, command, flag, option, request_of
 
 
-@options.command("Closed cycles of the graph, shortest first.")
-@options.request_file
-@options.waypoints("Only through these; repeat in order.")
-@options.flag("--any-order", "Through the waypoints in any order.")
-@options.keep
-@options.option("--max-length", "ANGLE", "No longer ones, in the (α1, α2) plane.")
-@click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]")
-@options.color
-@options.sign
-@options.divisions
-@options.choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count.")
-@options.option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=click.IntRange(1))
-@options.setting
-@options.as_json
+@command(
+    "Closed cycles of the graph, shortest first.",
+    "request_file waypoints",
+    flag("--any-order", "Through the waypoints in any order."),
+    "keep_in keep_out",
+    option("--max-length", "ANGLE", "No longer ones, in the (α1, α2) plane."),
+    click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]"),
+    "color sign divisions",
+    choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count."),
+    option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=click.IntRange(1)),
+    "vehicle coefficients json",
+)
 def cycles_command(
     limit: int,
     require: Any,
@@ -54,7 +52,7 @@ def cycles_command(
     if not through:
         # The whole region counts; a request has at least one waypoint, which then plays no part.
         given["waypoints"] = [(0.0, 0.0)]
-    request, _ = options.request_of(request_file, given)
+    request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
         found = grid_cycles(
             request, through=through, max_length=max_length, use=require, effort=effort, progress=progress

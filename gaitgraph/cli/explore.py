@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import print_json
-from gaitgraph.errors import InputError, shown
+from gaitgraph.cli import print_json
+from gaitgraph.cli.options import Kind, command, flag, option
 
 
-def _port(_: click.Context, __: click.Parameter, text: str) -> int:
-    if text.isascii() and text.isdecimal() and len(text) <= 5 and int(text) <= 65535:
-        return int(text)
-    raise InputError(f"--port must be a whole number from 0 to 65535, got {shown(text)}")
+def _port(text: str) -> int:
+    if not 0 <= int(text) <= 65535:
+        raise ValueError
+    return int(text)
 
 
-@options.command("Plan gaits by hand, in the browser.")
-@options.option("--port", "N", "Port; 0 for a free one.", type=click.STRING, default="0", callback=_port)
-@options.flag("--no-browser", "Print the address and open nothing.")
-@options.as_json
-def explore_command(port: int, no_browser: bool = False, as_json: bool = False) -> int:
+@command(
+    "Plan gaits by hand, in the browser.",
+    option("--port", "N", "0 for a free one.  [default: 0]", type=Kind("a whole number from 0 to 65535", _port)),
+    flag("--no-browser", "Print the address and open nothing."),
+    "json",
+)
+def explore_command(port: int = 0, no_browser: bool = False, as_json: bool = False) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, print_json
-
-if TYPE_CHECKING:
-    from gaitgraph.io.formats import FormatOptions
-    from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.timing.timed_gait import Exported
+from gaitgraph.cli import Working, print_json
+from gaitgraph.cli.options import command, file, films_in, one_of, option
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -24,35 +19,20 @@ def _map_names() -> list[str]:
     return list(PRESETS)
 
 
-@options.command("Write a gait file in other formats, or with another clock.")
-@options.gait_file
-@options.file("outputs", "OUTPUT...", nargs=-1, required=True)
-@options.option(
-    "--columns",
-    "NAME_OR_FILE",
-    "What the columns of a servo table from elsewhere are: a preset or a TOML file.",
-    words=_map_names,
+@command(
+    "Write a gait file in other formats, or with another clock.",
+    "gait_file",
+    file("outputs", "OUTPUT...", nargs=-1, required=True),
+    option("--columns", "NAME_OR_FILE", "Columns of a servo table from elsewhere: see --servos.", words=_map_names),
+    option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
+    option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
+    option("--joint-names", "A,B,C,D", "Joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
+    option("--trajectory-topic", "TOPIC", "In a bag.  [default: /joint_trajectory]"),
+    option("--states-topic", "TOPIC", "In a bag.  [default: /joint_states]"),
+    one_of("--number", "float", "double", "fixed", of="In a .h: "),
+    option("--c-name", "WORD", "What names in a .h begin with.  [default: the file's name]"),
+    "period samples rate law force vehicle coefficients json",
 )
-@options.option(
-    "--servos",
-    "NAME_OR_FILE",
-    "Write what the joints do, not tilt angles: paper, x_frame, … or a TOML file.",
-    words=_map_names,
-)
-@options.option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]")
-@options.option("--joint-names", "A,B,C,D", "Joints that tilt rotors 1 to 4, in a bag, .yaml or .h.")
-@options.option("--trajectory-topic", "TOPIC", "In a bag.  [default: /joint_trajectory]")
-@options.option("--states-topic", "TOPIC", "In a bag.  [default: /joint_states]")
-@options.option(
-    "--number", "NAME", "In a .h: float, double or fixed.  [default: float]", words=("float", "double", "fixed")
-)
-@options.option("--c-name", "WORD", "What names in a .h begin with.  [default: the file's name]")
-@options.period
-@options.sampling
-@options.law
-@options.force
-@options.setting
-@options.as_json
 def export_command(
     gait_file: str,
     outputs: tuple[str, ...],
@@ -77,16 +57,21 @@ def export_command(
     chosen = {name: given.pop(name) for name in _FORMAT_OPTIONS if name in given}
     if "joint_names" in chosen:
         chosen["joint_names"] = tuple(name.strip() for name in chosen["joint_names"].split(","))
-    format_options = FormatOptions(**chosen)
     servo_map = None if servos is None else servo_map_named(servos)
     if columns is not None:
         given["joints"] = servo_map_named(columns)
-    films = options.films_in(outputs)
+    films = films_in(outputs)
     tables = [path for path in outputs if path not in films]
     check_films(films, force=force)
     with Working(f"exporting {gait_file}") as progress:
         done = export(
-            gait_file, tables, force=force, options=format_options, servos=servo_map, progress=progress.part, **given
+            gait_file,
+            tables,
+            force=force,
+            options=FormatOptions(**chosen),
+            servos=servo_map,
+            progress=progress.part,
+            **given,
         )
         if films:
             with TemporaryDirectory() as folder:
@@ -99,24 +84,7 @@ def export_command(
         print_json(answer)
         return 0
     for name in outputs:
-        content = "one period, drawn" if name in films else _content(name, done, format_options, servo_map)
-        click.echo(f"wrote {name}: {content}")
+        click.echo(f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}")
     for joint, count in done.clipped.items():
         click.echo(f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows")
     return 0
-
-
-def _content(name: str, done: Exported, chosen: FormatOptions, servo_map: ServoMap | None) -> str:
-    """Return what an output holds, in a few words."""
-    from gaitgraph.gait.table import ANGLES
-    from gaitgraph.io.formats import known_format
-
-    form = known_format(name, "output")
-    if "joint_names" in form.options:
-        joints = f"joints {', '.join(chosen.joint_names or (servo_map.joint_names if servo_map else ANGLES))}"
-        if "periods" in form.options:
-            return f"{(done.rows - 1) * chosen.periods + 1} points of {joints}"
-        return f"{done.rows} rows of {joints}, and a function of time"
-    if form.reads:
-        return f"{done.rows} rows of {', '.join(servo_map.columns if servo_map else done.columns)}"
-    return "a function that loads and plots the .mat, .csv or .json file of its name"

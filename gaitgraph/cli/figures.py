@@ -3,36 +3,30 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, print_json
+from gaitgraph.cli import Working, print_json
+from gaitgraph.cli.options import command, one_of, option
+
+if TYPE_CHECKING:
+    from gaitgraph.cli.options import Paths
 
 _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 
 
-@options.command("Draw the figures of the paper, and two that it lacks.")
-@options.option(
-    "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
+@command(
+    "Draw the figures of the paper, and two that it lacks.",
+    option(
+        "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
+    ),
+    option("--out", "DIR", "Folder, made if need be.  [default: figures]", default="figures"),
+    one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
+    option("--gait", "GAIT_FILE", "Gait of the figure named gait.  [default: Gait 3]"),
+    "force vehicle coefficients json",
 )
-@options.option("--out", "DIR", "Folder, made if need be.  [default: figures]", default="figures")
-@options.option(
-    "--format",
-    "NAME",
-    "png, svg or pdf; repeatable.  [default: png, svg]",
-    name="formats",
-    words=("png", "svg", "pdf"),
-    multiple=True,
-)
-@options.option("--gait", "GAIT_FILE", "Gait of the figure named gait.  [default: Gait 3]")
-@options.force
-@options.setting
-@options.as_json
-def figures_command(
-    out: str, formats: tuple[str, ...] = (), gait: str | None = None, as_json: bool = False, **given: Any
-) -> int:
+def figures_command(out: str, formats: Paths = (), gait: str | None = None, as_json: bool = False, **given: Any) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
 
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.

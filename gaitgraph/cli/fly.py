@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.options import Kind, option
-from gaitgraph.cli.terminal import Working, show
-from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option
+from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
-    from gaitgraph.flight.course import Course
+    from collections.abc import Iterable, Mapping
+
+    from gaitgraph.flight.settings import FlightSettings
+    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.vehicle import Vehicle
+
+PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
+"""The gaits of the paper's Section 5, which may be named instead of a file."""
 
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # The references that a setting has an effect with.
@@ -23,6 +30,30 @@ _SERVES = {
     "position_stiffness": _REFERENCES[1:],
     "position_damping": _REFERENCES[1:],
 }
+
+GAIT_FILE = file("gait_file", "GAIT_FILE", *PAPER_NAMES)
+CLOCK = (
+    option("--period", "SECONDS", "Period T.  [default: what the file says]"),
+    one_of("--law", *LAWS, default="what the file says"),
+    "vehicle coefficients",
+)
+SETTINGS = (
+    option("--settings", "FILE", "A TOML file with a table [flight] of settings; options replace them."),
+    option("--duration", "SECONDS", "How long is flown.  [default: a period, 3 at least]"),
+    option("--tolerance", "X", "Settled within (rad, m).  [default: 0.02]"),
+    option("--attitude-stiffness", "X", "kp of roll, pitch, yaw, per s².  [default: 100]"),
+    option("--attitude-damping", "X", "kd of roll, pitch, yaw, per s.  [default: 20]"),
+    option("--altitude-stiffness", "X", "kp of altitude, per s².  [default: 100]"),
+    option("--altitude-damping", "X", "kd of altitude, per s.  [default: 20]"),
+    flag("--no-saturation", "Let rotors push and pull without limit."),
+    option("--thrust-limit", "NEWTON", "Of a rotor.  [default: the vehicle's, if any]"),
+    option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
+    option("--servo-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
+    one_of("--arms", "served", "planned", of="Tilt angles that the controller assumes: "),
+    option("--floor", "X", "Abort when the least singular value falls below this.  [default: 0.01]"),
+    option("--step", "SECONDS", "Of the engine.  [default: 0.001]"),
+    option("--control-rate", "HZ", "How often thrusts are set.  [default: 1000]"),
+)
 
 
 def _attitude(text: str) -> tuple[float, float]:
@@ -39,39 +70,40 @@ def _wind(text: str) -> tuple[float, ...]:
     return numbers
 
 
-@options.command("Fly a gait in a physics engine.")
-@options.flown_gait_file
-@option(
-    "--attitude",
-    "ROLL,PITCH",
-    "At the start.  [default: 0.3,-0.2 to level out, else level]",
-    type=Kind("ROLL,PITCH, two angles", _attitude),
+@command(
+    "Fly a gait in a physics engine.",
+    GAIT_FILE,
+    option(
+        "--attitude",
+        "ROLL,PITCH",
+        "At the start.  [default: 0.3,-0.2 to level out, else level]",
+        type=Kind("ROLL,PITCH, two angles", _attitude),
+    ),
+    *CLOCK,
+    option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
+    click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back."),
+    option("--periods", "N", "How often around it, with --from-hover.  [default: 2]"),
+    flag("--anyway", "Fly what is not flyable."),
+    one_of("--reference", *_REFERENCES),
+    option("--size", "METRES", "Ahead to a step, a line's end, a circle's centre.  [default: 1]"),
+    option("--lap", "SECONDS", "Of a line or a circle, from rest to rest.  [default: 6]"),
+    option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]"),
+    option("--position-damping", "X", "kd of x and y, per s.  [default: 3]"),
+    option("--attitude-noise", "ANGLE", "Standard deviation of the sensors' error.  [default: 0]"),
+    option("--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]"),
+    option("--position-noise", "METRES", "The same of positions.  [default: 0]"),
+    option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
+    option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
+    option("--seed", "N", "Of noise and gusts.  [default: 0]"),
+    option(
+        "--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers X,Y[,Z] (m/s)", _wind)
+    ),
+    *SETTINGS,
+    "outputs force",
+    flag("--render", "Let the engine render the film, where it can.  [default: drawn]"),
+    flag("--view", "Then show the flight in the engine's viewer."),
+    "json",
 )
-@options.flight_clock
-@option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1].")
-@click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back.")
-@option("--periods", "N", "How often around it, with --from-hover.  [default: 2]")
-@options.flag("--anyway", "Fly what is not flyable.")
-@option("--reference", "NAME", "attitude, hover, step, line or circle.  [default: attitude]", words=_REFERENCES)
-@option("--size", "METRES", "Ahead to a step, a line's end, a circle's centre.  [default: 1]")
-@option("--lap", "SECONDS", "Of a line or a circle, from rest to rest.  [default: 6]")
-@option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]")
-@option("--position-damping", "X", "kd of x and y, per s.  [default: 3]")
-@option("--attitude-noise", "ANGLE", "Standard deviation of the sensors' error.  [default: 0]")
-@option("--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]")
-@option("--position-noise", "METRES", "The same of positions.  [default: 0]")
-@option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]")
-@option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]")
-@option("--seed", "N", "Of noise and gusts.  [default: 0]")
-@option(
-    "--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers X,Y[,Z] (m/s)", _wind)
-)
-@options.flight_settings
-@options.output("Write a table, a plot (.png, .svg, .pdf) or a film (.gif, .mp4); repeatable.")
-@options.force
-@options.flag("--render", "Let the engine render the film, where it can.  [default: drawn]")
-@options.flag("--view", "Then show the flight in the engine's viewer.")
-@options.as_json
 def fly_command(
     gait_file: str,
     bias: float | None = None,
@@ -104,52 +136,47 @@ def fly_command(
     check_flight_outputs(outputs, force=force)
     if periods is not None and not hovers:
         raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
-    asked = dict(given)
-    settings = options.settings_from_options(given)
+    asked = {**given, "bias": bias, "periods": periods}
+    settings = settings_from_options(given)
     for name, serves in _SERVES.items():
         if name in asked and settings.reference not in serves:
             raise InputError(
                 f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only, "
                 f"got the reference {settings.reference}"
             )
-    with options.named_in_errors(asked):
+    with named_in_errors(asked):
         start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
     mujoco_library()
+    if render and not any(map(is_film, outputs)):
+        raise InputError("--render needs a film, got no --output FILE.gif")
     if render:
-        if not any(map(is_film, outputs)):
-            raise InputError("--render needs a film, got no --output FILE.gif")
         check_rendering(PAPER)
     if view:
         check_screen()
 
-    def refused(course: Course, reason: str) -> Any:
-        return record_of(course, settings, start or (0.0, 0.0), failure=("refused", reason))
-
-    with (
-        Working("planning") as progress,
-        options.named_in_errors({**asked, "bias": bias, "periods": periods}, eta="bias"),
-    ):
+    with Working("planning") as progress, named_in_errors(asked, eta="bias"):
+        course: Any
         try:
-            timed = options.timed_gait(gait_file, given)
+            timed = timed_gait(gait_file, given)
         except Infeasible as error:
             # The record needs a gait: one that does not move.
             vehicle = asked.get("vehicle", PAPER)
-            still = Gait(alpha=[[0.0] * 4], vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()
-            flight = refused(repeated(still), f"there is no gait to fly: {error}")
+            flown = Gait(alpha=[[0.0] * 4], vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()
+            course = f"there is no gait to fly: {error}"
         else:
-            flown = timed if bias is None else biased_timed_gait(timed, bias)
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-            course: Any = flown
+            course = flown = timed if bias is None else biased_timed_gait(timed, bias)
             if hovers:
                 course = from_hover(flown, anyway=anyway, **({} if periods is None else {"periods": periods}))
+                course = f"refused before take-off: {course}" if isinstance(course, str) else course
+        if isinstance(course, str):  # why there is none
+            flight = record_of(repeated(flown), settings, start or (0.0, 0.0), failure=("refused", course))
+        else:
             progress("flying")
-            if isinstance(course, str):  # why there is none
-                flight = refused(repeated(flown), f"refused before take-off: {course}")
-            else:
-                if hovers and settings.duration is None:
-                    settings = replace(settings, duration=course.duration)
-                flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = options.flight_warnings(flight.course.timed, flight.warnings, bias)
+            if hovers and settings.duration is None:
+                settings = replace(settings, duration=course.duration)
+            flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
+        warnings = flight_warnings(flight.course.timed, flight.warnings, bias)
         written: tuple[str, ...] = outputs if len(flight.rows) else ()
         if not len(flight.rows):
             warnings = [one.replace("flown although it is not flyable", "it is not flyable") for one in warnings]
@@ -163,3 +190,66 @@ def fly_command(
     if view and len(flight.rows):
         show_flight(flight)
     return 0 if flight else 1
+
+
+def settings_from_options(given: dict[str, Any]) -> FlightSettings:
+    """Take the settings of a flight out of a command's options; an error names the option or the file."""
+    from gaitgraph.files import table_from_toml, text_of
+    from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
+
+    file = given.pop("settings", None)
+    text = "" if file is None else text_of(Path(file), "settings file", "a TOML file with a table [flight]")
+    stated = {field.name: given.pop(field.name) for field in fields(FlightSettings) if field.name in given}
+    if given.pop("no_saturation", False):
+        if "thrust_limit" in stated:
+            raise InputError(f"--thrust-limit {stated['thrust_limit']:g} cannot be combined with --no-saturation")
+        stated["saturation"] = False
+    try:
+        content = table_from_toml(text)
+        for name in set(content) - {"flight"}:
+            raise InputError(f"it must have one table, [flight], got {shown(name)}{did_you_mean(name, ['flight'])}")
+        values = content.get("flight", {})
+        # Judged together: an option may replace what is wrong in the file.
+        with named_in_errors(stated):
+            return settings_from_mapping(values | stated if isinstance(values, dict) else values)
+    except InputError as error:
+        if file is None or str(error).startswith("--"):
+            raise
+        raise InputError(f"settings file {file!r}: {error}") from error
+
+
+def flight_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None) -> list[str]:
+    """Return the warnings of a flight; one line replaces what follows from a bias, which was asked for."""
+    from gaitgraph.flight.course import ROW_BY_ROW, broken_rules
+
+    found = list(warnings)
+    if eta is not None and eta != 1.0 and found:
+        report = timed.check()
+        off = report["on_surface"]
+        if not off.ok:
+            follows = broken_rules(report)[1]
+            size = f"max(|Rφ|, |Rθ|) = {off.value:.2g}, allowed {off.limit:g}"
+            found = [f"biased by {eta:g} it is off the surfaces: {size}", *(one for one in found if one not in follows)]
+    if timed.law == ROW_BY_ROW:
+        found.append(
+            f"the timing matches no built-in law: {timed.samples} rows are flown straight from one to the next"
+        )
+    return found
+
+
+def timed_gait(name: str, given: Mapping[str, Any]) -> TimedGait:
+    """Return the gait of a file, a request or the paper with its timing; a paper's has T = 1 s and the law smooth."""
+    from gaitgraph.flight.course import timed_gait_from_file
+    from gaitgraph.gait.gait import paper_gait
+    from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.vehicle import PAPER
+
+    asked = {key: given[key] for key in ("vehicle", "coefficients", "period", "law") if key in given}
+    if Path(name).suffix or Path(name).exists():
+        return timed_gait_from_file(name, **asked)
+    if name not in PAPER_NAMES:
+        known = f"a gait file, a request, or {', '.join(PAPER_NAMES)}"
+        raise InputError(f"GAIT_FILE must be {known}, got {shown(name)}{did_you_mean(name, list(PAPER_NAMES))}")
+    vehicle: Vehicle = asked.pop("vehicle", PAPER)
+    gait = paper_gait(int(name[-1]), vehicle, coefficients_of(vehicle, asked.pop("coefficients", None)))
+    return gait.parametrize(**asked)

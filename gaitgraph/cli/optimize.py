@@ -5,31 +5,21 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import check_outputs, command, one_of, option, write_outputs
 from gaitgraph.errors import InputError
 
 
-@options.command("The smooth gait through discs with the best worst case, or the least tilt-rate effort.")
-@options.waypoints("Centre of a disc; repeat in order.")
-@options.option("--radius", "ANGLE", "Of all discs, or repeat, one for each.  [default: 0.1]", multiple=True)
-@options.option(
-    "--objective",
-    "NAME",
-    "singular_value, hover_reserve or tilt_rate.  [default: singular_value]",
-    words=("singular_value", "hover_reserve", "tilt_rate"),
+@command(
+    "The smooth gait through discs with the best worst case, or the least tilt-rate effort.",
+    option("--waypoint", "A1,A2", "Centre of a disc; repeat in order.", name="waypoints", multiple=True),
+    option("--radius", "ANGLE", "Of all discs, or repeat, one for each.  [default: 0.1]", multiple=True),
+    one_of("--objective", "singular_value", "hover_reserve", "tilt_rate"),
+    "sign floor period",
+    option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]"),
+    option("--concession", "X", "Part of the worst case given up for less effort.  [default: 0.001]"),
+    "samples rate keep_in keep_out outputs force vehicle coefficients json",
 )
-@options.sign
-@options.floor
-@options.period
-@options.option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]")
-@options.option("--concession", "X", "Part of the worst case given up for less effort.  [default: 0.001]")
-@options.sampling
-@options.keep
-@options.outputs
-@options.force
-@options.setting
-@options.as_json
 def optimize_command(outputs: tuple[str, ...] = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
     """Find the smooth closed gait that passes discs in order and is optimal along all of it.
 
@@ -44,11 +34,11 @@ def optimize_command(outputs: tuple[str, ...] = (), force: bool = False, as_json
     if len(given.get("radius", ())) == 1:
         given["radius"] = given["radius"][0]
     sampling = {name: given.pop(name) for name in ("samples", "rate") if name in given}
-    options.check_outputs(outputs, force=force)
+    check_outputs(outputs, force=force)
     checked_clock(given.get("period", 1.0), "smooth", **sampling)
     with Working("optimising"):
         found = optimal_gait(**given)
         if found and outputs:
-            options.write_outputs(partial(found.pieces, **sampling), outputs, force=force)
+            write_outputs(partial(found.pieces, **sampling), outputs, force=force)
     show(found, as_json=as_json)
     return 0 if found else 1

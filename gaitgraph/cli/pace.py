@@ -4,45 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import Kind, check_outputs, command, named_in_errors, option, write_outputs
+from gaitgraph.errors import InputError
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
-from gaitgraph.errors import InputError, did_you_mean
-
-
-def _seconds(_: click.Context, __: click.Parameter, text: str) -> float | None:
-    """Return the period, None for the least."""
-    if text == "least":
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        hint = did_you_mean(text, ["least"])
-        raise InputError(f"--period must be a number of seconds or the word least, got {text!r}{hint}") from None
+_PERIOD = Kind("a number of seconds or the word least", lambda text: None if text == "least" else float(text))
 
 
-@options.command("The least period of a gait under limits of rate, acceleration and jerk.")
-@options.gait_file
-@options.option(
-    "--period",
-    "SECONDS",
-    "Period T, or least.  [default: least]",
-    type=click.STRING,
-    default="least",
-    callback=_seconds,
-    shell_complete=lambda _, __, word: ["least"] if "least".startswith(word) else [],
+@command(
+    "The least period of a gait under limits of rate, acceleration and jerk.",
+    "gait_file",
+    option("--period", "SECONDS", "Period T, or least.  [default: least]", type=_PERIOD, words=["least"]),
+    option("--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
+    option("--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]"),
+    option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]"),
+    option("--rounding", "ANGLE", "Round corners by so much.  [default: rest at corners]"),
+    option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
+    "samples rate outputs force vehicle coefficients json",
 )
-@options.option("--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]")
-@options.option("--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]")
-@options.option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]")
-@options.option("--rounding", "ANGLE", "Round corners by so much.  [default: rest at corners]")
-@options.option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]")
-@options.sampling
-@options.outputs
-@options.force
-@options.setting
-@options.as_json
 def pace_command(
     gait_file: str,
     period: float | None = None,
@@ -61,10 +40,10 @@ def pace_command(
     from gaitgraph.timing.time_optimal import least_period, limits_of, paced
     from gaitgraph.timing.timed_gait import pieces_of
 
-    options.check_outputs(outputs, force=force)
+    check_outputs(outputs, force=force)
     kinds = ("rate", "acceleration", "jerk")
     names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
-    with Working(f"reading {gait_file}") as progress, options.named_in_errors(given, **names):
+    with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
         gait = read_gait(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
         if gait.color not in ("red", "blue"):
             raise InputError(
@@ -91,7 +70,7 @@ def pace_command(
                 more["servo"] = response.as_mapping()
                 lines.append(f"  {response}")
             if outputs:
-                options.write_outputs(lambda: pieces_of(timed), outputs, force=force)
+                write_outputs(lambda: pieces_of(timed), outputs, force=force)
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
     show(pacing, as_json=as_json, more=more, lines=lines)
     return 0 if pacing else 1

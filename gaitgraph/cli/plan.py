@@ -5,43 +5,31 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import check_outputs, command, flag, one_of, option, request_of, write_outputs
 
 if TYPE_CHECKING:
+    from gaitgraph.cli.options import Paths
     from gaitgraph.planning.request import PlanRequest
 
 
-@options.command("Plan a closed gait through (α1, α2) waypoints.")
-@options.request_file
-@options.waypoints()
-@options.color
-@options.sign
-@options.divisions
-@options.option("--objective", "NAME", "shortest or robust.  [default: shortest]", words=("shortest", "robust"))
-@options.option(
-    "--method",
-    "NAME",
-    "exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
-    words=("grid", "exact"),
+@command(
+    "Plan a closed gait through (α1, α2) waypoints.",
+    "request_file waypoints color sign divisions",
+    one_of("--objective", "shortest", "robust"),
+    option(
+        "--method",
+        "NAME",
+        "exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
+        words=("grid", "exact"),
+    ),
+    "accuracy keep_in keep_out",
+    flag("--any-order", "Visit the waypoints in the order that is shortest."),
+    flag("--reverse", "Run the loop in the other direction."),
+    "outputs period samples rate law force vehicle coefficients json",
 )
-@options.accuracy
-@options.keep
-@options.flag("--any-order", "Visit the waypoints in the order that is shortest.")
-@options.flag("--reverse", "Run the loop in the other direction.")
-@options.outputs
-@options.period
-@options.sampling
-@options.law
-@options.force
-@options.setting
-@options.as_json
 def plan_command(
-    request_file: str | None = None,
-    outputs: tuple[str, ...] = (),
-    force: bool = False,
-    as_json: bool = False,
-    **given: Any,
+    request_file: str | None = None, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
 ) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
@@ -52,7 +40,7 @@ def plan_command(
     from gaitgraph.planning.planner import plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
-    options.check_outputs(outputs, force=force)
+    check_outputs(outputs, force=force)
     request, sampling = _request(request_file, given)
     checked_clock(request.period, request.law, **sampling)
     with Working("planning") as progress:
@@ -60,7 +48,7 @@ def plan_command(
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            options.write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
+            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
     show(found, as_json=as_json, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])
     return 0 if found else 1
 
@@ -68,7 +56,7 @@ def plan_command(
 def _request(file: str | None, given: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request of a file and options, and its sampling; a film's comment holds the request too."""
     if file is None or not file.lower().endswith(".gif"):
-        return options.request_of(file, given)
+        return request_of(file, given)
     from gaitgraph.gait.table import about_from_text
     from gaitgraph.io.reading import naming_file
     from gaitgraph.planning.request import request_from_mapping

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import choice, command, one_of, request_of
 
 
-@options.command("In which part of the admissible region waypoints lie, and whether they can be joined.")
-@options.request_file
-@options.waypoints("A waypoint; repeatable.")
-@options.choice("--use", ["flyable", "valid"], "flyable", "Where a gait can fly, or where R has the sign alone.")
-@options.option("--color", "NAME", "red or blue.  [default: red]", words=("red", "blue"))
-@options.sign
-@options.floor
-@options.accuracy
-@options.keep
-@options.setting
-@options.as_json
+@command(
+    "In which part of the admissible region waypoints lie, and whether they can be joined.",
+    "request_file waypoints",
+    choice("--use", ["flyable", "valid"], "flyable", "Where a gait can fly, or where R has the sign alone."),
+    one_of("--color", "red", "blue"),
+    "sign floor accuracy keep_in keep_out vehicle coefficients json",
+)
 def region_command(use: Any, request_file: str | None = None, as_json: bool = False, **given: Any) -> int:
     """Say in which part of the admissible region each waypoint lies, or why in none and which point is nearest.
 
@@ -26,7 +22,7 @@ def region_command(use: Any, request_file: str | None = None, as_json: bool = Fa
     """
     from gaitgraph.planning.any_angle import location_of
 
-    request, _ = options.request_of(request_file, given)
+    request, _ = request_of(request_file, given)
     with Working("computing the region"):
         found = location_of(request, use=use)
     show(found, as_json=as_json)

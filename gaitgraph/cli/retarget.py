@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import check_outputs, command, option, write_outputs
+
+if TYPE_CHECKING:
+    from gaitgraph.cli.options import Paths
 
 
-@options.command("The flyable gait nearest to a given table, and what was changed.")
-@options.gait_file
-@options.sign
-@options.floor
-@options.option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]")
-@options.keep
-@options.outputs
-@options.force
-@options.setting
-@options.as_json
+@command(
+    "The flyable gait nearest to a given table, and what was changed.",
+    "gait_file sign floor",
+    option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
+    "keep_in keep_out outputs force vehicle coefficients json",
+)
 def retarget_command(
-    gait_file: str, outputs: tuple[str, ...] = (), force: bool = False, as_json: bool = False, **given: Any
+    gait_file: str, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
 ) -> int:
     """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
 
@@ -30,11 +29,11 @@ def retarget_command(
 
     if given.get("sign") == "auto":
         del given["sign"]
-    options.check_outputs(outputs, force=force)
+    check_outputs(outputs, force=force)
     with Working(f"retargeting {gait_file}"):
         found = retarget(gait_file, **given)
         table = found.table
         if table is not None and outputs:
-            options.write_outputs(lambda: [table], outputs, force=force)
+            write_outputs(lambda: [table], outputs, force=force)
     show(found, as_json=as_json)
     return 0 if found.after is not None and found.after.flyable else 1

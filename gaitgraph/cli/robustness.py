@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import command, option
 
 
-@options.command("Tilt margin and acceptable attitudes, beside biased gaits.")
-@options.gait_file
-@options.option("--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True)
-@options.option("--scale", "ETA", "Scale all four by η; repeatable.", multiple=True)
-@options.option("--tilt", "ANGLE", "Report the least singular value within this tilt.  [default: 30deg]")
-@options.option("--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]")
-@options.option("--curves", "N", "Number of singular curves along the gait.  [default: 24]")
-@options.angle_rounding
-@options.setting
-@options.as_json
+@command(
+    "Tilt margin and acceptable attitudes, beside biased gaits.",
+    "gait_file",
+    option("--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True),
+    option("--scale", "ETA", "Scale all four by η; repeatable.", multiple=True),
+    option("--tilt", "ANGLE", "Report the least singular value within this tilt.  [default: 30deg]"),
+    option("--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]"),
+    option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
+    "angle_rounding vehicle coefficients json",
+)
 def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> int:
     """Say how far a gait can be tilted before its decoupling matrix is singular.
 

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import print_json
+from gaitgraph.cli import print_json
+from gaitgraph.cli.options import command
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 
-@options.command("Every (α3, α4) on the gait surfaces for one (α1, α2).")
-@click.argument("a1", metavar="A1")
-@click.argument("a2", metavar="A2")
-@options.crossing_tolerance
-@options.setting
-@options.as_json
+@command(
+    "Every (α3, α4) on the gait surfaces for one (α1, α2).",
+    click.argument("a1", metavar="A1"),
+    click.argument("a2", metavar="A2"),
+    "crossing_tolerance vehicle coefficients json",
+)
 def roots_command(
     a1: str, a2: str, vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False, **given: float
 ) -> int:

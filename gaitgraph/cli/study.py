@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import signal
-import threading
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, print_json, print_problem, print_text, show
+from gaitgraph.cli import Working, print_json, print_problem, print_text, show
+from gaitgraph.cli.options import command, file, flag, option
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-_ONCE = 3.0  # seconds in which further signals are the same wish
+_ONCE = 3.0  # s in which further signals are the same wish
 
 
 class _Stopped(KeyboardInterrupt):
@@ -24,48 +24,41 @@ class _Stopped(KeyboardInterrupt):
 
 
 @contextmanager
-def _ended_in_order() -> Iterator[None]:
+def _stopped_by_signals() -> Iterator[None]:
     """Turn the signals that ask for an end into an exception, so that workers, keys and locks go with the study.
 
-    A second one shortly after does not disturb the clearing up. Afterwards they mean what they meant before; but once
-    one has come, they are left alone: the process is about to end.
+    A second one shortly after does not disturb the clearing up; once one has come, the process is about to end.
     """
-    names = ("SIGINT", "SIGTERM", "SIGHUP")
-    signals = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    # An ignored SIGHUP is that of nohup; and only the main thread may have handlers.
-    heard = [one for one in signals if signal.getsignal(one) not in (signal.SIG_IGN, None)]
-    if threading.current_thread() is not threading.main_thread():
-        heard = []
-    last: float | None = None
+    last = -math.inf
 
     def stop(number: int, _: FrameType | None) -> None:
         nonlocal last
-        if last is None or monotonic() - last > _ONCE:
+        if monotonic() - last > _ONCE:
             last = monotonic()
             raise _Stopped(number)
 
-    before = [signal.signal(one, stop) for one in heard]
+    known = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    # An ignored SIGHUP is that of nohup.
+    before = {one: signal.signal(one, stop) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
     try:
         yield
     finally:
-        for one, handler in zip(heard, before, strict=True):
-            signal.signal(one, handler if last is None else signal.SIG_IGN)
+        for one, handler in before.items():
+            signal.signal(one, handler if last < 0 else signal.SIG_IGN)
 
 
-@options.command("Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.")
-@options.file("study_file", "STUDY.toml")
-@options.option("--output", "FOLDER", "Of the rows.  [default: the file's name without .toml]")
-@options.option("--workers", "N", "Processes here; 0 for this one.  [default: one a core]")
-@options.option("--scheduler", "ADDRESS", "A Dask scheduler whose workers fly instead: tcp://HOST:PORT.")
-@options.flag("--yes", "Fly more than 10,000 cases, or for more than an hour.")
-@options.flag("--dry-run", "Count the cases and fly none.")
-@options.as_json
+@command(
+    "Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.",
+    file("study_file", "STUDY.toml"),
+    option("--output", "FOLDER", "Of the rows.  [default: the file's name without .toml]"),
+    option("--workers", "N", "Processes here; 0 for this one.  [default: one a core]"),
+    option("--scheduler", "ADDRESS", "A Dask scheduler whose workers fly instead: tcp://HOST:PORT."),
+    flag("--yes", "Fly more than 10,000 cases, or for more than an hour."),
+    flag("--dry-run", "Count the cases and fly none."),
+    "json",
+)
 def study_command(
-    study_file: str,
-    output: str | None = None,
-    dry_run: bool = False,
-    as_json: bool = False,
-    **given: Any,
+    study_file: str, output: str | None = None, dry_run: bool = False, as_json: bool = False, **given: Any
 ) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
@@ -87,16 +80,16 @@ def study_command(
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
-        with _ended_in_order(), Working(f"study {study.name}") as progress:
+        with _stopped_by_signals(), Working(f"study {study.name}") as progress:
             run = run_study(study, folder, progress=progress, **given)
-    except KeyboardInterrupt as error:
-        number = error.args[0] if isinstance(error, _Stopped) else signal.SIGINT
+    except _Stopped as error:
+        (number,) = error.args
         parts = len(list((folder / "rows").glob("part-*.parquet")))
         with suppress(OSError):  # the terminal may be gone
             print_problem(
-                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {len(study.batches)} parts are "
-                f"in {str(folder)!r}, and the same command goes on from there"
+                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {len(study.batches)} parts "
+                f"are in {str(folder)!r}, and the same command goes on from there"
             )
-        return 128 + number
+        return 128 + int(number)
     show(run, as_json=as_json)
     return 0

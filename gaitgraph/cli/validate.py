@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import Working, show
+from gaitgraph.cli import Working, show
+from gaitgraph.cli.options import command, option
 
 
-@options.command("Judge a gait file: every rule, with value, limit and place.")
-@options.gait_file
-@options.require
-@options.option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]")
-@options.floor
-@options.angle_rounding
-@options.crossing_tolerance
-@options.setting
-@options.as_json
+@command(
+    "Judge a gait file: every rule, with value, limit and place.",
+    "gait_file require",
+    option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
+    "floor angle_rounding crossing_tolerance vehicle coefficients json",
+)
 def validate_command(gait_file: str, require: str, as_json: bool = False, **given: Any) -> int:
     """Judge a gait table of any format or a saved plan, along its whole length.
 

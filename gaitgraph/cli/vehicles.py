@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import options
-from gaitgraph.cli.terminal import print_json
+from gaitgraph.cli import print_json
+from gaitgraph.cli.options import command
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 
-@options.command("List the vehicles that come with the package, or show one.")
-@options.setting
-@options.as_json
+@command("List the vehicles that come with the package, or show one.", "vehicle coefficients json")
 def vehicles_command(vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show the one of --vehicle."""
     from gaitgraph.invertibility.matrices import coefficients_of
