@@ -19,8 +19,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph import files
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.rows import completed_pieces
-from gaitgraph.gait.table import Table, merged
+from gaitgraph.gait.table import Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files as jsons
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.formats import FORMATS, write_pieces

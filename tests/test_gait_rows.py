@@ -9,8 +9,20 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.gait.rows import CLOSED_GAP, closed_rows, closes, closing_time, completed_pieces, is_closed, tilt_angles
-from gaitgraph.gait.table import Table, about_from_text, checked_about, merged, provenance_text
+from gaitgraph.gait.table import (
+    CLOSED_GAP,
+    Table,
+    about_from_text,
+    checked_about,
+    closed_rows,
+    closes,
+    closing_time,
+    completed_pieces,
+    is_closed,
+    merged,
+    provenance_text,
+    tilt_angles,
+)
 from gaitgraph.invertibility.matrices import level_determinant_resolution
 
 PUBLISHED = gg.invertibility.coefficients_of()

@@ -30,8 +30,7 @@ from gaitgraph.explorer.plan_query import (
     state_of,
     vehicle_of,
 )
-from gaitgraph.gait.rows import closed_rows
-from gaitgraph.gait.table import merged
+from gaitgraph.gait.table import closed_rows, merged
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
     hover_thrust_shares,

@@ -15,8 +15,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.rows import closed_rows
-from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.gait.table import ANGLES, Table, closed_rows
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.reading import naming_file, read_table
 from gaitgraph.planning.planner import plan

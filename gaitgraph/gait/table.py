@@ -1,9 +1,11 @@
-"""Gait tables: named columns, and what made them. :mod:`gaitgraph.io` reads and writes them as files.
+"""Gait tables: named columns and what made them; lifted, closed to gaits, and completed with the columns that follow.
 
-A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then
-``alpha1_rate`` … (rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or
-alpha1, alpha2 and color, in any order, with or without t, closed or to be closed; degrees are taken from columns
-named ``alpha1_deg`` and so on. Unknown columns are ignored.
+A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then ``alpha1_rate`` …
+(rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
+in any order, with or without t, closed or to be closed. :mod:`gaitgraph.io` reads and writes tables as files.
+
+A last row that repeats the first, to within :data:`CLOSED_GAP` and with the same color, closes a table. Any other table
+is closed by a straight segment back to the first row, which takes one mean step of time.
 """
 
 from __future__ import annotations
@@ -11,6 +13,8 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field, replace
+from importlib import import_module
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,13 +23,29 @@ import numpy.typing as npt
 from gaitgraph import __version__
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, MissingExtra, shown
-from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
-from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.gait.gait import Gait, points_on_sheets
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    Kind,
+    coefficients_of,
+    level_determinant,
+    level_determinant_resolution,
+)
+from gaitgraph.surface.adjacency import text_from_types, types_from_text
+from gaitgraph.surface.sheets import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
+    FIBERS,
+    families_along,
+    family_codes,
+    family_of,
+    family_types,
+    types_contradict,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from types import ModuleType
+    from collections.abc import Callable, Iterable, Iterator
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -41,6 +61,13 @@ FORMAT = "gaitgraph gait table"
 
 ROWS_OF_A_PIECE = 1 << 16
 """Long tables are made, written and read in pieces of so many rows."""
+
+CLOSED_GAP = 1e-9
+"""A last row closes a table if no angle differs from the first row's by more than this [rad].
+
+That is far below any printed digit, and above the rounding of floating point. `validate` also accepts a measured loop
+that comes back to within its own tolerance, but then keeps the last row as one more point.
+"""
 
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
@@ -107,7 +134,7 @@ class Table:
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
         pandas = _library("pandas")
-        texts = {name: pandas.Categorical(list(self.columns[name])) for name in TEXTS if name in self.columns}
+        texts = {name: pandas.Categorical(list(self[name])) for name in TEXTS if name in self}
         frame = pandas.DataFrame({**self.columns, **texts})
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
@@ -115,17 +142,11 @@ class Table:
     def to_polars(self) -> Any:
         """Return the table as a polars frame: floats, and categories for texts. What made it is not kept."""
         polars = _library("polars")
-        texts = {
-            name: polars.Series(list(self.columns[name]), dtype=polars.Categorical)
-            for name in TEXTS
-            if name in self.columns
-        }
+        texts = {name: polars.Series(list(self[name]), dtype=polars.Categorical) for name in TEXTS if name in self}
         return polars.DataFrame({**self.columns, **texts})
 
 
-def _library(name: str) -> ModuleType:
-    from importlib import import_module
-
+def _library(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError as error:
@@ -204,3 +225,220 @@ def checked_about(content: object) -> dict[str, Any]:
     except (TypeError, ValueError) as error:
         raise InputError(f"about must hold finite numbers and texts, got {shown(content)}") from error
     return content
+
+
+# -- From rows to a closed gait
+
+
+def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 0) -> FloatArray:
+    """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
+
+    Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
+    counts the rows of the same table before these, for messages.
+    """
+    if "alpha3" in table:
+        return table.alpha
+    for k, color in enumerate(table["color"], start=rows_before + 1):
+        if color in FIBERS:
+            wanted = "without alpha3 and alpha4 it must be 'red' or 'blue', as a fibre leaves one of them open"
+            raise InputError(f"row {k}: color is {color!r}; {wanted}")
+    return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
+
+
+def closes(first: Table, last: Table) -> bool:
+    """Return whether a later row, a table of one row, repeats the first."""
+    gap = max(abs(float(last[name][0] - first[name][0])) for name in ANGLES if name in first)
+    return gap <= CLOSED_GAP and first.columns.get("color") == last.columns.get("color")
+
+
+def is_closed(table: Table) -> bool:
+    """Return whether a table of two or more rows ends with its first row."""
+    rows = len(table)
+    return rows > 1 and closes(table.rows(0, 1), table.rows(rows - 1, rows))
+
+
+def closing_time(start: float, end: float, rows: int) -> float:
+    """Return when an open table is back at its first row: one mean step after its last one [s]."""
+    return end + (end - start) / max(rows - 1, 1)
+
+
+def closed_rows(
+    table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+) -> tuple[Gait, FloatArray | None]:
+    """Return the closed polyline through a table's rows, each row a corner, and when it passes them.
+
+    Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
+    keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
+    table states, else the paper's vehicle.
+
+    Returns
+    -------
+    gait
+        With n corners; a row that repeats the first is none.
+    times
+        Shape (n + 1,), the last one when the gait is back at its first corner [s]; None without a column t.
+
+    Examples
+    --------
+    >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
+    >>> gait, times = closed_rows(Table(columns=columns))
+    >>> gait.alpha[:, 2].tolist(), times.tolist()
+    ([0.4, 0.9], [0.0, 1.0, 2.0])
+    """
+    request = table.about.get("request") if vehicle is None and coefficients is None else None
+    vehicle, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
+    alpha, t = tilt_angles(table, numbers), table.columns.get("t")
+    if is_closed(table):
+        alpha = alpha[:-1]
+    elif t is not None:
+        t = np.append(t, closing_time(t[0], t[-1], len(t)))
+    if "color" in table:
+        colors = tuple(table["color"][: len(alpha)])
+    else:
+        codes = families_along(alpha, numbers, DEFAULT_TOLERANCE)
+        colors = tuple(map(family_of, codes.tolist())) if codes.all() else ()
+    gait = Gait(
+        alpha=alpha,
+        colors=colors,
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=crossing_tolerance,
+        request=dict(request) if isinstance(request, dict) else {},
+    )
+    return gait, t
+
+
+# -- Completing a table piece by piece
+
+
+def completed_pieces(
+    pieces: Callable[[], Iterable[Table]], *, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+) -> Callable[[], Iterator[Table]]:
+    """Return what yields a table completed: from t = 0, closed, with every column that follows from the others.
+
+    Stated columns stay where all of their rows agree with the angles: R to within what its digits carry, types with
+    the color. Otherwise, or for another vehicle, they are computed. That takes a first pass over all pieces, at once,
+    and a second one each time the result is called. No more than two pieces are held at a time.
+
+    Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
+    row and accelerations are zero.
+
+    Parameters
+    ----------
+    pieces
+        Yields the same pieces each time: at least one row in all, with `t`.
+    vehicle, coefficients
+        As for :func:`closed_rows`.
+
+    Examples
+    --------
+    >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
+    >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
+    >>> table = Table(columns={name: np.array(values, dtype=float) for name, values in columns.items()})
+    >>> whole = merged(completed_pieces(lambda: [table])())
+    >>> whole["t"].tolist(), whole["color"], whole["alpha2_rate"].tolist()
+    ([0.0, 1.0, 2.0, 3.0], ('red', 'red', 'red', 'red'), [0.0, -0.4, 0.4, 0.0])
+    """
+    completion = _Completion(pieces(), vehicle, coefficients)
+    return lambda: _with_rates(completion.closed(pieces()))
+
+
+class _Completion:
+    """What all pieces of a table state, and the table completed accordingly."""
+
+    def __init__(self, pieces: Iterable[Table], vehicle: Vehicle | None, coefficients: Kind | None) -> None:
+        self.rows, self.has_colors, self.keeps_R, self.keeps_types = 0, True, True, True
+        self.about: dict[str, Any] = {}
+        code = 0
+        for piece in pieces:
+            if not self.rows:
+                stated, self.numbers, self.crossing_tolerance = setting_of(piece, vehicle, coefficients)
+                self.about = {**piece.about, "vehicle": stated.as_mapping(), "coefficients": self.numbers.kind}
+                if not isinstance(self.about.get("request"), dict) or vehicle is not None or coefficients is not None:
+                    self.about.pop("request", None)  # the request was for something else
+            alpha, codes = self._placed(piece, self.rows, code)
+            self.rows, code = self.rows + len(alpha), int(codes[-1])
+            self.has_colors &= bool(codes.all())
+            if self.keeps_R:
+                digits = 2 * level_determinant_resolution(alpha, self.numbers)
+                self.keeps_R = "R" in piece and not (np.abs(piece["R"] - self._R(alpha)) > digits).any()
+            if self.keeps_types:
+                known = {text: types_from_text(text) for text in set(piece.columns.get("types", ()))}
+                types = [known[text] for text in piece.columns.get("types", ())]
+                self.keeps_types = bool(types) and not types_contradict(np.array(types), codes).any()
+
+    def _placed(self, piece: Table, rows: int, code: int) -> tuple[FloatArray, npt.NDArray[np.int8]]:
+        """Return tilt angles and each row's family, as stated or as it lies; 0 for none. `code` is that before."""
+        alpha = tilt_angles(piece, self.numbers, rows_before=rows)
+        if "color" in piece:
+            return alpha, family_codes(piece["color"])
+        return alpha, families_along(alpha, self.numbers, DEFAULT_TOLERANCE, before=code)
+
+    def _R(self, alpha: FloatArray) -> FloatArray:
+        rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
+        return np.asarray(level_determinant(rows, self.numbers))[: len(alpha)]
+
+    def _whole(self, pieces: Iterable[Table]) -> Iterator[Table]:
+        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
+        rows, code, start = 0, 0, 0.0
+        for piece in pieces:
+            start = start if rows else float(piece["t"][0])
+            alpha, codes = self._placed(piece, rows, code)
+            rows, code = rows + len(alpha), int(codes[-1])
+            columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
+            if not self.keeps_R:
+                columns["R"] = self._R(alpha)
+            if not self.has_colors:
+                columns.pop("types", None)
+            else:
+                columns["color"] = tuple(map(family_of, codes.tolist()))
+                if not self.keeps_types:
+                    pairs = zip(*family_types(alpha, codes, self.numbers, self.crossing_tolerance), strict=True)
+                    columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
+            yield Table(columns={name: columns[name] for name in ORDER if name in columns}, about=self.about)
+
+    def closed(self, pieces: Iterable[Table]) -> Iterator[Table]:
+        """Yield the whole pieces and a closing row, which replaces a last one that repeats the first."""
+        first: Any = None
+        for joined in _overlapping(self._whole(pieces)):
+            first = first or joined.rows(0, 1)
+            last = joined.rows(len(joined) - 1, len(joined))
+            if len(joined) > 1:
+                yield joined.rows(0, len(joined) - 1)
+        end = float(last["t"][0])
+        if self.rows < 2 or not closes(first, last):
+            yield last
+            end = closing_time(0.0, end, self.rows)
+        yield Table(columns={**first.columns, "t": np.array([end])}, about=first.about)
+
+
+def _overlapping(pieces: Iterable[Table]) -> Iterator[Table]:
+    """Yield pieces that each begin with the last row of the one before."""
+    held: list[Table] = []
+    for piece in pieces:
+        joined = merged([*held, piece])
+        held = [joined.rows(len(joined) - 1, len(joined))]
+        yield joined
+
+
+def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
+    """Yield closed pieces with rates and accelerations: as stated, or those of straight segments between the rows."""
+
+    def moving(table: Table, rates: dict[str, FloatArray]) -> Table:
+        columns = table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}
+        return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=table.about)
+
+    pieces = iter(pieces)
+    first = next(pieces)
+    if all(name in first for name in (*RATES, *ACCELERATIONS)):
+        yield first
+        yield from pieces
+        return
+    first_rates: dict[str, FloatArray] = {}
+    for joined in _overlapping(chain([first], pieces)):
+        if len(joined) > 1:
+            step = np.diff(joined["t"])
+            rates = {rate: np.diff(joined[name]) / step + 0.0 for name, rate in zip(ANGLES, RATES, strict=True)}
+            first_rates = first_rates or {name: values[:1] for name, values in rates.items()}
+            yield moving(joined.rows(0, len(joined) - 1), rates)
+    yield moving(joined.rows(len(joined) - 1, len(joined)), first_rates)  # closed pieces have two rows or more

@@ -21,8 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.rows import is_closed
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, provenance_text
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, is_closed, provenance_text
 from gaitgraph.io.binary_tables import is_matlab_name
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.ros import merged_up_to

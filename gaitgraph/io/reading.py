@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import FileProblem, GaitgraphError, MissingExtra
 from gaitgraph.files import text_of
-from gaitgraph.gait.rows import closed_rows
-from gaitgraph.gait.table import Table, about_from_text, merged
+from gaitgraph.gait.table import Table, about_from_text, closed_rows, merged
 from gaitgraph.io.columns import TableBuilder, as_table
 from gaitgraph.io.formats import known_format
 from gaitgraph.io.text_files import pieces_of_csv, table_of_json

@@ -30,7 +30,6 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.rows import is_closed
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -38,6 +37,7 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     about_from_text,
+    is_closed,
     merged,
     provenance_of,
     provenance_text,

@@ -25,8 +25,7 @@ import shapely
 from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.rows import closing_time, is_closed, tilt_angles
-from gaitgraph.gait.table import ANGLES, Table, setting_of
+from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.reading import gait_of, read_table

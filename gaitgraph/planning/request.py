@@ -24,8 +24,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.gait.rows import is_closed
-from gaitgraph.gait.table import merged, setting_of
+from gaitgraph.gait.table import is_closed, merged, setting_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import FORMATS

@@ -28,8 +28,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.gait.rows import completed_pieces
-from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, merged
+from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, completed_pieces, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.io.formats import FILMS, check_options, check_outputs, known_format, write_pieces
 from gaitgraph.io.reading import gait_of, naming_file, read_pieces
@@ -434,7 +433,7 @@ def export(
     """Read a gait file and write it to other files, piece by piece.
 
     A table with times keeps its rows, counted from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.rows.completed_pieces`. It is read twice or more, unless it is short, and only some rows are
+    :func:`gaitgraph.gait.table.completed_pieces`. It is read twice or more, unless it is short, and only some rows are
     held at a time. A table without times, one of a single row, or any of `period`, `law`, `samples`, `rate`, gets a new
     timing on the closed polyline through the rows, which is held whole.
 

@@ -21,8 +21,7 @@ import numpy.typing as npt
 from gaitgraph.angles import distance_to_multiple
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.rows import CLOSED_GAP, closing_time, tilt_angles
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, setting_of
+from gaitgraph.gait.table import ACCELERATIONS, CLOSED_GAP, RATES, Table, closing_time, setting_of, tilt_angles
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
     Kind,
