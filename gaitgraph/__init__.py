@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from gaitgraph.graph.build import surface_graph as surface_graph, validate_graph as validate_graph
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
-    from gaitgraph.io.reading import gait_of as gait_of, read_table as read_table
+    from gaitgraph.io.formats import gait_of as gait_of, read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
     from gaitgraph.optimization.retargeting import retarget as retarget

@@ -7,16 +7,10 @@ requests are answers, not errors: a plan carries its reason, and only asking it 
 
 from __future__ import annotations
 
-__all__ = [
-    "ContractError",
-    "FileProblem",
-    "GaitgraphError",
-    "Infeasible",
-    "InputError",
-    "MissingConstant",
-    "MissingExtra",
-    "OutputExists",
-]
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class GaitgraphError(Exception):
@@ -79,7 +73,7 @@ def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
     )
 
 
-def did_you_mean(word: str, known: list[str]) -> str:
+def did_you_mean(word: object, known: Sequence[str]) -> str:
     """Return ``"; did you mean …?"`` when a known word is close, else an empty string.
 
     >>> did_you_mean("colour", ["color", "sign"])
@@ -87,5 +81,15 @@ def did_you_mean(word: str, known: list[str]) -> str:
     """
     from difflib import get_close_matches
 
-    close = get_close_matches(word, known, n=1)
+    close = get_close_matches(word, known, n=1) if isinstance(word, str) else []
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def check_fields(who: str, stated: object, known: Sequence[str]) -> None:
+    """Raise InputError unless what somebody states is a table of known fields by name; `who` they are of."""
+    if not isinstance(stated, dict):
+        raise InputError(f"{who} must be a table of values by name, got {shown(stated)}")
+    for name in stated:
+        if name not in known:
+            hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}"
+            raise InputError(f"{who} has no field {shown(name)}{hint}")

@@ -8,7 +8,7 @@ import re
 import shutil
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
 
@@ -17,11 +17,14 @@ if TYPE_CHECKING:
 
     Content = bytes | Callable[[Path], None]
 
+T = TypeVar("T")
+
 MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
 _BLOCK = 1 << 22
 _DEEPEST = 100
+_EXISTS = "output: {!r} exists; allowed is a new file, or --force (force=True)"
 
 
 def text_of(path: Path, what: str, allowed: str) -> str:
@@ -78,6 +81,25 @@ def table_from_toml(text: str) -> dict[str, Any]:
         raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
 
 
+def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
+    """Return what is made of the fields in a TOML file, at its top level or in a table of the name `what` alone.
+
+    Raises FileProblem if the file cannot be read, and InputError, naming the file, if `make` does.
+    """
+    text = text_of(path, what, "a TOML file")
+    try:
+        content = table_from_toml(text)
+        inner = content.get(what, content)
+        if not isinstance(inner, dict):
+            raise InputError(f"{what} must be a table of values by name, got {shown(inner)}")
+        if inner is not content and len(content) > 1:
+            beside = next(name for name in content if name != what)
+            raise InputError(f"{beside} must be inside the [{what}] table, got it beside the table")
+        return make(inner)
+    except InputError as error:
+        raise InputError(f"{what} file {str(path)!r}: {error}") from error
+
+
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
     """Write every file or folder beside its target first, then put all in place, each in one step.
 
@@ -105,7 +127,7 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
             place = _replace if force else _place_new
             place(scratch / target_of(path).name, target_of(path) if force else path)
     except FileExistsError as error:
-        raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)") from error
+        raise OutputExists(_EXISTS.format(str(path))) from error
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
@@ -124,20 +146,19 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
     seen: set[Path] = set()
     for path in map(Path, paths):
         try:
-            target, folder = target_of(path), path.parent
+            target = target_of(path)
             if target in seen:
                 raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
             seen.add(target)
-            if path in folders and target.exists() and not target.is_dir():
-                raise OutputExists(f"output: {str(path)!r} is no folder; allowed is a new folder")
-            if path not in folders and target.exists() and not target.is_file():
-                what = "a folder" if target.is_dir() else "no regular file"
-                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is a file")
+            if target.exists() and not (target.is_dir() if path in folders else target.is_file()):
+                what = "a folder" if target.is_dir() else "a file" if target.is_file() else "no regular file"
+                wanted = "a new folder" if path in folders else "a file"
+                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is {wanted}")
             if os.path.lexists(path) and not force:
-                raise OutputExists(f"output: {str(path)!r} exists; allowed is a new file, or --force (force=True)")
-            if not folder.is_dir():
-                what = "is no folder" if folder.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(folder)!r} {what}; allowed is an existing folder")
+                raise OutputExists(_EXISTS.format(str(path)))
+            if not path.parent.is_dir():
+                what = "is no folder" if path.parent.exists() else "does not exist"
+                raise FileProblem(f"output: folder {str(path.parent)!r} {what}; allowed is an existing folder")
         except GaitgraphError:
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of, text_from_angle
-from gaitgraph.errors import InputError, MissingConstant, did_you_mean, shown
-from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.errors import InputError, MissingConstant, check_fields, did_you_mean, shown
+from gaitgraph.files import from_toml_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
 Spin = Literal["clockwise", "counterclockwise"]
 
@@ -43,7 +43,6 @@ UNITS = {
     "arm_inertia": "kg m²",
     "rotor_inertia": "kg m²",
 }
-_DEFAULTS = {"name": "unnamed", "gravity": 9.80665, "first_arm_angle": 0.0, "first_rotor_spin": "clockwise"}
 _ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk"})
 
 
@@ -161,8 +160,8 @@ class Vehicle:
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
         stated["first_arm_angle"] = angle_from_text(first_arm_angle, "first_arm_angle")
         if first_rotor_spin not in ("clockwise", "counterclockwise"):
+            hint = did_you_mean(first_rotor_spin, ["clockwise", "counterclockwise"])
             got = shown(first_rotor_spin)
-            hint = did_you_mean(got.strip("'"), ["clockwise", "counterclockwise"])
             raise InputError(f"first_rotor_spin must be 'clockwise' or 'counterclockwise', got {got}{hint}")
         # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
         for field, formula, over, under in (
@@ -214,8 +213,8 @@ class Vehicle:
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
         True
         """
-        _check_fields(changes)
-        new = {field.name: getattr(self, field.name) for field in fields(self)} | changes
+        check_fields("vehicle", changes, _FIELDS)
+        new = {name: getattr(self, name) for name in _FIELDS} | changes
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
             changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
@@ -230,19 +229,13 @@ class Vehicle:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        values = {name: getattr(self, name) for name in _FIELDS}
         values["inertia"] = None if self.inertia is None else list(self.inertia)
         return {name: value for name, value in values.items() if value is not None}
 
     def __repr__(self) -> str:
-        """Return a call that makes this vehicle: the constants that are stated and do not follow from others."""
-        follows = {
-            "drag_to_thrust": _quotient(self.drag_coefficient, self.thrust_coefficient),
-            "drag_ratio": _quotient(self.drag_to_thrust, self.arm_length),
-        }
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        stated = (f"{k}={v!r}" for k, v in values.items() if v not in (_DEFAULTS.get(k), follows.get(k)))
-        return f"Vehicle({', '.join(stated)})"
+        """Return a call that makes this vehicle."""
+        return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:
         lines = (f"  {name:<22} {text}" for name, text in constants_of(self))
@@ -252,6 +245,9 @@ class Vehicle:
         from gaitgraph.plots.notebook import html_of
 
         return html_of(self)
+
+
+_FIELDS = [field.name for field in fields(Vehicle)]
 
 
 def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
@@ -284,15 +280,6 @@ def _positive(name: str, value: object) -> float:
     if not 1e-30 <= number <= 1e30:
         raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
     return number
-
-
-def _check_fields(names: Iterable[str]) -> None:
-    """Raise InputError for the first name that is not a field of :class:`Vehicle`."""
-    known = [field.name for field in fields(Vehicle)]
-    for name in names:
-        if name not in known:
-            hint = did_you_mean(name, [*known, "preset"]) or f"; known are preset, {', '.join(known)}"
-            raise InputError(f"vehicle has no constant {name!r}{hint}")
 
 
 PAPER = Vehicle(
@@ -334,24 +321,18 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
     0.429
     """
-    if not isinstance(constants, dict) or not all(isinstance(name, str) for name in constants):
-        raise InputError(f"vehicle must be a table of constants by name, got {shown(constants)}")
-    constants = dict(constants)
-    preset = constants.pop("preset", None)
-    _check_fields(constants)
-    if preset is None:
+    check_fields("vehicle", constants, ["preset", *_FIELDS])
+    if "preset" not in constants:
         return Vehicle(**constants)
-    if not isinstance(preset, str):
-        raise InputError(f"vehicle preset must be one of {', '.join(_PRESETS)}, got {shown(preset)}")
-    base = _preset(preset)
-    constants.setdefault("name", f"{base.name}, changed" if constants else base.name)
-    return base.replace(**constants)
+    base = _preset(constants["preset"])
+    changes = {name: value for name, value in constants.items() if name != "preset"}
+    return base.replace(**{"name": f"{base.name}, changed" if changes else base.name, **changes})
 
 
-def _preset(name: str) -> Vehicle:
-    if name not in _PRESETS:
-        hint = did_you_mean(name, preset_names())
-        raise InputError(f"vehicle must be a preset ({', '.join(_PRESETS)}) or a .toml file, got {name!r}{hint}")
+def _preset(name: object) -> Vehicle:
+    if not isinstance(name, str) or name not in _PRESETS:
+        allowed = f"a preset ({', '.join(_PRESETS)}) or a .toml file"
+        raise InputError(f"vehicle must be {allowed}, got {shown(name)}{did_you_mean(name, preset_names())}")
     return _PRESETS[name]
 
 
@@ -368,15 +349,8 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return _preset(name_or_file)
     path = Path(name_or_file)
-    text = text_of(path, "vehicle", "a TOML file")
-    try:
-        content = table_from_toml(text)
-        inner = content.get("vehicle", content)
-        if not isinstance(inner, dict):
-            raise InputError(f"vehicle must be a table of constants, got {shown(inner)}")
-        if inner is not content and len(content) > 1:
-            beside = next(name for name in content if name != "vehicle")
-            raise InputError(f"{beside} must be inside the [vehicle] table, got it beside the table")
-        return vehicle_from_mapping({"name": path.stem, **inner} if "preset" not in inner else inner)
-    except InputError as error:
-        raise InputError(f"vehicle file {str(path)!r}: {error}") from error
+
+    def make(stated: dict[str, Any]) -> Vehicle:
+        return vehicle_from_mapping(stated if "preset" in stated else {"name": path.stem, **stated})
+
+    return from_toml_file(path, "vehicle", make)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import GaitgraphError
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -25,8 +25,7 @@ from scipy.io import loadmat, savemat
 import gaitgraph as gg
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
 from gaitgraph.io import binary_tables
-from gaitgraph.io.formats import write_pieces, write_tables
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table, write_pieces, write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
@@ -189,15 +188,6 @@ def head_of(kind: int, name: str, rows: int = 1, order: str = "<") -> bytes:
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"
 
 
-def test_a_matlab_file_in_the_other_byte_order_is_read(tmp_path: Path) -> None:
-    content = b"MATLAB 5.0 MAT-file".ljust(124) + b"\1\0MI"
-    for k in range(1, 5):
-        values = part(9, struct.pack(">2d", 0.25 * k, -0.25), ">")
-        content += part(14, head_of(6, f"alpha{k}", 2, ">") + values, ">")
-    (tmp_path / "big.mat").write_bytes(content)
-    assert read_table(tmp_path / "big.mat").alpha.tolist() == [[0.25, 0.5, 0.75, 1.0], [-0.25] * 4]
-
-
 # What is refused ------------------------------------------------------------------------------------------------------
 
 
@@ -231,11 +221,11 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
 @pytest.mark.parametrize(
     ("member", "message"),
     [
-        (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), r"alpha3 must be real numbers or texts \(EOF"),
-        (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column, got an array of shape \(3, 2\)"),
-        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be real numbers or texts, got .*complex128"),
-        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be real numbers or texts, got .*bool"),
-        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be real numbers or texts"),
+        (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), "alpha3 must be a column .*EOF"),
+        (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column .*shape \(3, 2\)"),
+        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be a column of real .*complex128"),
+        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be a column of real .*bool"),
+        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be a column of real .*datetime"),
         (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3 must be .*Object arrays cannot be loaded"),
         (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3 .*malformed"),
         (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
@@ -275,14 +265,14 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     for content, message in (
         ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*there are 'fs', 'signal'"),
         ({**three, "alphal": np.zeros(3)}, "column 'alpha1' is missing.*did you mean 'alphal'"),
-        ({**three, "alpha1": cells}, "alpha1 must be real numbers or texts, got .*object"),
+        ({**three, "alpha1": cells}, "alpha1 must be a column of real .*object"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
-        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be real numbers .*complex"),
-        ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column, got an array of shape \(3, 2\)"),
+        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of real .*complex"),
+        ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column .*shape \(3, 2\)"),
         ({**three, "alpha1": np.zeros(4)}, "columns must have equally many rows, got 3 to 4"),
         ({**three, "alpha1": np.array(["0x", "1", "2"])}, "row 1: alpha1 .*'0x'"),
-        ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha1: alpha must be a matrix of 4 columns, .*\(4, 9\)"),
-        ({"alpha": "text"}, "alpha1: alpha must be a matrix of 4 columns"),
+        ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha must be a matrix of 4 columns, .*\(4, 9\)"),
+        ({"alpha": "text"}, "alpha must be a matrix of 4 columns"),
         ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing"),
         ({**FOUR, "t": np.array([0, np.inf, 1])}, "row 2: t .*inf"),
         ({"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0}, "it must have one struct, or one called 'gait', got 2, 'a', 'b'"),
@@ -306,18 +296,17 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
     checksum = bytearray(packed(zeros))
     checksum[-1] ^= 1
     for content, message in (
-        (b"", "it is not a MAT-file of level 5"),
-        (b"\0" * 200, "it is not a MAT-file of level 5"),
-        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384, r"got version 7\.3 \(HDF5\)"),
-        (b"\0\0\0\0\1\0\0\0\1" + b"\0" * 90, "got level 4"),
+        (b"", "it must be a MAT-file of level 5"),
+        (b"\0" * 200, "it must be a MAT-file of level 5"),
+        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384, "another kind of file .one of version 7.3"),
+        (b"\0\0\0\0\1\0\0\0\1" + b"\0" * 90, "it must be a MAT-file of level 5"),
         (whole[:-20], "it must be whole, got a variable that ends at byte"),
-        (whole[:130], "it is not a MAT-file"),
+        (whole[:130], "or it is broken"),
         (HEADER + struct.pack("<II", 15, 4) + bytes(4), "or it is broken"),
         (HEADER + struct.pack("<II", 9, 8) + bytes(8), "got type 9 at level 0"),
         (HEADER + part(14, head_of(6, "a", 2**30) + part(9, bytes(8))), "or it is broken"),
         (HEADER + bytes(checksum), "or it is broken .*incorrect data check"),
-        (HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]), "got a variable of another size than it states"),
-        (HEADER + part(14, head_of(6, "a") + part(9, bytes(8))) * 1001, "must have at most 1000 variables"),
+        (HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]), "of another size than it states"),
     ):
         path.write_bytes(content)
         assert re.search(message, refusal(path))

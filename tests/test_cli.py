@@ -19,7 +19,7 @@ import pytest
 import gaitgraph as gg
 import gaitgraph.cli as terminal
 from gaitgraph.cli import COMMANDS, cli, main
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 from gaitgraph.timing.time_optimal import Limits, least_period
 from tests.published import GAITS, PublishedGait
 
@@ -729,7 +729,7 @@ def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.M
     """Whatever writes a table from a clock holds some rows of it at a time."""
     sizes: list[int] = []
 
-    def taken(pieces: Iterable[Table], path: Path) -> None:
+    def taken(pieces: Iterable[Table], path: Path, _: object) -> None:
         sizes.extend(map(len, pieces))
         path.write_text("")
 

@@ -15,7 +15,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 from gaitgraph.plots.figures import FIGURES
 
 if TYPE_CHECKING:

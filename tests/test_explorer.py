@@ -394,7 +394,7 @@ class TestTables:
 
 
 class TestDownload:
-    @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".db3", ".gif"])
+    @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".mcap", ".gif"])
     def test_formats_come_as_files_and_folders_as_zips(self, client: Client, suffix: str) -> None:
         (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
         if not listed["available"]:
@@ -402,8 +402,8 @@ class TestDownload:
         answer = client.file(of_gait(3) | {"samples": 8}, suffix)
         assert answer.status == 200, answer.content[:300]
         name = answer.headers["content-disposition"].partition("filename=")[2]
-        assert name.endswith(f"gait{suffix}.zip" if suffix == ".db3" else f"gait{suffix}")
-        if suffix == ".db3":
+        assert name.endswith(f"gait{suffix}.zip" if suffix == ".mcap" else f"gait{suffix}")
+        if suffix == ".mcap":
             with zipfile.ZipFile(BytesIO(answer.content)) as archive:
                 assert archive.testzip() is None
                 assert sum(one.endswith(suffix) for one in archive.namelist()) == 1

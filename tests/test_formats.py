@@ -22,8 +22,7 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files as jsons
 from gaitgraph.io.columns import table_from_frame
-from gaitgraph.io.formats import FORMATS, write_pieces
-from gaitgraph.io.reading import provenance_in, read_pieces, read_table
+from gaitgraph.io.formats import FORMATS, provenance_in, read_pieces, read_table, write_pieces
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
 from gaitgraph.timing.timed_gait import export, table_of
@@ -273,7 +272,7 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
     for wrong, message in (
         (frame.drop(columns="alpha4"), "column 'alpha4' is missing"),
         (frame.rename(columns={"alpha4": "alpha_4"}), "did you mean 'alpha_4'"),
-        (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears twice"),
+        (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears 2 times"),
         (frame.assign(alpha1=True), "alpha1 must hold numbers or texts, got values of the type bool"),
         (frame.assign(alpha1="x"), "row 1: alpha1 is 'x'"),
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
@@ -314,7 +313,9 @@ def test_a_missing_library_is_named(library: str, planned: TimedGait, monkeypatc
         getattr(planned, f"to_{library}")()
 
 
-@pytest.mark.parametrize(("suffix", "library", "extra"), [(".parquet", "pyarrow", "table"), (".db3", "rosbags", "ros")])
+@pytest.mark.parametrize(
+    ("suffix", "library", "extra"), [(".parquet", "pyarrow", "table"), (".mcap", "rosbags", "ros")]
+)
 def test_a_missing_extra_is_named(
     suffix: str, library: str, extra: str, planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

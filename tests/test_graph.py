@@ -361,7 +361,7 @@ def breakages() -> list[tuple[str, Any]]:
         ("divisions must be .* got 1.5", meta("divisions", 1.5)),
         ("sign must be .* got 'up'", meta("sign", "up")),
         ("step is 1.0", meta("step", 1.0)),
-        ("vehicle has no constant", meta("vehicle", {"x": 1})),
+        ("vehicle has no field", meta("vehicle", {"x": 1})),
         ("floor must be a number, got 'x'", meta("floor", "x")),
         ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
         ("'R' is missing", lambda graph: graph.nodes[first].pop("R")),

@@ -42,7 +42,7 @@ PAGES = {
 PRINTS = {
     "reproduce_the_paper": {"vertices": "Gait 2: blue, off by 5e-04", "biased": "biased by 0.8          74.46°"},
     "plan_for_your_vehicle": {"robust": "shortest and robust: 0.541 0.669", "pace": "5 corners rounded"},
-    "export_to_ros2": {"read": "gait4.db3: a trajectory of 301 points", "compare": "301 points over 6 s"},
+    "export_to_ros2": {"read": "gait4.mcap: a trajectory of 301 points", "compare": "301 points over 6 s"},
 }
 
 

@@ -14,7 +14,7 @@ from scipy import ndimage
 from gaitgraph.cli.optimize import optimize_command
 from gaitgraph.errors import Infeasible, InputError, MissingConstant
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 from gaitgraph.optimization import optimize
 from gaitgraph.optimization.bounds import (
     Discs,

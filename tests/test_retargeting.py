@@ -14,8 +14,7 @@ from gaitgraph.cli.retarget import retarget_command
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.formats import write_tables
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.optimization import retargeting
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.surface.admissible import admissible_region

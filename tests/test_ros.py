@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sqlite3
-from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from math import nan
@@ -20,9 +18,8 @@ from rosbags.typesys import Stores, get_typestore
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
-from gaitgraph.io import binary_tables, ros as bags
-from gaitgraph.io.formats import FORMATS, FormatOptions, write_tables
-from gaitgraph.io.reading import provenance_in, read_table
+from gaitgraph.io import binary_tables
+from gaitgraph.io.formats import FORMATS, FormatOptions, provenance_in, read_table, write_tables
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.timing.timed_gait import table_of
@@ -36,21 +33,23 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
 SECOND = 1_000_000_000
-BAGS = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
 STORE = get_typestore(Stores.LATEST)  # gaitgraph writes with that of an older distribution
 TYPES = STORE.types
 NAMES = ("tilt_front", "tilt_left", "tilt_rear", "tilt_right")
+FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
 
 TIMED = lift(GAITS[2].angles, "red").parametrize(0.7, samples=20)
 TABLE = table_of(TIMED)
+ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
+OPTIONS = FormatOptions(periods=3, joint_names=NAMES)
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Gait 3, three periods of it, in every kind of file."""
+    """Gait 3, three periods of it, in both kinds of file."""
     folder = tmp_path_factory.mktemp("written")
-    paths = {suffix: folder / f"gait3{suffix}" for suffix in (*BAGS, ".yaml")}
-    write_tables(TABLE, list(paths.values()), options=FormatOptions(periods=3, joint_names=NAMES))
+    paths = {suffix: folder / f"gait3{suffix}" for suffix in (".mcap", ".yaml")}
+    write_tables(TABLE, list(paths.values()), options=OPTIONS)
     return paths
 
 
@@ -68,28 +67,20 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
-def time_of(nanosecond: int) -> Any:
-    return TYPES["builtin_interfaces/msg/Time"](sec=nanosecond // SECOND, nanosec=nanosecond % SECOND)
-
-
 def header_of(nanosecond: int) -> Any:
-    return TYPES["std_msgs/msg/Header"](stamp=time_of(nanosecond), frame_id="")
+    stamp = TYPES["builtin_interfaces/msg/Time"](sec=nanosecond // SECOND, nanosec=nanosecond % SECOND)
+    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id="")
 
 
 def trajectory(names: list[str], rows: list[tuple[int, Any, Any]]) -> Any:
     """Make a JointTrajectory of rows: nanoseconds, positions, velocities."""
     duration, point = TYPES["builtin_interfaces/msg/Duration"], TYPES["trajectory_msgs/msg/JointTrajectoryPoint"]
     none = np.zeros(0)
-    points = [
-        point(
-            positions=np.array(positions, dtype=float),
-            velocities=np.array(velocities, dtype=float),
-            accelerations=none,
-            effort=none,
-            time_from_start=duration(sec=time // SECOND, nanosec=time % SECOND),
-        )
-        for time, positions, velocities in rows
-    ]
+    points = []
+    for time, positions, velocities in rows:
+        values = {"positions": np.array(positions, dtype=float), "velocities": np.array(velocities, dtype=float)}
+        after = duration(sec=time // SECOND, nanosec=time % SECOND)
+        points.append(point(**values, accelerations=none, effort=none, time_from_start=after))
     return TYPES[TRAJECTORY](header=header_of(0), joint_names=names, points=points)
 
 
@@ -98,11 +89,11 @@ def state(time: int, names: list[str], positions: Any, velocities: Any = ()) -> 
     return TYPES[STATE](header=header_of(time), name=names, position=position, velocity=velocity, effort=np.zeros(0))
 
 
-def bag_of(path: Path, messages: list[tuple[str, int, Any]], suffix: str = ".mcap", **how: Any) -> Path:
+def bag_of(path: Path, messages: list[tuple[str, int, Any]], mode: CompressionMode | None = None) -> Path:
     """Write a bag of somebody else: topic, time, message."""
-    writer = Writer(path, version=9, storage_plugin=BAGS[suffix])
-    if how:
-        writer.set_compression(how["mode"], CompressionFormat.ZSTD)
+    writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+    if mode is not None:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer as bag:
         connections: dict[tuple[str, str], Any] = {}
         for topic, time, message in messages:
@@ -113,9 +104,8 @@ def bag_of(path: Path, messages: list[tuple[str, int, Any]], suffix: str = ".mca
     return path
 
 
-@pytest.mark.parametrize("suffix", BAGS)
-def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str, Path], suffix: str) -> None:
-    path = written[suffix]
+def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str, Path]) -> None:
+    path = written[".mcap"]
     ((logged, message),) = messages_of(path, "/joint_trajectory")
     assert (logged, nanoseconds(message.header.stamp)) == (SECOND, 0)  # 0 tells a controller to start at once
     assert tuple(message.joint_names) == NAMES
@@ -134,16 +124,15 @@ def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str
         assert (message.velocity == TIMED.rates[k % 20]).all()
     content = yaml.safe_load((path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert content["version"] == 8  # Humble reads versions up to 8
-    assert content["storage_identifier"] == BAGS[suffix].name.lower()
+    assert content["storage_identifier"] == "mcap"
     topics = [one["topic_metadata"] for one in content["topics_with_message_count"]]
     kinds = {one["name"]: one["type"] for one in topics}
     assert kinds == {"/gaitgraph": STRING, "/joint_trajectory": TRAJECTORY, "/joint_states": STATE}
 
 
-@pytest.mark.parametrize("suffix", BAGS)
-def test_a_bag_is_read_back_as_one_period(written: dict[str, Path], suffix: str) -> None:
-    path = written[suffix]
-    inner = next(path.glob(f"*{suffix}"))
+def test_a_bag_is_read_back_as_one_period(written: dict[str, Path]) -> None:
+    path = written[".mcap"]
+    inner = next(path.glob("*.mcap"))
     assert sorted(one.name for one in path.iterdir()) == sorted([inner.name, "metadata.yaml"])
     for source in (path, inner):
         table = read_table(source)
@@ -154,40 +143,30 @@ def test_a_bag_is_read_back_as_one_period(written: dict[str, Path], suffix: str)
     assert gg.validate(path).flyable
 
 
-@pytest.mark.parametrize("suffix", [*BAGS, ".yaml"])
-def test_the_same_table_gives_the_same_bytes(written: dict[str, Path], tmp_path: Path, suffix: str) -> None:
-    again = tmp_path / f"gait3{suffix}"
-    write_tables(TABLE, [again], options=FormatOptions(periods=3, joint_names=NAMES))
-    files = [(again, written[suffix])]
-    if again.is_dir():
-        files = [(one, written[suffix] / one.name) for one in again.iterdir()]
-    for one, other in files:
-        assert one.read_bytes() == other.read_bytes()
-    assert [one.name for one in tmp_path.iterdir()] == [again.name]
+def test_the_same_table_gives_the_same_bytes_under_any_name(written: dict[str, Path], tmp_path: Path) -> None:
+    folder = tmp_path / "100% ?mode=ro#ä"
+    folder.mkdir()
+    write_tables(TABLE, [folder / "gait3.mcap", folder / "gait3.yaml"], options=OPTIONS)
+    for path in folder.rglob("*.*"):
+        if path.is_file():
+            assert path.read_bytes() == (written[".mcap"].parent / path.relative_to(folder)).read_bytes()
+    path = folder / "a.b α%.mcap"
+    TIMED.write(path, options=FormatOptions(trajectory_topic="/a/b", states_topic="/c"))
+    assert len(read_table(path)) == 21
+    with pytest.raises(gg.errors.OutputExists):
+        TIMED.write(path)
+    TIMED.write(path, force=True)
+    assert sorted(one.name for one in folder.iterdir()) == ["a.b α%.mcap", "gait3.mcap", "gait3.yaml"]
 
 
 def test_every_file_plans_again(run: Callable[..., Any], tmp_path: Path) -> None:
     waypoints = [f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))]
-    names = ["g.csv", "g.mcap", "g.db3", "g.yaml", "g.h", "g.m"]
+    names = ["g.csv", "g.mcap", "g.yaml", "g.h", "g.m"]
     run("plan", *waypoints, "--samples", 10, "--period", 2, *[f"--output={name}" for name in names])
     for name in names[1:]:
         assert run("plan", name, "--output", f"{name}.csv").code == 0
         assert (tmp_path / f"{name}.csv").read_bytes() == (tmp_path / "g.csv").read_bytes()
         assert provenance_in(tmp_path / name)["request"]["waypoints"]
-
-
-@pytest.mark.parametrize(("name", "suffix"), [("100% ?mode=ro#ä", ".db3"), ("-", ".db3"), ("a.b α", ".mcap")])
-def test_any_name_will_do(tmp_path: Path, suffix: str, name: str) -> None:
-    folder = tmp_path / name
-    folder.mkdir()
-    path = folder / f"{name}{suffix}"
-    TIMED.write(path, options=FormatOptions(joint_names=NAMES, trajectory_topic="/a/b", states_topic="/c"))
-    assert len(read_table(path)) == 21
-    assert [one.name for one in folder.iterdir()] == [path.name]
-    with pytest.raises(gg.errors.OutputExists):
-        TIMED.write(path)
-    TIMED.write(path, force=True)
-    assert [one.name for one in tmp_path.iterdir()] == [name]
 
 
 def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
@@ -219,7 +198,7 @@ def test_numbers_and_names_of_the_yaml_are_kept_as_they_are(tmp_path: Path) -> N
     assert tuple(content["joint_names"]) == names
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(rows=st.integers(1, 30), periods=st.integers(1, 9), period=st.floats(1e-5, 1e4))
 def test_times_increase_whatever_the_period(rows: int, periods: int, period: float) -> None:
     timed = replace_clock(TIMED, period, rows)
@@ -270,32 +249,37 @@ def test_too_long_a_table_is_refused_before_it_is_read_to_its_end(tmp_path: Path
             yield Table(columns={name: np.zeros(60_000) for name in ("t", *ANGLES)})
 
     with pytest.raises(gg.InputError, match="rows must be at most 100000 in a ROS 2 bag"):
-        FORMATS[".mcap"].writer()(pieces(), tmp_path / "g.mcap")
+        FORMATS[".mcap"].function("write")(pieces(), tmp_path / "g.mcap", OPTIONS)
     assert next(seen) == 2
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("option", "value", "output", "message"),
     [
-        (["g.csv", "--periods", "3"], "periods needs an output .mcap, .db3, .yaml, got 3 without one"),
-        (["g.mcap", "--number", "fixed"], "number needs an output .h, got 'fixed' without one"),
-        (["g.mcap", "--periods", "0"], "periods must be a whole number from 1 to 100000, got 0"),
-        (["g.mcap", "--joint-names", "a,b,c"], "joint_names must be four names, for rotors 1 to 4, got ("),
-        (["g.mcap", "--joint-names", "a,b,c,b"], "joint_names must differ, got ('a', 'b', 'c', 'b')"),
-        (["g.mcap", "--joint-names", "a,b,c,"], "joint_names must be printable texts of up to 100 characters, got ''"),
-        (["g.mcap", "--states-topic", "a b"], "states_topic must be a topic such as '/arm/joint_states', got 'a b'"),
-        (["g.mcap", "--trajectory-topic", "/joint_states"], "states_topic must differ from trajectory_topic"),
-        (["g.mcap", "--states-topic", "/gaitgraph"], "states_topic must not be '/gaitgraph'"),
-        (["g.db3", "--trajectory-topic", "/gaitgraph"], "trajectory_topic must not be '/gaitgraph'"),
-        (["g.h", "--number", "flaot"], "number must be float, double or fixed, got 'flaot'; did you mean 'float'?"),
-        (["g.h", "--c-name", "3a"], "c_name must be up to 60 letters, digits and underscores, a letter first"),
+        ("periods", "3", "g.csv", "periods needs an output .mcap, .yaml, got 3 without one"),
+        ("number", "fixed", "g.mcap", "number needs an output .h, got 'fixed' without one"),
+        ("periods", "0", "g.mcap", "periods must be a whole number from 1 to 100000, got 0"),
+        ("joint-names", "a,b,c", "g.mcap", "joint_names must be four different printable texts"),
+        ("joint-names", "a,b,c,b", "g.mcap", "joint_names must be four different"),
+        ("joint-names", "a,b,c,", "g.mcap", "joint_names must be four different"),
+        (
+            "states-topic",
+            "a b",
+            "g.mcap",
+            "states_topic must be a topic such as '/arm/joint_states'",
+        ),
+        ("trajectory-topic", "/joint_states", "g.mcap", "states_topic must be another topic than trajectory_topic"),
+        ("trajectory-topic", "/gaitgraph", "g.mcap", "trajectory_topic must be a topic such as"),
+        ("number", "flaot", "g.h", "number must be float, double or fixed, got 'flaot'"),
+        ("c-name", "3a", "g.h", "c_name must be up to 60 letters, digits and underscores, a letter first"),
     ],
+    ids=lambda text: text[:12],
 )
 def test_wrong_options_are_refused_in_one_line(
-    run: Callable[..., Any], tmp_path: Path, arguments: list[str], message: str
+    run: Callable[..., Any], tmp_path: Path, option: str, value: str, output: str, message: str
 ) -> None:
     TIMED.write(tmp_path / "gait.csv")
-    done = run("export", "gait.csv", *arguments)
+    done = run("export", "gait.csv", output, f"--{option}", value)
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"gaitgraph: {message}")
     assert done.err.count("\n") == 1
@@ -331,21 +315,6 @@ def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> No
         assert str(problem.value).count("gait file") == 1
 
 
-def test_a_full_disk_leaves_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def full(*_: object) -> None:
-        raise sqlite3.OperationalError("database or disk is full")
-
-    monkeypatch.setattr(Writer, "write", full)
-    with pytest.raises(
-        gg.errors.FileProblem, match=r"cannot write '.*g.db3': the database says: database or disk is full"
-    ):
-        TIMED.write(tmp_path / "g.db3")
-    assert not list(tmp_path.iterdir())
-
-
-ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
-
-
 def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path) -> None:
     names = ["w", "x", "y", "z"]
     path = bag_of(tmp_path / "theirs.mcap", [("/anything", 5, trajectory(names, ROWS))])
@@ -367,23 +336,14 @@ def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(("suffix", "stamped"), [(".mcap", True), (".mcap", False), (".db3", True)])
-def test_joint_states_alone_are_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, stamped: bool
-) -> None:
-    monkeypatch.setattr(bags, "ROWS_OF_A_PIECE", 8)  # 21 rows are three pieces
+@pytest.mark.parametrize("stamped", [True, False])
+def test_joint_states_alone_are_read(tmp_path: Path, stamped: bool) -> None:
     start = 1_700_000_000_123_456_789
-    messages = [
-        (
-            "/joint_states",
-            start + time + 7 * (k > 0) * stamped,
-            state((start + time) * stamped, ["a", "b", "c", "d"], p, v),
-        )
-        for k, (time, p, v) in enumerate(ROWS)
-    ]
-    table = read_table(
-        bag_of(tmp_path / f"states{suffix}", [("/chatter", 3, TYPES[STRING](data="x")), *messages], suffix)
-    )
+    messages: list[Any] = [("/chatter", 3, TYPES[STRING](data="x"))]
+    for k, (time, p, v) in enumerate(ROWS):
+        recorded = start + time + 7 * (k > 0) * stamped
+        messages.append(("/joint_states", recorded, state((start + time) * stamped, FOUR, p, v)))
+    table = read_table(bag_of(tmp_path / "states.mcap", messages))
     assert (table.alpha == TIMED.alpha).all()
     assert (table["t"] == np.arange(21) / 4).all()
     assert np.array_equal(np.column_stack([table[name] for name in RATES]), TIMED.rates)
@@ -393,7 +353,7 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     whole = tmp_path / "rosbag2_2024"
     whole.mkdir()
     for k, (time, p, _) in enumerate(ROWS[:12]):
-        one = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, ["a", "b", "c", "d"], p))])
+        one = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, FOUR, p))])
         shutil.move(next(one.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
     assert "it must have a metadata.yaml, got none: ros2 bag reindex writes one" in refusal(whole)
     names = [f"rosbag2_2024_{k}.mcap" for k in range(12)]
@@ -403,16 +363,13 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
     (whole / names[5]).unlink()
     assert "files are missing" in refusal(whole)
-    assert ", a folder that is no ROS 2 bag" in refusal(tmp_path / "p3")  # its file is gone
+    assert ", a folder without a .mcap file" in refusal(tmp_path / "p3")  # its file is gone
 
 
 @pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
 def test_compressed_bags(tmp_path: Path, how: CompressionMode) -> None:
-    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, trajectory(["a", "b", "c", "d"], ROWS))], mode=how)
+    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, trajectory(FOUR, ROWS))], how)
     assert (read_table(path).alpha == TIMED.alpha).all()
-
-
-FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
 
 
 @pytest.mark.parametrize(
@@ -448,21 +405,11 @@ def test_topics_without_messages_are_refused(tmp_path: Path, kind: str, wanted: 
     assert f"topic '/t' must have {wanted}, got none" in refusal(tmp_path / "empty.mcap")
 
 
-def test_what_is_there_is_not_written_into(tmp_path: Path) -> None:
-    (tmp_path / "g.mcap").mkdir()
-    with pytest.raises(FileExistsError):
-        FORMATS[".mcap"].writer()([TABLE], tmp_path / "g.mcap")
-    assert not list((tmp_path / "g.mcap").iterdir())
-
-
 def test_no_bag_at_all(tmp_path: Path) -> None:
-    for name in ("none.mcap", "none.db3"):
-        assert "No such file" in refusal(tmp_path / name)
-    (tmp_path / "empty.mcap").mkdir()
-    assert "it must have a metadata.yaml" in refusal(tmp_path / "empty.mcap")
-    for name, content in (("a.mcap", b""), ("b.mcap", b"t,alpha1"), ("c.db3", b""), ("d.db3", b"x" * 5000)):
-        (tmp_path / name).write_bytes(content)
-        assert "it is not a ROS 2 bag, or it is broken (" in refusal(tmp_path / name)
+    assert "No such file" in refusal(tmp_path / "none.mcap")
+    for content in (b"", b"t,alpha1"):
+        (tmp_path / "a.mcap").write_bytes(content)
+        assert "it is not a ROS 2 bag, or it is broken (" in refusal(tmp_path / "a.mcap")
     for name in ("a.yaml", "b.h"):
         (tmp_path / name).write_text("trajectory: {}\n")
         with pytest.raises(gg.InputError, match=f"{name}': it does not state what made it"):
@@ -471,42 +418,34 @@ def test_no_bag_at_all(tmp_path: Path) -> None:
             provenance_in(tmp_path / f"none{name}")
 
 
-@pytest.mark.parametrize("suffix", BAGS)
 def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_line(
-    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / f"small{suffix}"
-    replace_clock(TIMED, 1.0, 3).write(tmp_path / f"bag{suffix}")
-    content = next((tmp_path / f"bag{suffix}").glob(f"*{suffix}")).read_bytes()
-    for length in np.linspace(0, len(content) - 1, 40).astype(int).tolist():
+    path = tmp_path / "small.mcap"
+    replace_clock(TIMED, 1.0, 3).write(tmp_path / "bag.mcap")
+    content = next((tmp_path / "bag.mcap").glob("*.mcap")).read_bytes()
+    for length in np.linspace(0, len(content) - 1, 20).astype(int).tolist():
         path.write_bytes(content[:length])
-        if suffix == ".mcap":
-            refusal(path)
-        else:  # sqlite does not miss pages that it does not need
-            with suppress(gg.InputError):
-                assert (read_table(path).alpha == replace_clock(TIMED, 1.0, 3).alpha).all()
-    assert check_mutations(content, path, count=300) > 50
+        refusal(path)
+    assert check_mutations(content, path, count=150) > 25
     path.write_bytes(content)
-    for most in (len(content), len(content) - 1):
-        monkeypatch.setattr(binary_tables, "MOST_BYTES", most)
-        if most == len(content):
-            assert len(read_table(path)) == 4
-        else:
-            assert f"it must have at most 0 MiB, got {len(content)} bytes" in refusal(path)
+    monkeypatch.setattr(binary_tables, "MOST_BYTES", len(content))
+    assert len(read_table(path)) == 4
+    monkeypatch.setattr(binary_tables, "MOST_BYTES", len(content) - 1)
+    assert f"it must have at most 0 MiB, got {len(content)} bytes" in refusal(path)
 
 
 def test_chunks_that_state_too_much_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = trajectory(["a", "b", "c", "d"], [(k, [0.0] * 4, [0.0] * 4) for k in range(20_000)])
-    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, message)], mode=CompressionMode.STORAGE)
-    monkeypatch.setattr(binary_tables, "MOST_BYTES", 1 << 20)
-    assert sum(one.stat().st_size for one in path.iterdir()) < 1 << 20
-    assert "its chunks must have at most 1 MiB, got" in refusal(path)
+    message = trajectory(FOUR, [(k, STILL, STILL) for k in range(2000)])
+    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, message)], CompressionMode.STORAGE)
+    monkeypatch.setattr(binary_tables, "MOST_BYTES", 1 << 17)
+    assert sum(one.stat().st_size for one in path.iterdir()) < 1 << 17
+    assert "its chunks must have at most 0 MiB, got" in refusal(path)
 
 
-@pytest.mark.parametrize("suffix", BAGS)
-def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: Path, suffix: str) -> None:
+def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: Path) -> None:
     """Joints of an X frame have another order; what is read is tilt angles again."""
-    path = tmp_path / f"g{suffix}"
+    path = tmp_path / "g.mcap"
     write_tables(TABLE, [path], servos=servo_map_named("x_frame"))
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert list(message.joint_names) == ["tilt1", "tilt2", "tilt3", "tilt4"]

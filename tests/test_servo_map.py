@@ -12,8 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
-from gaitgraph.io.formats import write_tables
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import (
     PRESETS,
     Joint,
@@ -230,16 +229,16 @@ def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
 FOUR = [{"rotor": k} for k in (1, 2, 3, 4)]
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"preset": "x_fram"}, "servos must be a preset .* or a .toml file, got 'x_fram'; did you mean 'x_frame'"),
-    ({"unti": "us"}, "'unti' is no field; did you mean 'unit'"),
+    ({"unti": "us"}, "servos has no field 'unti'; did you mean 'unit'"),
     ({"unit": "grad"}, "unit must be rad, deg or us, got 'grad'"),
-    ({"unit": "us"}, "us_per_rad is missing; it must be a positive number"),
-    ({"unit": "us", "us_per_rad": 0}, "us_per_rad must be between 0.001 and 1e9 .*, got 0.0"),
+    ({"unit": "us"}, "us_per_rad must be between 0.001 and 1e9 .*, got None"),
+    ({"unit": "us", "us_per_rad": 0}, "us_per_rad must be between 0.001 and 1e9 .*, got 0"),
     ({"unit": "us", "us_per_rad": -400}, "us_per_rad must be .*sign = −1 turns the other way.*, got -400"),
     ({"unit": "us", "us_per_rad": math.nan}, "us_per_rad must be .*, got nan"),
     ({"unit": "us", "us_per_rad": 400, "limits_us": [2000, 1000]}, "limits_us must be .*, in this order, got .2000"),
-    ({"unit": "us", "us_per_rad": 400, "limits_us": [-5, 1000]}, "limits_us must be between 0 and 1e.06 µs"),
+    ({"unit": "us", "us_per_rad": 400, "limits_us": [-5, 1000]}, "limits_us must be .* between 0 and 1e6 µs"),
     ({"unit": "us", "us_per_rad": 400, "neutral_us": 900}, "neutral_us must be between 1000 and 2000 µs.*, got 900"),
-    ({"unit": "us", "us_per_rad": 400, "limits": [-1, 1]}, "limits must be left out .*, which has limits_us"),
+    ({"unit": "us", "us_per_rad": 400, "limits": [-1, 1]}, "limits must be left out for the unit 'us'"),
     ({"us_per_rad": 400}, "us_per_rad must be left out for the unit 'rad'"),
     ({"limits": ["1rad", "-1rad"]}, "limits must be .*in this order"),
     ({"limits": 3}, "limits must be the least and the largest .*, got 3"),
@@ -247,19 +246,19 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"sign": True}, "sign must be 1 or −1, got True"),
     ({"zero": "5dg"}, "zero must be a finite number in radians"),
     ({"clip": 1}, "clip must be true or false, got 1"),
-    ({"time_unit": "msec"}, "time_unit must be s, ms or us, got 'msec'; did you mean 'ms'"),
+    ({"time_unit": "msec"}, "time_unit must be s, ms or us, got 'msec'"),
     ({"time": ""}, "time must be a printable text of 1 to 64 characters, got ''"),
     ({"name": "\n"}, "name must be a printable text"),
-    ({"first_rotor_spin": "clockwize"}, "first_rotor_spin must be .*, got 'clockwize'; did you mean 'clockwise'"),
-    ({"joint": FOUR[:3]}, "joint: there must be 4, .*, got 3"),
+    ({"first_rotor_spin": "clockwize"}, "first_rotor_spin must be .*, got 'clockwize'"),
+    ({"joint": FOUR[:3]}, "joint must be four tables .*, got "),
     ({"joint": 4}, "joint must be four tables .*, got 4"),
-    ({"joint": [*FOUR[:3], {"rotor": 1}]}, "'alpha1' and 'alpha4' are both on rotor 1; each rotor must have one joint"),
+    ({"joint": [*FOUR[:3], {"rotor": 1}]}, "rotors must all differ, got 1, 2, 3, 1"),
     ({"joint": [*FOUR[:3], {"rotor": 5}]}, "rotor must be 1, 2, 3 or 4, got 5"),
-    ({"joint": [*FOUR[:3], {"rotr": 4}]}, "joint 4: 'rotr' is no field; did you mean 'rotor'"),
-    ({"joint": [*FOUR[:3], {"name": "alpha1"}]}, "name: 'alpha1' is given twice"),
-    ({"joint": [*FOUR[:3], {"column": "t"}]}, "column: 't' is given twice"),
-    ({"joint": [*FOUR[:3], {"column": "color"}]}, "column: 'color' is a column of texts"),
-    ({"time": "types"}, "column: 'types' is a column of texts"),
+    ({"joint": [*FOUR[:3], {"rotr": 4}]}, "joint 4 has no field 'rotr'; did you mean 'rotor'"),
+    ({"joint": [*FOUR[:3], {"name": "alpha1"}]}, "names of joints must all differ, got alpha1"),
+    ({"joint": [*FOUR[:3], {"column": "t"}]}, "columns must all differ, got t,"),
+    ({"joint": [*FOUR[:3], {"column": "color"}]}, "columns must all differ, got .*, color_"),
+    ({"time": "types"}, "columns must all differ, got types"),
     ({"joint": [*FOUR[:3], {"name": ""}]}, "name must be a printable text of 1 to 64 characters, got ''"),
 ]
 
@@ -306,9 +305,9 @@ def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp
         (
             "rear_left_us",
             "rear_lft_us",
-            "column 'rear_left_us' of joint 'rear_left' is missing; did you mean 'rear_lft_us'",
+            "column 'rear_left_us' is missing; did you mean 'rear_lft_us'",
         ),
-        ("time_ms", "time", "column 'time_ms' of time is missing"),
+        ("time_ms", "time", "column 'time_ms' is missing"),
         ("1500.0", "abc", "row 2: rear_left_us is 'abc'; allowed is a finite number"),
         ("1500.0", "nan", "row 2: rear_left_us is 'nan'; allowed is a finite number"),
         ("1500.0", "2100", r"row 2: joint .rear_left. must be between 1000 and 2000 µs, got 2100 µs \(.* 88.15°\)"),
@@ -332,7 +331,7 @@ def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> No
     one = mapped_table(table, servo_map_named("x_frame"))
     one.about["servos"]["joint"][0]["rotor"] = 3
     write_tables(one, [tmp_path / "a.json"])
-    with pytest.raises(gg.InputError, match=r"a.json.*both on rotor 3"):
+    with pytest.raises(gg.InputError, match=r"a.json.*rotors must all differ"):
         read_table(tmp_path / "a.json")
 
 

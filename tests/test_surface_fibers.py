@@ -23,7 +23,7 @@ from gaitgraph.invertibility.matrices import (
     rotor_directions,
     zero_moment_direction,
 )
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 from gaitgraph.surface.sheets import (
     FAMILIES,
     FIBERS,

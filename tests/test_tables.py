@@ -17,8 +17,7 @@ import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.io import formats
-from gaitgraph.io.formats import write_tables
-from gaitgraph.io.reading import gait_of, read_gait, read_table
+from gaitgraph.io.formats import gait_of, read_gait, read_table, write_tables
 from gaitgraph.planning.planner import plan as planned
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import export, table_of
@@ -88,7 +87,7 @@ BAD_CSV = [
     (HEAD, "it has no rows"),
     ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
     ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*did you mean 'alpha_4'"),
-    ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "column 'alpha1' appears twice"),
+    ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "column 'alpha1' appears 2 times"),
     ("alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n", "columns 'alpha1' and 'alpha1_deg' are both there"),
     (HEAD + "0,0,0\n", "line 2 has 3 fields; allowed are 4"),
     (HEAD + "0,0,0,0\n0,0,x,0\n", "row 2: alpha3 is 'x'; allowed is a finite number"),
@@ -114,9 +113,9 @@ BAD_JSON = [
     ("{", "it is not JSON"),
     ("[" * 100_000, "nested too deeply|it is not JSON"),
     ("3", "it holds 3; allowed"),
-    ("[]", "it has no rows"),
-    ("[1]", "a list whose entries are not all objects"),
-    ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 has other fields than row 1"),
+    ("[]", "column 'alpha1' is missing"),
+    ("[1]", "row 1 must be an object with the fields of row 1, got 1"),
+    ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be an object with the fields of row 1"),
     ('{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}', "'alpha1' appears twice"),
     ('{"columns": 3}', "'columns' is no object"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}', "columns have 1 to 2 rows"),
@@ -267,7 +266,7 @@ def test_a_vehicle_by_name_in_about_is_that_vehicle(tmp_path: Path) -> None:
     path.write_text(json.dumps({"about": {"vehicle": "beetle_omni"}, "columns": columns}))
     assert gait_of(read_table(path)).vehicle.name == "beetle_omni"
     path.write_text(json.dumps({"about": {"vehicle": 5}, "columns": columns}))
-    with pytest.raises(gg.InputError, match="vehicle must be a table of constants by name, got 5"):
+    with pytest.raises(gg.InputError, match="vehicle must be a table of values by name, got 5"):
         gait_of(read_table(path))
 
 

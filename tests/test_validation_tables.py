@@ -23,7 +23,7 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.io.reading import read_table
+from gaitgraph.io.formats import read_table
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
 

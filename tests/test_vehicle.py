@@ -240,13 +240,13 @@ class TestFiles:
             ("mass = nan\ndrag_ratio = 0.1\n", "mass must be a positive finite number (kg), got nan"),
             ("mass = true\ndrag_ratio = 0.1\n", "mass must be a positive finite number (kg), got True"),
             ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt must be a finite number in radians"),
-            ("mas = 1.5\ndrag_ratio = 0.1\n", "vehicle has no constant 'mas'; did you mean 'mass'?"),
-            ("zzz = 1\ndrag_ratio = 0.1\n", "vehicle has no constant 'zzz'; known are preset, name, mass"),
+            ("mas = 1.5\ndrag_ratio = 0.1\n", "vehicle has no field 'mas'; did you mean 'mass'?"),
+            ("zzz = 1\ndrag_ratio = 0.1\n", "vehicle has no field 'zzz'; the fields are preset, name, mass"),
             ("preset = 'beetle'\n", "must be a preset (paper, beetle_omni) or a .toml file, got 'beetle'"),
-            ("preset = 3\n", "vehicle preset must be one of paper, beetle_omni, got 3"),
+            ("preset = 3\n", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got 3"),
             ("", "do not determine the drag ratio"),
-            ("vehicle = 3\n", "vehicle must be a table of constants, got 3"),
-            ("[[vehicle]]\ndrag_ratio = 0.1\n", "vehicle must be a table of constants, got ["),
+            ("vehicle = 3\n", "vehicle must be a table of values by name, got 3"),
+            ("[[vehicle]]\ndrag_ratio = 0.1\n", "vehicle must be a table of values by name, got ["),
             ("mass = \n", "line 1"),
             ("mass = 1.5\x00\n", "line 1"),
             ("a = " + "[" * 50_000, "vehicle file"),
@@ -286,7 +286,7 @@ class TestMappings:
         assert vehicle_from_mapping(constants).mass == 1.0
         assert constants == {"preset": "paper", "mass": 1.0}
         for wrong in ([1], {1: 2}, None):
-            with pytest.raises(InputError, match="vehicle must be a table of constants by name, got "):
+            with pytest.raises(InputError, match="vehicle (must be a table of values by name|has no field)"):
                 vehicle_from_mapping(wrong)  # type: ignore[arg-type]
 
 
@@ -323,7 +323,7 @@ class TestReplace:
     def test_new_values_are_checked_and_unknown_names_refused(self) -> None:
         with pytest.raises(InputError, match=r"^mass must be .*, got -1\.0"):
             PAPER.replace(mass=-1.0)
-        with pytest.raises(InputError, match="vehicle has no constant 'max_tild'; did you mean 'max_tilt'"):
+        with pytest.raises(InputError, match="vehicle has no field 'max_tild'; did you mean 'max_tilt'"):
             PAPER.replace(max_tild=1.0)
 
     def test_a_stated_kappa_survives_changes_that_do_not_touch_it(self) -> None:

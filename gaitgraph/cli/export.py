@@ -48,8 +48,7 @@ def export_command(
     polyline through the rows gets a new clock. With --servos it holds the positions of the vehicle's joints: order,
     sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
-    from gaitgraph.io.formats import FormatOptions
-    from gaitgraph.io.reading import read_pieces
+    from gaitgraph.io.formats import FormatOptions, read_pieces
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.films import check_films, write_films
     from gaitgraph.timing.timed_gait import export

@@ -32,7 +32,7 @@ def figures_command(out: str, formats: Paths = (), gait: str | None = None, as_j
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
-    from gaitgraph.io.reading import read_gait, read_table
+    from gaitgraph.io.formats import read_gait, read_table
     from gaitgraph.plots.figures import FIGURES, write_figures
 
     os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here

@@ -35,7 +35,7 @@ def pace_command(
     The law is twice continuously differentiable, closed at the seam, and keeps its limits between samples too. It
     rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
     """
-    from gaitgraph.io.reading import read_gait
+    from gaitgraph.io.formats import read_gait
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.time_optimal import least_period, limits_of, paced
     from gaitgraph.timing.timed_gait import pieces_of

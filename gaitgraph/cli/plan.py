@@ -58,7 +58,7 @@ def _request(file: str | None, given: dict[str, Any]) -> tuple[PlanRequest, dict
     if file is None or not file.lower().endswith(".gif"):
         return request_of(file, given)
     from gaitgraph.gait.table import about_from_text
-    from gaitgraph.io.reading import naming_file
+    from gaitgraph.io.formats import naming_file
     from gaitgraph.planning.request import request_from_mapping
     from gaitgraph.plots.films import provenance_of_gif
 

@@ -28,7 +28,7 @@ def transition_command(
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
     hover is, and R < 0 every flight passes a singular matrix.
     """
-    from gaitgraph.io.reading import read_gait
+    from gaitgraph.io.formats import read_gait
     from gaitgraph.planning.transitions import HOVER, transition
 
     check_outputs(outputs, force=force)

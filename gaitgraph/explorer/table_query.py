@@ -39,8 +39,7 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.io.formats import FORMATS, known_format, write_tables
-from gaitgraph.io.reading import read_pieces
+from gaitgraph.io.formats import FORMATS, known_format, read_pieces, write_tables
 from gaitgraph.plots.films import write_films
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate

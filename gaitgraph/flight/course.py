@@ -17,7 +17,7 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import ANGLES, Table, closed_rows
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
-from gaitgraph.io.reading import naming_file, read_table
+from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition

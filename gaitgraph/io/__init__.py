@@ -8,8 +8,13 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.io.columns import table_from_frame as table_from_frame
-    from gaitgraph.io.formats import FormatOptions as FormatOptions, write_tables as write_tables
-    from gaitgraph.io.reading import gait_of as gait_of, read_gait as read_gait, read_table as read_table
+    from gaitgraph.io.formats import (
+        FormatOptions as FormatOptions,
+        gait_of as gait_of,
+        read_gait as read_gait,
+        read_table as read_table,
+        write_tables as write_tables,
+    )
     from gaitgraph.io.servo_map import (
         Joint as Joint,
         ServoMap as ServoMap,

@@ -35,14 +35,14 @@ from gaitgraph.gait.table import (
     provenance_of,
     provenance_text,
 )
-from gaitgraph.io.formats import KNOWN, check_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
-    from gaitgraph.io.formats import Progress, RawPieces
+    from gaitgraph.io.columns import TableBuilder
+    from gaitgraph.io.formats import FormatOptions, Progress
 
     Array = npt.NDArray[Any]
 
@@ -77,48 +77,30 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def _as_column(array: object, name: str) -> Array | InputError:
-    """Return an array as a column of floats or texts; if it is none, the error that a needed column raises."""
-    if not isinstance(array, np.ndarray):
-        return InputError(f"{name} must be a column, got a {type(array).__name__}")
-    if array.dtype.kind not in "fiuUS":
-        return InputError(f"{name} must be real numbers or texts, got values of the type {shown(str(array.dtype))}")
-    if array.size != max(array.shape, default=1):
-        return InputError(f"{name} must be a column, got an array of shape {array.shape}")
-    values = array.reshape(-1)
-    return np.char.rstrip(values.astype(np.str_)) if array.dtype.kind in "US" else values.astype(np.float64)
-
-
-def _column_pieces(columns: Mapping[str, Array | InputError], about: dict[str, Any], progress: Progress) -> RawPieces:
-    """Yield columns some rows at a time: first their names alone, so that these are checked first.
-
-    Columns of a gait table must be columns of one length; a single text counts for all rows. Others are None where they
-    are something else.
-    """
-    yield [(name, []) for name in columns], about
-    arrays = {}
-    for name, column in columns.items():
-        if not isinstance(column, InputError):
-            arrays[name] = column
-        elif name in KNOWN:
-            raise column
-    lengths = {len(one) for name, one in arrays.items() if name in KNOWN and (len(one) != 1 or one.dtype.kind == "f")}
+def _tables_of(
+    arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder, progress: Progress
+) -> Iterator[Table]:
+    """Yield the tables of arrays by name, some rows at a time; a single text counts for all rows."""
+    builder.begin(list(arrays), about)
+    columns: dict[str, Array] = {}
+    for name in filter(builder.uses, arrays):
+        one = arrays[name]
+        if not isinstance(one, np.ndarray) or one.dtype.kind not in "fiuUS" or one.size != max(one.shape, default=1):
+            got = f"{one.dtype} of shape {one.shape}" if isinstance(one, np.ndarray) else str(one)
+            raise InputError(f"{name} must be a column of real numbers or of texts, got {shown(got)[1:-1]}")
+        values = one.reshape(-1)
+        is_text = one.dtype.kind in "US"
+        columns[name] = np.char.rstrip(values.astype(np.str_)) if is_text else values.astype(np.float64)
+    rows = max(map(len, columns.values()))
+    for name in TEXTS:
+        if name in columns and len(columns[name]) == 1:
+            columns[name] = np.repeat(columns[name], rows)
+    lengths = set(map(len, columns.values()))
     if len(lengths) > 1:
         raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
-    rows = next(iter(lengths), None)
-    if rows is None:  # a table of joints alone
-        rows = max((len(one) for one in arrays.values() if one.dtype.kind == "f"), default=0)
-    used = {}
-    for name, one in arrays.items():
-        if name in KNOWN and len(one) == 1 != rows:
-            used[name] = np.repeat(one, rows)
-        elif name in KNOWN or (one.dtype.kind == "f" and len(one) == rows):
-            used[name] = one
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = min(start + ROWS_OF_A_PIECE, rows)
-        piece = {name: one[start:stop] for name, one in used.items()}
-        plain = {name: one if one.dtype.kind == "f" else one.tolist() for name, one in piece.items()}
-        yield [(name, plain.get(name)) for name in columns], about
+        yield from builder.pieces({name: one[start:stop] for name, one in columns.items()})
         if progress is not None:
             progress(stop / rows)
 
@@ -131,13 +113,12 @@ def _about_of_array(array: object) -> dict[str, Any]:
 # -- NumPy archives
 
 
-def write_npz(pieces: Iterable[Table], path: Path) -> None:
+def write_npz(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
     table = merged(pieces)
-    check_names(table.columns, [_PROVENANCE], ".npz")
     arrays: dict[str, Array] = {name: np.asarray(values) for name, values in table.columns.items()}
     arrays[_PROVENANCE] = np.array(provenance_text(table))
     with zipfile.ZipFile(path, "w") as archive:
@@ -148,22 +129,19 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
                 np.lib.format.write_array(stream, array, allow_pickle=False)
 
 
-def pieces_of_npz(path: Path, progress: Progress) -> RawPieces:
-    """Yield the columns of a NumPy archive, which is read whole."""
+def read_npz(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+    """Yield the tables of a NumPy archive, which is read whole."""
     with gate(path, "an archive that numpy.savez wrote, with one array for each column"):
-        columns: dict[str, Array | InputError] = {}
-        with (
-            warnings.catch_warnings(action="ignore"),
-            path.open("rb") as file,
-            np.load(file, allow_pickle=False) as archive,
-        ):
+        with warnings.catch_warnings(action="ignore"), path.open("rb") as file, np.load(file) as archive:
             check_size(sum(member.file_size for member in archive.zip.infolist()), "its arrays")
+            arrays = {}
             for name in archive.files:
                 try:
-                    columns[name] = _as_column(archive[name], name)
+                    arrays[name] = archive[name]
                 except ValueError as error:  # objects, say, which are not loaded
-                    columns[name] = InputError(f"{name} must be real numbers or texts ({error})")
-        yield from _column_pieces(columns, _about_of_array(columns.pop(_PROVENANCE, None)), progress)
+                    arrays[name] = error
+        about = _about_of_array(arrays.pop(_PROVENANCE, None))
+        yield from _tables_of(arrays, about, builder, progress)
 
 
 # -- Parquet: numbers are 64-bit floats, `color` and `types` dictionaries of texts; every field states its unit. pandas
@@ -176,7 +154,7 @@ _STEEPEST = 100
 """What a file may unpack to for each of its bytes, where it unpacks to more than that."""
 
 
-def write_parquet(pieces: Iterable[Table], path: Path) -> None:
+def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new Parquet file, in row groups of 65,536 rows however the pieces are cut."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -219,8 +197,8 @@ def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
         yield merged(held)
 
 
-def pieces_of_parquet(path: Path, progress: Progress) -> RawPieces:
-    """Yield the columns of a Parquet file, some rows at a time; first their names alone."""
+def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+    """Yield the tables of a Parquet file, some rows at a time."""
     import pyarrow.parquet as pq
 
     with gate(path, _PARQUET, most=1 << 62) as size, path.open("rb", buffering=0) as stream:
@@ -232,24 +210,16 @@ def pieces_of_parquet(path: Path, progress: Progress) -> RawPieces:
             arrow_extensions_enabled=False,
         )
         schema, rows = file.schema_arrow, file.metadata.num_rows
-        about = _about_of_parquet(schema.metadata or {})
-        yield [(name, []) for name in schema.names], about
-        used = []
-        for name, kind in zip(schema.names, map(_kind, schema.types), strict=True):
-            wanted = "text" if name in TEXTS else "number"
-            if name in KNOWN and kind != wanted:
-                raise InputError(
-                    f"column {name!r} must hold {wanted}s, got {shown(str(schema.field(name).type))[1:-1]}"
-                )
-            if kind == "number" or name in TEXTS:
-                used.append(name)
-        if not used:
-            raise InputError(f"it must be {_PARQUET}, got no column of numbers")
+        builder.begin(schema.names, _about_of_parquet(schema.metadata or {}))
+        used = list(filter(builder.uses, schema.names))
+        for name in used:
+            kind, wanted = schema.field(name).type, "text" if name in TEXTS else "number"
+            if _kind(kind) != wanted:
+                raise InputError(f"column {name!r} must hold {wanted}s, got {shown(str(kind))[1:-1]}")
         check_size(8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size))
         done = 0
         for batch in file.iter_batches(batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False):
-            found = dict(zip(batch.schema.names, batch.columns, strict=True))
-            yield [(name, _values(found[name]) if name in found else None) for name in schema.names], about
+            yield from builder.pieces(dict(zip(batch.schema.names, map(_values, batch.columns), strict=True)))
             done += batch.num_rows
             if progress is not None:
                 progress(min(done / rows, 1.0) if rows else 1.0)
@@ -296,17 +266,12 @@ _GAIT = "gait"
 _GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}
 """Matrices with one column for each rotor."""
 
-_NO_COLUMNS = ("names", "units", _PROVENANCE)
-"""Fields of the struct that are no columns."""
-
-_MAT = "a MAT-file of level 5, as save -v7 or save -v6 write it"
+_MAT = "a MAT-file of level 5 in little-endian order, as save -v7 or save -v6 write it"
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
 _TYPES = frozenset({1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18})
-_CELL, _STRUCT, _OBJECT, _FUNCTION, _OPAQUE = 1, 2, 3, 16, 17
-_PARTS = {4: 1, 5: 3} | dict.fromkeys(range(6, 16), 1)
-"""Classes of texts, sparse and real numbers, and how many parts their values have; one more if they are complex."""
-_MOST_VARIABLES = 1000
+_CELL, _STRUCT, _TEXT = 1, 2, 4
+_CLASSES = frozenset({_CELL, _STRUCT, _TEXT, *range(6, 16)})  # without objects, functions and sparse matrices
 _DEEPEST = 100
 
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
@@ -321,7 +286,7 @@ def is_matlab_name(name: str) -> bool:
     return bool(_NAME.fullmatch(name)) and name not in _KEYWORDS
 
 
-def write_mat(pieces: Iterable[Table], path: Path) -> None:
+def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new MATLAB file.
 
     Every column is a variable, numbers as column vectors, texts as the rows of a character matrix. The angles, and if
@@ -333,7 +298,6 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     from scipy.io.matlab import MatWriteError
 
     table = merged(pieces)
-    check_names(table.columns, [_GAIT, *_GROUPS, *_NO_COLUMNS], ".mat")
     for name in table.columns:
         if not is_matlab_name(name):
             raise InputError(f"column must be letters, digits and _ and no keyword in a .mat file, got {shown(name)}")
@@ -356,16 +320,15 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
         stream.write(f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(_TEXT_OF_HEADER).encode())
 
 
-def pieces_of_mat(path: Path, progress: Progress) -> RawPieces:
-    """Yield the columns of a MATLAB file, which is read whole: of its variables, or else of the fields of a struct."""
+def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+    """Yield the tables of a MATLAB file, which is read whole: of its variables, or else of the fields of a struct."""
     with gate(path, _MAT):
         with warnings.catch_warnings(action="ignore"):
             variables = _mat_variables(path.read_bytes())
-        arrays = {name: one for name, one in variables.items() if isinstance(one, np.ndarray)}
-        structs = {name: one for name, one in arrays.items() if one.dtype.names and one.size == 1}
+        structs: dict[str, Any] = {name: one for name, one in variables.items() if one.dtype.names and one.size == 1}
         plain = {name: one for name, one in variables.items() if name not in structs}
         chosen = [_GAIT] if _GAIT in structs else list(structs)
-        if len(chosen) > 1 and not any(one.dtype.kind in "fiu" and one.size > 1 for one in arrays.values()):
+        if len(chosen) > 1 and not _has_angles(plain):
             names = ", ".join(map(repr, chosen[:4])) + (", …" if len(chosen) > 4 else "")
             raise InputError(f"it must have one struct, or one called {_GAIT!r}, got {len(chosen)}, {names}")
         fields = {}
@@ -373,75 +336,56 @@ def pieces_of_mat(path: Path, progress: Progress) -> RawPieces:
             fields = {name: structs[chosen[0]][name].item() for name in structs[chosen[0]].dtype.names}
         about = _about_of_array({**plain, **fields}.get(_PROVENANCE))
         inside = fields and (not plain or (_has_angles(fields) and not _has_angles(plain)))
-        yield from _column_pieces(_mat_columns(fields if inside else plain), about, progress)
+        found = dict(fields if inside else plain)
+        for group, angles in _GROUPS.items():
+            matrix = found.pop(group, None)
+            if matrix is not None and found.keys().isdisjoint(angles):
+                if not isinstance(matrix, np.ndarray) or matrix.ndim != 2 or matrix.shape[1] != len(angles):
+                    raise InputError(f"{group} must be a matrix of 4 columns, got shape {np.shape(matrix)}")
+                found |= dict(zip(angles, matrix.T, strict=True))
+        yield from _tables_of(found, about, builder, progress)
 
 
 def _has_angles(found: Mapping[str, Any]) -> bool:
     return not found.keys().isdisjoint(("alpha", "alpha1", "alpha1_deg"))
 
 
-def _mat_columns(found: Mapping[str, Any]) -> dict[str, Array | InputError]:
-    """Return the columns that variables or fields are, or why they are none; matrices have one for each rotor."""
-    columns: dict[str, Array | InputError] = {}
-    for name, one in found.items():
-        group = _GROUPS.get(name, ())
-        if group and found.keys().isdisjoint(group):
-            is_matrix = isinstance(one, np.ndarray) and one.ndim == 2 and one.shape[1] == len(group)
-            for k, angle in enumerate(group):
-                if is_matrix:
-                    columns[angle] = _as_column(one[:, k], angle)
-                else:
-                    got = f"shape {one.shape}" if isinstance(one, np.ndarray) else type(one).__name__
-                    columns[angle] = InputError(f"{angle}: {name} must be a matrix of 4 columns, got {got}")
-        elif not group and name not in _NO_COLUMNS:
-            columns[name] = _as_column(one, name)
-    return columns
+def _mat_variables(content: bytes) -> dict[str, Array]:
+    """Return the variables of a MATLAB file as scipy reads them, without objects and functions.
 
-
-def _mat_variables(content: bytes) -> dict[str, Any]:
-    """Return the variables of a MATLAB file as scipy reads them.
-
-    scipy gets one variable at a time, inflated up to the size that it states, so that nothing in it leads elsewhere.
+    scipy gets one variable at a time, inflated, so that nothing in it leads elsewhere.
     """
     from scipy.io import loadmat
-    from scipy.io.matlab import matfile_version
 
-    stream: Any = io.BytesIO(content)
-    version = matfile_version(stream)[0]
-    if version != 1:
-        raise InputError(f"it must be {_MAT}, got {'version 7.3 (HDF5)' if version == 2 else 'level 4'}")
-    header, order = content[:_HEADER], "<" if content[_HEADER - 2 : _HEADER] == b"IM" else ">"
-    variables: dict[str, Any] = {}
+    if content[_HEADER - 4 : _HEADER] != b"\0\1IM":
+        raise InputError(f"it must be {_MAT}, got another kind of file (one of version 7.3 is HDF5)")
+    variables: dict[str, Array] = {}
     place, inflated = _HEADER, 0
-    for count in range(_MOST_VARIABLES + 1):
-        if place >= len(content):
-            break
-        if count == _MOST_VARIABLES:
-            raise InputError(f"it must have at most {_MOST_VARIABLES} variables, got more")
-        kind, size = struct.unpack_from(f"{order}II", content, place)
+    while place < len(content):
+        kind, size = struct.unpack_from("<II", content, place)
         element = content[place : place + 8 + size]
         if len(element) < 8 + size:
             raise InputError(f"it must be whole, got a variable that ends at byte {place + 8 + size} of {len(content)}")
         place += 8 + size
         if kind == _COMPRESSED:
             inflater = zlib.decompressobj()
-            element = inflater.decompress(element[8:], 8)
-            size = struct.unpack(f"{order}II", element)[1]
-            inflated += size
+            element = inflater.decompress(element[8:], MOST_BYTES - inflated + 1)
+            inflated += len(element)
             check_size(inflated, "its variables")
-            element += inflater.decompress(inflater.unconsumed_tail, size + 1)
-            if len(element) != 8 + size or not inflater.eof:  # behind the last byte is a checksum
-                raise InputError("it must be whole, got a variable of another size than it states")
-        name, end = _array_at(memoryview(element), 0, order)
-        if end > len(element):
-            raise InputError(f"it must be whole, got a variable {name!r} that ends early")
-        if name and not name.startswith("__"):  # others are objects, and what belongs to functions
-            stream = io.BytesIO(header + element)
+            if not inflater.eof:  # behind the last byte is a checksum
+                raise InputError("it must be whole, got a compressed variable that ends early")
+        if len(element) > 16 and element[16] not in _CLASSES:
+            continue
+        name, end = _array_at(memoryview(element), 0)
+        if not end == len(element) == 8 + struct.unpack_from("<I", element, 4)[0]:
+            raise InputError(f"it must be whole, got a variable {name!r} of another size than it states")
+        if name and not name.startswith("__"):  # others belong to objects and functions
+            stream: Any = io.BytesIO(content[:_HEADER] + element)
             variables[name] = loadmat(stream)[name]
     return variables
 
 
-def _array_at(content: memoryview, place: int, order: str, depth: int = 0) -> tuple[str, int]:
+def _array_at(content: memoryview, place: int, depth: int = 0) -> tuple[str, int]:
     """Return the name of an array of a MATLAB file and where it ends, without looking at values.
 
     scipy follows types, counts and nested arrays in C as a file states them; unknown types, or thousands of levels, end
@@ -450,7 +394,7 @@ def _array_at(content: memoryview, place: int, order: str, depth: int = 0) -> tu
 
     def part() -> memoryview:
         nonlocal place
-        kind, size = struct.unpack_from(f"{order}II", content, place)
+        kind, size = struct.unpack_from("<II", content, place)
         if kind >> 16:  # up to four bytes are in the tag itself
             kind, size, start, place = kind & 0xFFFF, kind >> 16, place + 4, place + 8
         else:
@@ -459,39 +403,27 @@ def _array_at(content: memoryview, place: int, order: str, depth: int = 0) -> tu
             raise InputError(f"it must be whole, got a part of type {kind} and {size} bytes at byte {start}")
         return content[start : start + size]
 
-    kind, size = struct.unpack_from(f"{order}II", content, place)
+    kind, size = struct.unpack_from("<II", content, place)
     if kind != _MATRIX or depth > _DEEPEST:
         raise InputError(f"it must hold arrays, at most {_DEEPEST} within each other, got type {kind} at level {depth}")
     if not size:
         return "", place + 8
-    (flags,) = struct.unpack_from(f"{order}I", content, place + 16)
+    (flags,) = struct.unpack_from("<I", content, place + 16)
     class_, is_complex = flags & 0xFF, bool(flags & 0x0800)
+    if class_ not in _CLASSES:
+        raise InputError(f"it must hold numbers, texts, cells and structs, got an array of class {class_}")
     place += 24
-    name, arrays = "", 1
-    if class_ == _OPAQUE:
-        for _ in range(3):
+    shape = [size for (size,) in struct.iter_unpack("<i", part())]
+    if len(shape) < 2 or min(shape) < 0:
+        raise InputError(f"it must be whole, got an array of shape {shown(shape)}")
+    name, inner = bytes(part()).decode("latin-1"), math.prod(shape)
+    if class_ == _STRUCT:
+        (width,) = struct.unpack("<i", part())
+        inner *= len(part()) // max(width, 1)
+    elif class_ != _CELL:
+        inner = 0
+        for _ in range(1 + is_complex):
             part()
-    else:
-        shape = [size for (size,) in struct.iter_unpack(f"{order}i", part())]
-        if len(shape) < 2 or min(shape) < 0:
-            raise InputError(f"it must be whole, got an array of shape {shown(shape)}")
-        arrays = math.prod(shape)
-        name = bytes(part()).decode("latin-1")
-    if class_ in _PARTS:
-        arrays = 0
-        for _ in range(_PARTS[class_] + is_complex):
-            part()
-    elif class_ in (_STRUCT, _OBJECT):
-        if class_ == _OBJECT:
-            part()
-        (width,) = struct.unpack(f"{order}i", part())
-        if width < 1:
-            raise InputError(f"it must be whole, got a struct whose names have {width} characters")
-        arrays *= len(part()) // width
-    elif class_ == _FUNCTION:
-        arrays = 1
-    elif class_ not in (_CELL, _OPAQUE):
-        raise InputError(f"it must hold arrays, got class {class_}")
-    for _ in range(arrays):
-        _, place = _array_at(content, place, order, depth + 1)
+    for _ in range(inner):
+        _, place = _array_at(content, place, depth + 1)
     return name, place

@@ -211,7 +211,7 @@ def _functions(curve: _Curve) -> str:
     return re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines)) + "\n"
 
 
-def write_m(pieces: Iterable[Table], path: Path) -> None:
+def write_m(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new MATLAB function, under a name that MATLAB can call and that the function itself does not call."""
     name = path.stem
     if not is_matlab_name(name):

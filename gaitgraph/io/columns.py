@@ -19,8 +19,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, about_from_text
-from gaitgraph.io.formats import KNOWN
-from gaitgraph.io.servo_map import check_joint_columns, servo_map_from_mapping, tilts_from_joints
+from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.sheets import FAMILIES
 
@@ -34,6 +33,7 @@ FloatArray = npt.NDArray[np.float64]
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12)
 _LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
+_BESIDE_JOINTS = ("color", "types", "R")
 _MOST_NAMED, _MOST_COMPARED = 5, 1000  # of other columns, in a message
 
 
@@ -42,38 +42,34 @@ class TableBuilder:
 
     Parameters
     ----------
-    names
-        As they are in the file, in its order; those that a gait table does not have are ignored.
-    about
-        What made the file, if it states that. A map of joints in it counts if none is given.
     plane_only
         Whether alpha1 and alpha2 are enough.
     joints
         What the columns of a servo table are; columns with the usual names of angles are then ignored.
     """
 
-    def __init__(
-        self, names: list[str], about: dict[str, Any], *, plane_only: bool = False, joints: ServoMap | None = None
-    ) -> None:
-        if joints is None and "servos" in about:
-            joints = servo_map_from_mapping(about["servos"])
+    def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
+        self.plane_only, self.joints = plane_only, joints
+        self.about: dict[str, Any] = {}
+        self.rows, self._last_time = 0, -math.inf
+
+    def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
+        """Check the names of all columns of a file; what made it may have a map of joints, unless one is given."""
         # What is read are tilt angles, so the map did not make them.
         self.about = {name: value for name, value in about.items() if name != "servos"}
-        self.names, self.joints = names, joints
-        self.rows, self._last_time = 0, -math.inf
-        self.radians_per_unit = {joint.column: 1.0 / joint.per_radian for joint in joints.joints} if joints else {}
-        for name, count in Counter(names).items():
+        if self.joints is None and "servos" in about:
+            self.joints = servo_map_from_mapping(about["servos"])
+        for name, count in Counter(names).most_common(1):
             if count > 1:
-                times = "twice" if count == 2 else f"{count} times"
-                raise InputError(f"column {name!r} appears {times}; allowed is once")
-        if joints is not None:
-            check_joint_columns(names, joints)
+                raise InputError(f"column {name!r} appears {count} times; allowed is once")
+        if self.joints is not None:
+            self.joints.check_columns(list(names))
             return
         for degrees, name in DEGREES.items():
             if degrees in names and name in names:
                 raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
-        known = [DEGREES.get(name, name) for name in names]
-        lifted = plane_only or ("color" in known and "alpha3" not in known and "alpha4" not in known)
+        known = {DEGREES.get(name, name) for name in names}
+        lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
         for name in ANGLES[:2] if lifted else ANGLES:
             if name not in known:
                 others = [other for other in names if other not in ORDER]
@@ -82,28 +78,35 @@ class TableBuilder:
                 wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
                 raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
 
-    @property
-    def dtype(self) -> list[tuple[str, str]]:
-        """What numpy reads each column as; one that is ignored is read as one character."""
-        numbers = self.joints.columns if self.joints is not None else tuple(DEGREES)
-        kinds = [
-            "f8" if name in numbers else "U8" if name in TEXTS else "f8" if name in ORDER else "U1"
-            for name in self.names
-        ]
-        return [(f"f{k}", kind) for k, kind in enumerate(kinds)]
+    def uses(self, name: str) -> bool:
+        """Return whether a column of this name is read; others are ignored."""
+        if self.joints is None:
+            return name in ORDER or name in DEGREES
+        return name in self.joints.columns or name in _BESIDE_JOINTS
 
-    def pieces(self, raw: Sequence[Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
-        """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
+    def pieces(self, raw: Mapping[str, Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
+        """Yield the table of the next raw columns, arrays or lists, checked and in order; nothing if they have no rows.
 
-        A raw column is an array, a list, or None for what is no column of one value a row. With `angle_texts` texts
-        such as "3pi/8" are angles, in radians.
+        With `angle_texts` texts such as "3pi/8" are angles, in radians.
         """
-        lengths = {len(values) for values in raw if values is not None}
+        used = {name: values for name, values in raw.items() if self.uses(name)}
+        lengths = set(map(len, used.values()))
         if len(lengths) > 1:
             raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
         if not max(lengths, default=0):
             return
-        found = self._columns(raw, angle_texts)
+        found: dict[str, Any] = {}
+        if self.joints is not None:
+            of_joints = {name: used.pop(name) for name in self.joints.columns if name in used}
+            numbers = {name: _numbers(name, values, self.rows) for name, values in of_joints.items()}
+            found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
+        for name, values in used.items():
+            if name in TEXTS:
+                found[name] = _texts(name, values, self.rows)
+            elif name in DEGREES:
+                found[DEGREES[name]] = np.radians(_numbers(name, values, self.rows))
+            else:
+                found[name] = _numbers(name, values, self.rows, angle_texts=angle_texts and name in ANGLES)
         for name, largest in _LARGEST.items():
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
@@ -126,25 +129,10 @@ class TableBuilder:
         self.rows += len(found["alpha1"])
         yield Table(columns={name: found[name] for name in ORDER if name in found}, about=self.about, rounding=rounding)
 
-    def _columns(self, raw: Sequence[Any], angle_texts: bool) -> dict[str, Any]:
-        found: dict[str, Any] = {}
-        pairs = list(zip(self.names, raw, strict=True))
-        if self.joints is not None:
-            of_joints = {name: values for name, values in pairs if name in self.joints.columns}
-            for name, values in of_joints.items():
-                if values is None:
-                    raise InputError(f"{name}: it is no column of numbers, one a row; allowed is one")
-            numbers = {name: _numbers(name, values, self.rows) for name, values in of_joints.items()}
-            found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
-            pairs = [pair for pair in pairs if pair[0] in ("color", "types", "R") and pair[0] not in of_joints]
-        for name, values in pairs:
-            if name in TEXTS:
-                found[name] = _texts(name, values, self.rows)
-            elif name in DEGREES:
-                found[DEGREES[name]] = np.radians(_numbers(name, values, self.rows))
-            elif name in ORDER:
-                found[name] = _numbers(name, values, self.rows, angle_texts=angle_texts and name in ANGLES)
-        return found
+    def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Iterator[Table]:
+        """Yield the table of all columns, where angles may be texts."""
+        self.begin(list(columns), about)
+        return self.pieces(columns, angle_texts=True)
 
     def check_rows(self) -> None:
         """Raise InputError if there were no rows."""
@@ -178,9 +166,7 @@ def _number(value: Any, angle_texts: bool) -> float:
     """Return a number, or a text of one, as a float; NaN for what is none."""
     try:
         if isinstance(value, str):
-            if angle_texts:
-                return angle_from_text(value)
-            return float(value) if _is_plain(value) else math.nan
+            return angle_from_text(value) if angle_texts else float(value) if _is_plain(value) else math.nan
         return math.nan if isinstance(value, (bool, list, dict)) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
@@ -193,40 +179,22 @@ def _is_plain(text: str) -> bool:
 
 def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
-    values = values.tolist() if isinstance(values, np.ndarray) else values
-    texts = [text.strip() if isinstance(text, str) else text for text in values]
-    try:
-        distinct = list(dict.fromkeys(texts))
-    except TypeError:  # a list or an object is among them
-        distinct = texts
-    for text in distinct:
-        try:
-            if name == "types":
-                types_from_text(text)
-            elif text not in FAMILIES:
-                which = "missing" if text is None else shown(text)
-                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
-        except InputError as error:
-            raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
+    known: set[str] = set()
+    texts = []
+    for k, value in enumerate(values.tolist() if isinstance(values, np.ndarray) else values, start=row + 1):
+        text = value.strip() if isinstance(value, str) else value
+        if not isinstance(text, str) or text not in known:
+            try:
+                if name == "types":
+                    types_from_text(text)
+                elif text not in FAMILIES:
+                    which = "missing" if text is None else shown(text)
+                    raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
+            except InputError as error:
+                raise InputError(f"row {k}: {error}") from error
+            known.add(text)
+        texts.append(text)
     return tuple(texts)
-
-
-def table_from_columns(
-    columns: list[tuple[str, Any]],
-    about: dict[str, Any] | None = None,
-    *,
-    plane_only: bool = False,
-    joints: ServoMap | None = None,
-) -> Table:
-    """Return a table of whole columns from elsewhere, names with arrays or lists; angles in radians may be texts.
-
-    >>> table_from_columns([("alpha2", ["-pi/8"]), ("alpha1", [0.5]), ("color", ["red"])]).columns["alpha2"].round(4)
-    array([-0.3927])
-    """
-    builder = TableBuilder([name for name, _ in columns], about or {}, plane_only=plane_only, joints=joints)
-    tables = list(builder.pieces([values for _, values in columns], angle_texts=True))
-    builder.check_rows()
-    return tables[0]
 
 
 # -- Frames
@@ -294,33 +262,30 @@ def table_from_frame(frame: Frame) -> Table:
     if not _is_frame(frame):
         raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
     names = list(frame) if isinstance(frame, Mapping) else list(getattr(frame, "column_names", None) or frame.columns)
+    names = [name for name in names if isinstance(name, str)]
     attributes = getattr(frame, "attrs", None)
     stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
     try:
-        about = about_from_text(json.dumps(stated, allow_nan=False))
+        text = json.dumps(stated, allow_nan=False)
     except (RecursionError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
-    columns: list[tuple[str, Any]] = []
-    for name in names:
-        if isinstance(name, str):  # one that is there twice is refused by its name
-            used = (name in KNOWN or "servos" in about) and names.count(name) == 1
-            columns.append((name, _values(frame[name], name) if used else None))
     index = getattr(frame, "index", None)
-    if getattr(index, "name", None) == "t" and "t" not in names:
-        columns.append(("t", _values(index, "t")))
-    if isinstance(frame, Mapping):  # one text stands for all rows
-        rows = max((len(values) for _, values in columns if isinstance(values, (np.ndarray, list))), default=0)
-        columns = [(name, [values] * rows if isinstance(values, str) else values) for name, values in columns]
-    return table_from_columns(columns, about)
+    from_index = getattr(index, "name", None) == "t" and "t" not in names
+    builder = TableBuilder()
+    builder.begin([*names, "t"] if from_index else names, about_from_text(text))
+    columns = {name: _values(frame[name], name) for name in names if builder.uses(name)}
+    if from_index:
+        columns["t"] = _values(index, "t")
+    rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=0)
+    columns = {name: [values] * rows if isinstance(values, str) else values for name, values in columns.items()}
+    tables = list(builder.pieces(columns, angle_texts=True))
+    builder.check_rows()
+    return tables[0]
 
 
 def _values(column: Any, name: str) -> Any:
-    """Return a column as an array of floats or a list of texts, None for one to ignore; InputError if it is neither."""
-    if isinstance(column, (list, tuple)):
-        return list(column)
-    if isinstance(column, str):
+    """Return a column as an array of floats or a list of texts, one text as it is; InputError for anything else."""
+    if isinstance(column, (list, tuple, str)):
         return column
     try:
         values = np.asarray(column)
@@ -332,6 +297,4 @@ def _values(column: Any, name: str) -> Any:
         return values.astype(np.float64)
     if values.dtype.kind in "OUT":
         return values.tolist()
-    if name not in KNOWN:
-        return None
     raise InputError(f"{name} must hold numbers or texts, got values of the type {values.dtype}")

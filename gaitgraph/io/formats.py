@@ -1,4 +1,4 @@
-"""The formats of gait files, by suffix: which module writes and reads them, what they need, and their options.
+"""The formats of gait files, by suffix; and gait files of any format: written whole or not at all, and read.
 
 Every file states what made it (:func:`gaitgraph.gait.table.provenance_text`), where its own readers keep such things.
 The modules of the formats are loaded when a format is first used, and the libraries of an extra by their functions.
@@ -7,31 +7,39 @@ The modules of the formats are loaded when a format is first used, and the libra
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, fields
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, MissingExtra, OutputExists, did_you_mean, needs_extra, shown
+from gaitgraph.errors import (
+    FileProblem,
+    GaitgraphError,
+    InputError,
+    MissingExtra,
+    OutputExists,
+    did_you_mean,
+    needs_extra,
+    shown,
+)
 from gaitgraph.files import check_new_files, text_of, write_whole
-from gaitgraph.gait.table import ANGLES, DEGREES, ORDER
-from gaitgraph.io.servo_map import check_choice, mapped_table, servo_map_from_mapping
+from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
+from gaitgraph.io.columns import TableBuilder, as_table
+from gaitgraph.io.servo_map import mapped_table, servo_map_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from gaitgraph.gait.table import Table
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Kind
+    from gaitgraph.io.columns import Frame
     from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.vehicle import Vehicle
 
-    Writer = Callable[[Iterable[Table], Path], None]
     Progress = Callable[[float], None] | None
-    RawPieces = Iterator[tuple[list[tuple[str, Any]], dict[str, Any]]]
-    Reader = Callable[[Path, Progress], RawPieces]
-
-KNOWN = frozenset(ORDER) | frozenset(DEGREES)
-"""The names of a gait table's columns."""
 
 NUMBERS = ("float", "double", "fixed")
 """What the tables of a C header are made of, the default first."""
@@ -39,9 +47,11 @@ NUMBERS = ("float", "double", "fixed")
 PROVENANCE_TOPIC = "/gaitgraph"
 """The topic of a bag that states what made it."""
 
+_WHAT = "gait file"
 _MOST_PERIODS = 100_000
 _LONGEST_NAME = 100
-_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+_TOPIC = re.compile(r"(?=.{1,255}$)(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+_TOPICS = f"a topic such as '/arm/joint_states', and not {PROVENANCE_TOPIC}"
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
 
 
@@ -76,31 +86,28 @@ class FormatOptions:
     c_name: str | None = None
 
     def __post_init__(self) -> None:
-        periods = self.periods
-        if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
-            raise InputError(f"periods must be a whole number from 1 to {_MOST_PERIODS}, got {shown(periods)}")
         names: Any = ANGLES if self.joint_names is None else self.joint_names
-        if not isinstance(names, tuple) or len(names) != len(ANGLES):
-            raise InputError(f"joint_names must be four names, for rotors 1 to 4, got {shown(names)}")
-        for name in names:
-            printable = isinstance(name, str) and name.isprintable() and name == name.strip()
-            if not printable or not 0 < len(name) <= _LONGEST_NAME:
-                wanted = f"printable texts of up to {_LONGEST_NAME} characters"
-                raise InputError(f"joint_names must be {wanted}, got {shown(name)}")
-        if len(set(names)) < len(names):
-            raise InputError(f"joint_names must differ, got {shown(names)}")
-        for name in ("trajectory_topic", "states_topic"):
-            topic = getattr(self, name)
-            if not (isinstance(topic, str) and len(topic) <= 255 and _TOPIC.fullmatch(topic)):
-                raise InputError(f"{name} must be a topic such as '/arm/joint_states', got {shown(topic)}")
-            if topic == PROVENANCE_TOPIC:
-                raise InputError(f"{name} must not be {topic!r}, which states what made the bag")
-        if self.trajectory_topic == self.states_topic:
-            raise InputError(f"states_topic must differ from trajectory_topic, got {self.states_topic!r} for both")
-        check_choice(self.number, NUMBERS, "number")
-        if self.c_name is not None and not (isinstance(self.c_name, str) and _IDENTIFIER.fullmatch(self.c_name)):
-            allowed = "up to 60 letters, digits and underscores, a letter first"
-            raise InputError(f"c_name must be {allowed}, got {shown(self.c_name)}")
+        are_names = isinstance(names, tuple) and all(
+            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= _LONGEST_NAME
+            for name in names
+        )
+        c_name = "up to 60 letters, digits and underscores, a letter first"
+        four = f"four different printable texts of up to {_LONGEST_NAME} characters"
+        for name, holds, allowed in (
+            (
+                "periods",
+                type(self.periods) is int and 1 <= self.periods <= _MOST_PERIODS,
+                f"a whole number from 1 to {_MOST_PERIODS}",
+            ),
+            ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
+            ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
+            ("states_topic", _is_topic(self.states_topic), _TOPICS),
+            ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
+            ("number", self.number in NUMBERS, "float, double or fixed"),
+            ("c_name", self.c_name is None or _is_like(_IDENTIFIER, self.c_name), c_name),
+        ):
+            if not holds:
+                raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
 
     def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
@@ -110,6 +117,14 @@ class FormatOptions:
             servo_map = servo_map_from_mapping(table.about["servos"])
             names, rotors = servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
         return names if self.joint_names is None else self.joint_names, rotors
+
+
+def _is_like(pattern: re.Pattern[str], value: object) -> bool:
+    return isinstance(value, str) and pattern.fullmatch(value) is not None
+
+
+def _is_topic(value: object) -> bool:
+    return _is_like(_TOPIC, value) and value != PROVENANCE_TOPIC
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,8 +138,8 @@ class Format:
     name
         What people call it.
     module
-        The module that has its functions: ``write_SUFFIX(pieces, path)`` writes a new file or folder from the pieces of
-        a table; ``pieces_of_SUFFIX(path, progress)`` yields raw columns and what made them, piece by piece.
+        The module that has its functions: ``write_SUFFIX(pieces, path, options)`` writes a new file or folder from the
+        pieces of a table; ``read_SUFFIX(path, builder, progress)`` yields the tables of its columns, piece by piece.
     library, extra
         The library that it needs, and the extra that brings it, if it needs any.
     mark, end
@@ -133,7 +148,9 @@ class Format:
     folder
         Whether it is a folder of files.
     options
-        Which fields of :class:`FormatOptions` its writer heeds; the writer is then given the options.
+        Which fields of :class:`FormatOptions` its writer heeds.
+    own
+        Names of columns that it has for something else.
     """
 
     suffix: str
@@ -145,6 +162,7 @@ class Format:
     end: str = ""
     folder: bool = False
     options: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
 
     @property
     def reads(self) -> bool:
@@ -157,20 +175,12 @@ class Format:
             return None
         return str(needs_extra(self.library, self.name, self.extra))
 
-    def writer(self, options: FormatOptions | None = None) -> Writer:
-        """Return what writes a new file or folder from the pieces of a table; MissingExtra if it cannot."""
-        found: Any = self._function("write")
-        return partial(found, options=options or FormatOptions()) if self.options else found
-
-    def reader(self) -> Reader:
-        """Return what yields the raw columns of a file; MissingExtra if it cannot."""
-        found: Reader = self._function("pieces_of")
-        return found
-
-    def _function(self, task: str) -> Any:
+    def function(self, task: str) -> Callable[..., Any]:
+        """Return what does a task, "write" or "read", as the module's docstring says; MissingExtra if it cannot."""
         if missing := self.why_not():
             raise MissingExtra(missing)
-        return getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
+        found: Callable[..., Any] = getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
+        return found
 
     def provenance(self, path: Path) -> str:
         """Return the text of what made a file of a format that is not read as a table; InputError if it is cut off."""
@@ -183,23 +193,24 @@ class Format:
         return line.removeprefix(self.mark)
 
 
-_BINARY, _CODE, _ROS = "gaitgraph.io.binary_tables", "gaitgraph.io.code_files", "gaitgraph.io.ros"
-_BAG_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic")
-_BAG: Any = {"module": _ROS, "library": "rosbags", "extra": "ros", "folder": True, "options": _BAG_OPTIONS}
+_TEXT, _BINARY = "gaitgraph.io.text_files", "gaitgraph.io.binary_tables"
+_CODE, _ROS = "gaitgraph.io.code_files", "gaitgraph.io.ros"
+_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
+_BAG["options"] = ("periods", "joint_names", "trajectory_topic", "states_topic")
 _GOAL: Any = {"mark": "# made_by: ", "end": "# end", "options": ("periods", "joint_names")}
 _HEADER: Any = {"mark": " * made_by: ", "end": "#endif", "options": ("joint_names", "number", "c_name")}
+_MAT_OWN = ("gait", "alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
 FORMATS = {
     one.suffix: one
     for one in (
-        Format(suffix=".csv", name="CSV", module="gaitgraph.io.text_files"),
-        Format(suffix=".json", name="JSON", module="gaitgraph.io.text_files"),
-        Format(suffix=".npz", name="NumPy archive", module=_BINARY),
-        Format(suffix=".mat", name="MATLAB file", module=_BINARY),
+        Format(suffix=".csv", name="CSV", module=_TEXT, own=("made_by",)),
+        Format(suffix=".json", name="JSON", module=_TEXT),
+        Format(suffix=".npz", name="NumPy archive", module=_BINARY, own=("provenance",)),
+        Format(suffix=".mat", name="MATLAB file", module=_BINARY, own=_MAT_OWN),
         Format(suffix=".m", name="MATLAB script", module=_CODE, mark="% made by: ", end="% end"),
         Format(suffix=".parquet", name="Parquet", module=_BINARY, library="pyarrow", extra="table"),
-        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", **_BAG),
-        Format(suffix=".db3", name="ROS 2 bag (sqlite3)", **_BAG),
+        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=_ROS, **_BAG),
         Format(suffix=".yaml", name="ROS 2 trajectory", module=_ROS, **_GOAL),
         Format(suffix=".h", name="C header", module=_CODE, **_HEADER),
     )
@@ -218,18 +229,19 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     path = Path(path)
     suffix = path.suffix.lower()
     known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
-    is_folder = reads and path.is_dir()
-    if is_folder and suffix not in FORMATS:
-        try:
-            inside = {file.suffix.lower() for file in path.iterdir() if file.is_file()}
-        except OSError:
-            inside = set()
-        suffix = next((one.suffix for one in FORMATS.values() if one.folder and one.suffix in inside), suffix)
+    is_folder = reads and suffix not in FORMATS and path.is_dir()
+    if is_folder:
+        suffix = next(
+            (suffix for suffix, one in FORMATS.items() if one.folder and any(path.glob(f"*{suffix}"))), suffix
+        )
     if suffix not in known:
-        hint = did_you_mean(suffix, known) if suffix else ""
-        which = f"{str(path)!r}, a folder that is no ROS 2 bag" if is_folder else repr(str(path))
+        which = f"{str(path)!r}, a folder without a .mcap file" if is_folder else repr(str(path))
+        hint = did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
+
+
+# -- Writing
 
 
 def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
@@ -239,14 +251,6 @@ def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
         if name not in there and (value := getattr(options, name)) != default:
             suffixes = ", ".join(suffix for suffix, one in FORMATS.items() if name in one.options)
             raise InputError(f"{name} needs an output {suffixes}, got {shown(value)} without one")
-
-
-def check_names(names: Iterable[str], own: Collection[str], suffix: str) -> None:
-    """Raise InputError if a column of joints has a name that a format gives to something of its own."""
-    for name in names:
-        if name in own:
-            other = f"use another name than {', '.join(map(repr, own))}"
-            raise InputError(f"column {name!r}: a {suffix} file has something else there; {other}")
 
 
 def write_tables(
@@ -264,7 +268,7 @@ def write_tables(
     table
         What to write.
     paths
-        Files, or folders for the formats that are folders; :data:`gaitgraph.io.formats.FORMATS` has the suffixes.
+        Files, or folders for the formats that are folders; :data:`FORMATS` has the suffixes.
     force
         Overwrite files that exist.
     options
@@ -304,11 +308,16 @@ def write_pieces(
             in_format = servos.in_radians()
         rows = 0
         for piece in pieces():
-            yield piece if in_format is None else mapped_table(piece, in_format, rows_before=rows)
+            stated = piece if in_format is None else mapped_table(piece, in_format, rows_before=rows)
+            for name in form.own:
+                if name in stated:
+                    other = f"use another name than {', '.join(map(repr, form.own))}"
+                    raise InputError(f"column {name!r}: a {form.suffix} file has something else there; {other}")
+            yield stated
             rows += len(piece)
 
     def write(form: Format, scratch: Path) -> None:
-        form.writer(options)(stated_in(form), scratch)
+        form.function("write")(stated_in(form), scratch, options or FormatOptions())
 
     write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
 
@@ -318,7 +327,7 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     folders = set()
     for path in map(Path, paths):
         form = known_format(path, "output")
-        form.writer()  # MissingExtra, if that is so
+        form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)
             for one in sorted(path.iterdir()) if path.is_dir() else ():
@@ -326,3 +335,109 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
                     problem = f"is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
                     raise OutputExists(f"output: {str(path)!r} {problem}")
     check_new_files(paths, force=force, folders=folders)
+
+
+# -- Reading
+
+
+def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the closed polyline through a table's rows, straight runs merged.
+
+    A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
+    without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
+
+    Parameters
+    ----------
+    table
+        The rows, or a frame of pandas or polars that has them.
+    vehicle, coefficients
+        What the gait is for; by default what the table states, else the paper's vehicle.
+
+    Returns
+    -------
+    Gait
+        It keeps the request that the table states, if no other vehicle or coefficients are given.
+
+    Raises
+    ------
+    InputError
+        If the rows are no gait table.
+
+    Examples
+    --------
+    >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
+    [0.4, 0.9]
+    """
+    gait, _ = closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients)
+    return replace(gait.merged(), request=gait.request)
+
+
+def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
+    """Return the gait in a file; parameters and errors as for :func:`gait_of` and :func:`read_table`."""
+    table = read_table(path)
+    with naming_file(path):
+        return gait_of(table, vehicle=vehicle, coefficients=coefficients)
+
+
+def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
+    """Read a gait table, or a plan saved as JSON.
+
+    Parameters
+    ----------
+    path
+        A file of any format that :data:`FORMATS` reads. In texts a byte-order mark and any kind of
+        line end are read too.
+    joints
+        What its columns are if it is a servo table from elsewhere; one of ours states it.
+
+    Raises
+    ------
+    FileProblem
+        If the file cannot be read.
+    InputError
+        If it holds no gait table; the message names file, place and what is allowed.
+    """
+    return merged(read_pieces(path, joints=joints))
+
+
+def read_pieces(
+    path: str | Path,
+    *,
+    progress: Progress = None,
+    plane_only: bool = False,
+    joints: ServoMap | None = None,
+) -> Iterator[Table]:
+    """Yield a gait table as consecutive pieces, each at least one row; the first states what made it.
+
+    `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
+    Errors are those of :func:`read_table`, when the piece in question is reached.
+    """
+    path = Path(path)
+    form = known_format(path, _WHAT, reads=True)
+    with naming_file(path):
+        builder = TableBuilder(plane_only=plane_only, joints=joints)
+        yield from form.function("read")(path, builder, progress)
+        builder.check_rows()
+
+
+def provenance_in(path: str | Path) -> dict[str, Any]:
+    """Return what made a gait file of any format, also of those that are not read as tables: its `about`."""
+    path = Path(path)
+    form = known_format(path, _WHAT)
+    if form.reads:
+        return next(read_pieces(path)).about
+    with naming_file(path):
+        return about_from_text(form.provenance(path), required=True)
+
+
+@contextmanager
+def naming_file(source: object) -> Iterator[None]:
+    """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
+    try:
+        yield
+    except (MissingExtra, FileProblem):
+        raise
+    except GaitgraphError as error:
+        if not isinstance(source, (str, Path)) or str(error).startswith(_WHAT):
+            raise
+        raise type(error)(f"{_WHAT} {str(source)!r}: {error}") from error

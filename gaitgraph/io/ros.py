@@ -1,4 +1,4 @@
-"""ROS 2: bags with MCAP or sqlite3 in them, by rosbags, and the YAML goal of a joint_trajectory_controller.
+"""ROS 2: bags with MCAP in them, by rosbags, and the YAML goal of a joint_trajectory_controller.
 
 A bag has three topics:
 
@@ -17,13 +17,7 @@ made the file; so is the last one, so that a file that was cut off is known.
 from __future__ import annotations
 
 import json
-import re
-import shutil
-import sqlite3
-import tempfile
-from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,7 +28,6 @@ from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
     RATES,
-    ROWS_OF_A_PIECE,
     Table,
     about_from_text,
     is_closed,
@@ -47,12 +40,14 @@ from gaitgraph.io.formats import FORMATS, PROVENANCE_TOPIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from pathlib import Path
 
     from rosbags.interfaces import Connection
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 
-    from gaitgraph.io.formats import FormatOptions, Progress, RawPieces
+    from gaitgraph.io.columns import TableBuilder
+    from gaitgraph.io.formats import FormatOptions, Progress
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -67,7 +62,7 @@ _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERAT
 _NANOSECONDS = 1_000_000_000
 _LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
-_PLAIN_PATH = re.compile(r"[\w./ -]*", re.ASCII)
+_Rows = tuple[list[int], list[str], dict[str, list[Any]]]
 
 
 def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
@@ -139,20 +134,11 @@ def _number(value: float) -> str:
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 
-# -- Writing bags
+# -- Bags
 
 
 def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
-    """Write a new folder: a bag with an MCAP file."""
-    _write_bag(pieces, path, options, "MCAP")
-
-
-def write_db3(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
-    """Write a new folder: a bag with a database of sqlite3."""
-    _write_bag(pieces, path, options, "SQLITE3")
-
-
-def _write_bag(pieces: Iterable[Table], path: Path, options: FormatOptions, storage: str) -> None:
+    """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 bag")
@@ -176,27 +162,19 @@ def _write_bag(pieces: Iterable[Table], path: Path, options: FormatOptions, stor
     for time, position, rate, acceleration in zip(times.tolist(), *joined, strict=True):
         fields = {"positions": position, "velocities": rate, "accelerations": acceleration, "effort": none}
         points.append(message(f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)))
-    # The library puts the path into an address as it stands, and names the file after the folder.
-    beside = path.parent if _PLAIN_PATH.fullmatch(str(path.parent)) else None
-    with tempfile.TemporaryDirectory(prefix=".gaitgraph-", dir=beside) as scratch:
-        folder = Path(scratch) / (re.sub(r"[^\w.-]", "_", path.stem, flags=re.ASCII) or "gait")
-        try:
-            with Writer(folder, version=8, storage_plugin=StoragePlugin[storage]) as bag:
-                topics = {STRING: PROVENANCE_TOPIC, TRAJECTORY: options.trajectory_topic, STATE: options.states_topic}
-                connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in topics.items()}
+    folder = path.with_suffix("")
+    with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as bag:
+        topics = {STRING: PROVENANCE_TOPIC, TRAJECTORY: options.trajectory_topic, STATE: options.states_topic}
+        connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in topics.items()}
 
-                def write(kind: str, time: int, **fields: Any) -> None:
-                    bag.write(connections[kind], time, store.serialize_cdr(message(kind, **fields), kind))
+        def write(kind: str, time: int, **fields: Any) -> None:
+            bag.write(connections[kind], time, store.serialize_cdr(message(kind, **fields), kind))
 
-                write(STRING, _NANOSECONDS, data=made)
-                write(TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points)
-                for time, position, rate in zip((times + _NANOSECONDS).tolist(), *joined[:2], strict=True):
-                    write(STATE, time, header=header(time), name=names, position=position, velocity=rate, effort=none)
-        except sqlite3.Error as error:
-            raise OSError(f"the database says: {error}") from error
-        if path.exists():
-            raise FileExistsError(str(path))
-        shutil.move(folder, path)
+        write(STRING, _NANOSECONDS, data=made)
+        write(TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points)
+        for time, position, rate in zip((times + _NANOSECONDS).tolist(), *joined[:2], strict=True):
+            write(STATE, time, header=header(time), name=names, position=position, velocity=rate, effort=none)
+    folder.rename(path)
 
 
 @cache
@@ -206,47 +184,29 @@ def _store() -> Typestore:
     return get_typestore(Stores.ROS2_HUMBLE)  # these messages are the same in all distributions
 
 
-# -- Reading bags
+def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+    """Yield the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
+    from rosbags.rosbag2 import Reader
 
-
-def pieces_of_mcap(path: Path, progress: Progress) -> RawPieces:
-    """Yield the gait of a bag or one of its files: its JointTrajectory, else its JointStates; of ours, one period."""
-    with gate(path, "a ROS 2 bag"), _opened(path) as bag:
-        storages = getattr(bag.storage, "storages", [bag.storage])
-        chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
-        check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
-        about, chosen = _provenance(bag)
-        connections = _of_kind(bag, TRAJECTORY, chosen.get("trajectory_topic", "/joint_trajectory"))
-        if connections:
-            yield _trajectory(bag, connections, chosen), about
-        else:
-            connections = _of_kind(bag, STATE, chosen.get("states_topic", "/joint_states"))
-            if not connections:
+    with gate(path, "a ROS 2 bag"):
+        if path.is_dir() and not (path / "metadata.yaml").is_file():
+            raise InputError("it must have a metadata.yaml, got none: ros2 bag reindex writes one")
+        with Reader(path) as bag:
+            storages = getattr(bag.storage, "storages", [bag.storage])
+            chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
+            check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
+            about, chosen = _provenance(bag)
+            if connections := _of_kind(bag, TRAJECTORY, chosen.get("trajectory_topic", "/joint_trajectory")):
+                columns = _columns(*_trajectory(bag, connections, chosen), chosen)
+            elif connections := _of_kind(bag, STATE, chosen.get("states_topic", "/joint_states")):
+                columns = _columns(*_states(bag, connections), chosen)
+            else:
                 there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
                 listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
                 raise InputError(f"topics must have one of {TRAJECTORY} or {STATE}, got {listed}")
-            yield from ((columns, about) for columns in _states(bag, connections, chosen))
+        yield from builder.whole(columns, about)
     if progress is not None:
         progress(1.0)
-
-
-pieces_of_db3 = pieces_of_mcap
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[Reader]:
-    """Open a bag, if need be by a link with a plain name: the library puts the path into an address as it stands."""
-    from rosbags.rosbag2 import Reader
-
-    if path.is_dir() and not (path / "metadata.yaml").is_file():
-        raise InputError("it must have a metadata.yaml, got none: ros2 bag reindex writes one")
-    with tempfile.TemporaryDirectory(prefix="gaitgraph-") as folder:
-        if not _PLAIN_PATH.fullmatch(str(path)):
-            link = Path(folder) / f"bag{path.suffix.lower() if path.is_file() else ''}"
-            link.symlink_to(path.resolve())
-            path = link
-        with Reader(path) as bag:
-            yield bag
 
 
 def _messages(bag: Reader, connections: list[Connection]) -> Iterator[tuple[int, Any]]:
@@ -279,8 +239,8 @@ def _of_kind(bag: Reader, kind: str, usual: str) -> list[Connection]:
     return found
 
 
-def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Return the columns of a JointTrajectory: one period of our own, somebody else's as it is."""
+def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> _Rows:
+    """Return times [ns], names and rows of a JointTrajectory: one period of our own, somebody else's as it is."""
     messages = _messages(bag, connections)
     _, message = next(messages, (0, None))
     if message is None or next(messages, None) is not None:
@@ -295,40 +255,28 @@ def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, An
     times = [point.time_from_start.sec * _NANOSECONDS + point.time_from_start.nanosec for point in points]
     rows = {what: [getattr(point, what) for point in points] for what in _COLUMNS}
     there = {what: values for what, values in rows.items() if what == "positions" or any(map(len, values))}
-    return _columns([time - times[0] for time in times], message.joint_names, there, chosen)
+    return times, message.joint_names, there
 
 
-def _states(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> Iterator[list[tuple[str, Any]]]:
-    """Yield the columns of JointStates, piece by piece, all periods of them."""
-    start: int | None = None
-    stamped = True
-    names: list[str] = []
-    times: list[int] = []
-    rows: dict[str, list[Any]] = {}
-    for time, message in _messages(bag, connections):
-        stamp = message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec
-        if start is None:
-            stamped, names = stamp > 0, message.name
-            start = stamp if stamped else time
-            rows = {"positions": [], "velocities": []} if len(message.velocity) else {"positions": []}
-        if message.name != names:
-            raise InputError(f"joints must be the same in all messages, got {shown(message.name)} after {shown(names)}")
-        times.append((stamp if stamped else time) - start)
-        for what, values in rows.items():
-            values.append(message.position if what == "positions" else message.velocity)
-        if len(times) == ROWS_OF_A_PIECE:
-            yield _columns(times, names, rows, chosen)
-            times, rows = [], {what: [] for what in rows}
-    if start is None:
+def _states(bag: Reader, connections: list[Connection]) -> _Rows:
+    """Return times [ns], names and rows of JointStates, all periods of them; the time of records if none is stamped."""
+    messages = list(_messages(bag, connections))
+    if not messages:
         raise InputError(f"topic {connections[0].topic!r} must have at least one message, got none")
-    if times:
-        yield _columns(times, names, rows, chosen)
+    first = messages[0][1]
+    stamps = [message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec for _, message in messages]
+    for _, message in messages:
+        if message.name != first.name:
+            got = f"{shown(message.name)} after {shown(first.name)}"
+            raise InputError(f"joints must be the same in all messages, got {got}")
+    rows = {"positions": [message.position for _, message in messages]}
+    if len(first.velocity):
+        rows["velocities"] = [message.velocity for _, message in messages]
+    return stamps if stamps[0] else [time for time, _ in messages], first.name, rows
 
 
-def _columns(
-    times: list[int], names: list[str], rows: dict[str, list[Any]], chosen: dict[str, Any]
-) -> list[tuple[str, Any]]:
-    """Return columns in the order of the rotors from rows of numbers, one a joint."""
+def _columns(times: list[int], names: list[str], rows: dict[str, list[Any]], chosen: dict[str, Any]) -> dict[str, Any]:
+    """Return columns in the order of the rotors, with time from 0, from rows of numbers, one a joint."""
     if len(set(names)) < len(names):
         raise InputError(f"joints must have names that differ, got {shown(names)}")
     order = list(range(len(ANGLES)))
@@ -339,10 +287,10 @@ def _columns(
     else:
         if len(names) != len(ANGLES):
             raise InputError(f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}")
-    found: list[tuple[str, Any]] = [("t", np.array([time / _NANOSECONDS for time in times]))]
+    found: dict[str, Any] = {"t": np.array([(time - times[0]) / _NANOSECONDS for time in times])}
     for what, values in rows.items():
         for k, row in enumerate(values, start=1):
             if len(row) != len(names):
                 raise InputError(f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}")
-        found.extend(zip(_COLUMNS[what], np.array(values, dtype=float)[:, order].T, strict=True))
+        found |= zip(_COLUMNS[what], np.array(values, dtype=float)[:, order].T, strict=True)
     return found

@@ -7,8 +7,8 @@ states q in radians, in degrees, or as the pulse width neutral + (µs per radian
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,12 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
-from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
+from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, setting_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from gaitgraph.vehicle import Vehicle
 
@@ -30,10 +30,13 @@ FloatArray = npt.NDArray[np.float64]
 _TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}
 """Units of time in one second."""
 
-_COLUMN_ENDS = {"rad": "", "deg": "_deg", "us": "_us"}
-_DERIVATIVE_ENDS = ("_rate", "_acceleration")
-_LONGEST_PULSE = 1e6
+_UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}
+"""How columns in a unit end by default, and the unit's sign."""
+
+_DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
+_OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
 _LONGEST_NAME = 64
+_NAME = f"a printable text of 1 to {_LONGEST_NAME} characters"
 _ROUNDING = 1e-9
 """Relative to a limit: what floating point may add to a value that was stated as the limit."""
 
@@ -53,7 +56,7 @@ PRESETS: dict[str, tuple[str, tuple[int, ...], dict[str, Any]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """One joint: which rotor it turns, how, and the column that states its position.
+    """One joint: which rotor it turns and how, as :func:`servo_map_from_mapping` makes it.
 
     Parameters
     ----------
@@ -77,12 +80,6 @@ class Joint:
         Pulse width at q = 0 [µs], for the unit us.
     limits_us
         Least and largest pulse width [µs], for the unit us.
-
-    Examples
-    --------
-    >>> servo = Joint(name="servo1", rotor=2, column="servo1_us", unit="us", sign=-1, us_per_rad=600.0)
-    >>> servo.value_of(-0.5), servo.tilt_of(1200.0)
-    (1200.0, 0.5)
     """
 
     name: str
@@ -95,41 +92,6 @@ class Joint:
     us_per_rad: float | None = None
     neutral_us: float = 1500.0
     limits_us: tuple[float, float] = (1000.0, 2000.0)
-
-    def __post_init__(self) -> None:
-        _check_name(self.name, "joint: name")
-        _check_name(self.column, f"joint {self.name!r}: column")
-        check_choice(self.unit, _COLUMN_ENDS, f"joint {self.name!r}: unit")
-        if number_of(self.rotor) not in (1, 2, 3, 4):
-            raise self._refused("rotor", "1, 2, 3 or 4")
-        if number_of(self.sign) not in (1, -1):
-            raise self._refused("sign", "1 or −1")
-        if not math.isfinite(number_of(self.zero)):
-            raise self._refused("zero", "a finite angle (rad)")
-        if self.unit != "us" and self.us_per_rad is not None:
-            raise self._refused("us_per_rad", f"left out for the unit {self.unit!r}; it is of the unit 'us'")
-        if self.unit == "us":
-            if self.limits is not None:
-                raise self._refused("limits", "left out for the unit 'us', which has limits_us")
-            if self.us_per_rad is None:
-                raise InputError(f"joint {self.name!r}: us_per_rad is missing; it must be a positive number (µs/rad)")
-            if not 1e-3 <= number_of(self.us_per_rad) <= 1e9:
-                raise self._refused("us_per_rad", "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
-        if self.unit == "us" or self.limits is not None:
-            name, unit = ("limits_us", "µs") if self.unit == "us" else ("limits", "rad")
-            pair = getattr(self, name)
-            numbers = [number_of(value) for value in pair] if isinstance(pair, tuple) else []
-            if len(numbers) != 2 or not -math.inf < numbers[0] < numbers[1] < math.inf:
-                raise self._refused(name, f"the least and the largest value ({unit}), in this order")
-        if self.unit == "us":
-            low, high = self.limits_us
-            if low < 0 or high > _LONGEST_PULSE:
-                raise self._refused("limits_us", f"between 0 and {_LONGEST_PULSE:g} µs")
-            if not low <= number_of(self.neutral_us) <= high:
-                raise self._refused("neutral_us", f"between {low:g} and {high:g} µs, within limits_us")
-
-    def _refused(self, name: str, allowed: str) -> InputError:
-        return InputError(f"joint {self.name!r}: {name} must be {allowed}, got {shown(getattr(self, name))}")
 
     @property
     def per_radian(self) -> float:
@@ -144,21 +106,21 @@ class Joint:
         low, high = self.limits or (-math.inf, math.inf)
         return (math.degrees(low), math.degrees(high)) if self.unit == "deg" else (low, high)
 
-    def value_of(self, angle: Any) -> Any:
-        """Return the values of the column, in its unit, at angles q of the joint [rad], whatever the limits."""
-        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * angle
+    def value_of(self, tilt: Any) -> Any:
+        """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
+        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (self.sign * tilt + self.zero)
 
     def angle_of(self, value: Any) -> Any:
-        """Return the angle q [rad] of values of the column: the inverse of :meth:`value_of`."""
+        """Return the joint's angle q [rad] of values of the column."""
         if self.unit == "us":
             return (value - self.neutral_us) / self.per_radian
         return np.radians(value) if self.unit == "deg" else value
 
     def tilt_of(self, value: Any) -> Any:
-        """Return the tilt angle α [rad] of values of the column."""
+        """Return the tilt angle α [rad] of values of the column: the inverse of :meth:`value_of`."""
         return self.sign * (self.angle_of(value) - self.zero)
 
-    def is_beyond(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
         """Return which values of the column exceed the limits by more than rounding."""
         low, high = self.bounds
         near = _ROUNDING * np.maximum(1.0, np.abs(values))
@@ -166,15 +128,12 @@ class Joint:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the fields that its unit has, as plain values."""
-        left_out = ("limits",) if self.unit == "us" else ("us_per_rad", "neutral_us", "limits_us")
-        stated = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in left_out}
-        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in stated.items()}
-        return {name: value for name, value in plain.items() if value is not None}
+        return _stated(self, without=("limits",) if self.unit == "us" else _OF_PULSES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoMap:
-    """Four joints, one on each rotor, and the time beside them.
+    """Four joints, one on each rotor, and the time beside them; see :func:`servo_map_from_mapping`.
 
     Parameters
     ----------
@@ -206,35 +165,10 @@ class ServoMap:
     first_rotor_spin: str | None = None
     first_arm_angle: float | None = None
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
-            raise InputError(f"name must be a printable text that is not empty, got {shown(self.name)}")
-        _check_name(self.time, "time")
-        check_choice(self.time_unit, _TIME_UNITS, "time_unit")
-        if not isinstance(self.clip, bool):
-            raise InputError(f"clip must be true or false, got {shown(self.clip)}")
-        if self.first_rotor_spin is not None:
-            check_choice(self.first_rotor_spin, ("clockwise", "counterclockwise"), "first_rotor_spin")
-        if len(self.joints) != 4:
-            raise InputError(f"joint: there must be 4, one on each rotor, got {len(self.joints)}")
-        on: dict[int, str] = {}
-        for joint in self.joints:
-            if joint.rotor in on:
-                both = f"{on[joint.rotor]!r} and {joint.name!r}"
-                raise InputError(f"joint: {both} are both on rotor {joint.rotor}; each rotor must have one joint")
-            on[joint.rotor] = joint.name
-        for what, names in (("name", self.joint_names), ("column", self.columns)):
-            name, count = Counter(names).most_common(1)[0]
-            if count > 1:
-                raise InputError(f"{what}: {name!r} is given twice; all must differ")
-        for name in self.columns:
-            if name in TEXTS:
-                raise InputError(f"column: {name!r} is a column of texts in a gait table; use another name")
-
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, then rates and accelerations of joints that are not in pulse widths."""
-        derived = (joint.column + end for end in _DERIVATIVE_ENDS for joint in self.joints if joint.unit != "us")
+        derived = (joint.column + end for end in _DERIVATIVES for joint in self.joints if joint.unit != "us")
         return (self.time, *(joint.column for joint in self.joints), *derived)
 
     @property
@@ -259,36 +193,33 @@ class ServoMap:
         """
         who = f"servos {self.name!r}: vehicle {vehicle.name!r}"
         if self.first_rotor_spin not in (None, vehicle.first_rotor_spin):
-            end = "_counterclockwise"
-            other = self.name.removesuffix(end) + (end if vehicle.first_rotor_spin == "counterclockwise" else "")
-            hint = f"; did you mean {other!r}?" if self.name in PRESETS and other in PRESETS else ""
-            raise InputError(
-                f"{who} has rotor 1 {vehicle.first_rotor_spin}; it must be {self.first_rotor_spin} for this map{hint}"
-            )
+            spin = f"rotor 1 {vehicle.first_rotor_spin}; it must be {self.first_rotor_spin} for this map"
+            end = "_counterclockwise"  # of the presets for the other spin
+            other = self.name.removesuffix(end) if self.name.endswith(end) else self.name + end
+            raise InputError(f"{who} has {spin}" + (f"; did you mean {other!r}?" if other in PRESETS else ""))
         if self.first_arm_angle is None or vehicle.first_arm_angle == 0.0:
             return
         if abs(math.remainder(vehicle.first_arm_angle - self.first_arm_angle, math.tau)) > 1e-6:
             actual, meant = math.degrees(vehicle.first_arm_angle), math.degrees(self.first_arm_angle)
             raise InputError(f"{who} has its first arm at {actual:.6g}°; it must be at {meant:.6g}°, or at 0°")
 
+    def check_columns(self, names: list[str]) -> None:
+        """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
+        for name in self.columns[:5]:
+            if name not in names and name != "t":
+                hint = did_you_mean(name, names) or f"; there are {shown(', '.join(names))}"
+                raise InputError(f"servos {self.name!r}: column {name!r} is missing{hint}")
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the map as plain values; read back by :func:`servo_map_from_mapping`."""
-        stated = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "joints"}
-        plain = {name: value for name, value in stated.items() if value is not None}
-        return {**plain, "joint": [joint.as_mapping() for joint in self.joints]}
+        return {**_stated(self, without=("joints",)), "joint": [joint.as_mapping() for joint in self.joints]}
 
 
-def check_choice(value: object, allowed: Iterable[str], what: str) -> None:
-    """Raise InputError unless a value is one of the texts allowed."""
-    known = list(allowed)
-    if value not in known:
-        hint = did_you_mean(value, known) if isinstance(value, str) else ""
-        raise InputError(f"{what} must be {', '.join(known[:-1])} or {known[-1]}, got {shown(value)}{hint}")
-
-
-def _check_name(value: object, what: str) -> None:
-    if not (isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= _LONGEST_NAME):
-        raise InputError(f"{what} must be a printable text of 1 to {_LONGEST_NAME} characters, got {shown(value)}")
+def _stated(record: Joint | ServoMap, *, without: tuple[str, ...]) -> dict[str, Any]:
+    """Return the fields of a record that are not None, with lists for pairs."""
+    found = {one.name: getattr(record, one.name) for one in fields(record) if one.name not in without}
+    plain = {name: list(value) if isinstance(value, tuple) else value for name, value in found.items()}
+    return {name: value for name, value in plain.items() if value is not None}
 
 
 # -- Maps as plain values
@@ -315,62 +246,94 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     >>> stated.joints[0].column, servo_map_from_mapping(stated.as_mapping()) == stated
     ('tilt1_us', True)
     """
-    _check_fields("servos", stated, (*_MAP_FIELDS, *_SHARED_FIELDS))
+    check_fields("servos", stated, (*_MAP_FIELDS, *_SHARED_FIELDS))
     preset = stated.get("preset", "paper")
     if not isinstance(preset, str) or preset not in PRESETS:
-        hint = did_you_mean(preset, list(PRESETS)) if isinstance(preset, str) else ""
-        raise InputError(f"servos must be a preset ({', '.join(PRESETS)}) or a .toml file, got {shown(preset)}{hint}")
+        allowed = f"a preset ({', '.join(PRESETS)}) or a .toml file"
+        raise InputError(f"servos must be {allowed}, got {shown(preset)}{did_you_mean(preset, list(PRESETS))}")
     stem, rotors, meant_for = PRESETS[preset]
     own = stated.get("joint", [{}] * 4)
-    if not isinstance(own, (list, tuple)) or not all(isinstance(one, dict) for one in own):
-        raise InputError(f"joint must be four tables [[joint]], got {shown(own)}")
-    if len(own) != 4:
-        raise InputError(f"joint: there must be 4, one on each rotor, got {len(own)}")
+    if not isinstance(own, (list, tuple)) or len(own) != 4:
+        raise InputError(f"joint must be four tables [[joint]], one on each rotor, got {shown(own)}")
     shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
     joints = []
     for number, (rotor, one) in enumerate(zip(rotors, own, strict=True), start=1):
-        _check_fields(f"joint {number}", one, _JOINT_FIELDS)
-        joints.append(_joint_from_mapping({"name": f"{stem}{number}", "rotor": rotor, **shared, **one}))
+        check_fields(f"joint {number}", one, _JOINT_FIELDS)
+        joints.append(_joint({"name": f"{stem}{number}", "rotor": rotor, **shared, **one}))
     if any("rotor" in one for one in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
-    rest = {name: stated[name] for name in _MAP_FIELDS if name in stated and name not in ("preset", "joint")}
-    whole = {"name": preset, **meant_for, **rest}
-    if "first_arm_angle" in rest:
-        whole["first_arm_angle"] = angle_from_text(rest["first_arm_angle"], "first_arm_angle")
-    return ServoMap(**whole, joints=tuple(joints))
+    defaults = {"name": preset, "time": "t", "time_unit": "s", "clip": False, "first_rotor_spin": None, **meant_for}
+    values = defaults | {
+        name: stated[name] for name in _MAP_FIELDS if name in stated and name not in ("preset", "joint")
+    }
+    must = partial(_must, values, "servos")
+    must(
+        "name", isinstance(values["name"], str) and values["name"] and values["name"].isprintable(), "a printable text"
+    )
+    must("time", _is_name(values["time"]), _NAME)
+    must("time_unit", values["time_unit"] in tuple(_TIME_UNITS), "s, ms or us")
+    must("clip", isinstance(values["clip"], bool), "true or false")
+    spins = (None, "clockwise", "counterclockwise")
+    must("first_rotor_spin", values["first_rotor_spin"] in spins, "clockwise or counterclockwise")
+    if "first_arm_angle" in stated:
+        values["first_arm_angle"] = angle_from_text(stated["first_arm_angle"], "first_arm_angle")
+    servo_map = ServoMap(**values, joints=tuple(joints))
+    for what, names in (
+        ("rotors", [joint.rotor for joint in joints]),
+        ("names of joints", servo_map.joint_names),
+        ("columns", (*servo_map.columns, *TEXTS)),
+    ):
+        if len(set(names)) < len(names):
+            raise InputError(f"servos: {what} must all differ, got {', '.join(map(str, names))}")
+    return servo_map
 
 
-def _joint_from_mapping(stated: dict[str, Any]) -> Joint:
-    """Return a joint: texts become angles, pairs tuples, numbers floats; the record refuses what is left."""
-    unit, values = stated.get("unit", "rad"), dict(stated)
-    who = f"joint {values['name']!r}"
-    for name in ("neutral_us", "limits_us"):
-        if name in values and unit in ("rad", "deg"):
-            raise InputError(f"{who}: {name} must be left out for the unit {unit!r}, got {shown(values[name])}")
-    for name in ("rotor", "sign"):
-        if number_of(values.get(name)).is_integer():
-            values[name] = int(number_of(values[name]))
-    for name in ("us_per_rad", "neutral_us"):
-        if not math.isnan(number_of(values.get(name))):
-            values[name] = number_of(values[name])
-    for name in ("limits", "limits_us"):
-        if isinstance(values.get(name), (list, tuple)):
-            read = angle_from_text if name == "limits" else lambda value, _: number_of(value)
-            values[name] = tuple(read(value, f"{who}: {name}") for value in values[name])
-    if "zero" in values:
-        values["zero"] = angle_from_text(values["zero"], f"{who}: zero")
-    if not values.get("column"):
-        values["column"] = f"{values['name']}{_COLUMN_ENDS.get(unit, '') if isinstance(unit, str) else ''}"
+def _joint(stated: dict[str, Any]) -> Joint:
+    """Return the joint of plain values, once all are as they must be."""
+    values = {"unit": "rad", "sign": 1, "zero": 0.0, **stated}
+    who, unit = f"joint {values['name']!r}", values["unit"]
+    must = partial(_must, values, who)
+    must("name", _is_name(values["name"]), _NAME)
+    must("unit", unit in tuple(_UNITS), "rad, deg or us")
+    values["column"] = values.get("column") or f"{values['name']}{_UNITS[unit][0]}"
+    must("column", _is_name(values["column"]), _NAME)
+    must("rotor", isinstance(values["rotor"], int) and number_of(values["rotor"]) in (1, 2, 3, 4), "1, 2, 3 or 4")
+    must("sign", number_of(values["sign"]) in (1, -1), "1 or −1")
+    values["zero"] = angle_from_text(values["zero"], f"{who}: zero")
+    for name in ("limits",) if unit == "us" else _OF_PULSES:
+        must(name, values.get(name) is None, f"left out for the unit {unit!r}")
+    if unit == "us":
+        values = {"us_per_rad": None, "neutral_us": 1500.0, "limits_us": (1000.0, 2000.0), **values}
+        must = partial(_must, values, who)
+        slope = "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)"
+        must("us_per_rad", 1e-3 <= number_of(values["us_per_rad"]) <= 1e9, slope)
+        low, high = _pair(values["limits_us"], number_of)
+        must(
+            "limits_us", 0 <= low < high <= 1e6, "the least and the largest value, between 0 and 1e6 µs, in this order"
+        )
+        must("neutral_us", low <= number_of(values["neutral_us"]) <= high, f"between {low:g} and {high:g} µs")
+        values |= {name: number_of(values[name]) for name in ("us_per_rad", "neutral_us")} | {"limits_us": (low, high)}
+    elif values.get("limits") is not None:
+        low, high = _pair(values["limits"], partial(angle_from_text, name=f"{who}: limits"))
+        must("limits", low < high, "the least and the largest angle (rad), in this order")
+        values["limits"] = (low, high)
     return Joint(**values)
 
 
-def _check_fields(what: str, stated: object, known: Sequence[str]) -> None:
-    if not isinstance(stated, dict) or not all(isinstance(name, str) for name in stated):
-        raise InputError(f"{what} must be a table of values by name, got {shown(stated)}")
-    for name in stated:
-        if name not in known:
-            hint = did_you_mean(name, list(known)) or f"; the fields are {', '.join(known)}"
-            raise InputError(f"{what}: {name!r} is no field{hint}")
+def _must(values: dict[str, Any], who: str, name: str, holds: object, allowed: str) -> None:
+    if not holds:
+        raise InputError(f"{who}: {name} must be {allowed}, got {shown(values[name])}")
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= _LONGEST_NAME
+
+
+def _pair(value: object, read: Callable[[object], float]) -> tuple[float, float]:
+    """Return two numbers, as read; twice NaN for what is no pair."""
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        return math.nan, math.nan
+    return read(value[0]), read(value[1])
 
 
 def servo_map_named(name_or_file: str | Path) -> ServoMap:
@@ -382,16 +345,7 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return servo_map_from_mapping({"preset": name_or_file})
     path = Path(name_or_file)
-    text = text_of(path, "servos", "a TOML file")
-    try:
-        content = table_from_toml(text)
-        inner = content.get("servos", content)
-        if inner is not content and len(content) > 1:
-            beside = next(name for name in content if name != "servos")
-            raise InputError(f"{beside} must be inside the [servos] table, got it beside that")
-        return servo_map_from_mapping({"name": path.stem, **inner} if isinstance(inner, dict) else inner)
-    except InputError as error:
-        raise InputError(f"servos file {str(path)!r}: {error}") from error
+    return from_toml_file(path, "servos", lambda stated: servo_map_from_mapping({"name": path.stem, **stated}))
 
 
 # -- Tables of joints
@@ -427,15 +381,13 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     if "t" in table:
         columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
     for joint in servo_map.joints:
-        angle = joint.sign * np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float) + joint.zero
-        values = joint.value_of(angle)
+        values = _values(table, joint)
         if servo_map.clip:
-            inside = np.clip(values, *joint.bounds)
-            angle = np.where(inside == values, angle, joint.angle_of(inside))
+            values = np.clip(values, *joint.bounds)
         else:
             _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
-        columns[joint.column] = joint.value_of(angle + 0.0) + 0.0
-    for end, names in zip(_DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
+        columns[joint.column] = values + 0.0
+    for end, names in _DERIVATIVES.items():
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
                 columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
@@ -444,11 +396,12 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
     """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
-    beyond = {}
-    for joint in servo_map.joints:
-        angle = joint.sign * np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float) + joint.zero
-        beyond[joint.name] = int(joint.is_beyond(joint.value_of(angle)).sum())
+    beyond = {joint.name: int(joint.is_beyond(_values(table, joint)).sum()) for joint in servo_map.joints}
     return {name: count for name, count in beyond.items() if count}
+
+
+def _values(table: Table, joint: Joint) -> FloatArray:
+    return np.asarray(joint.value_of(np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float)))
 
 
 def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_before: int, remedy: str = "") -> None:
@@ -456,23 +409,12 @@ def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_be
     beyond = joint.is_beyond(values)
     if beyond.any():
         k = int(np.argmax(beyond))
-        (low, high), unit = joint.bounds, {"rad": "rad", "deg": "°", "us": "µs"}[joint.unit]
+        (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
         tilt = float(np.degrees(joint.tilt_of(values[k])))
         raise InputError(
             f"servos {servo_map.name!r}: row {rows_before + k + 1}: joint {joint.name!r} must be between {low:.6g} and "
             f"{high:.6g} {unit}{remedy}, got {float(values[k]):.6g} {unit} (rotor {joint.rotor} at {tilt:.4g}°)"
         )
-
-
-def check_joint_columns(names: Sequence[str], servo_map: ServoMap) -> None:
-    """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
-    wanted = [(joint.column, f"of joint {joint.name!r}") for joint in servo_map.joints]
-    if servo_map.time != "t":
-        wanted.insert(0, (servo_map.time, "of time"))
-    for column, of_what in wanted:
-        if column not in names:
-            hint = did_you_mean(column, list(names)) or f"; there are {shown(', '.join(names))}"
-            raise InputError(f"servos {servo_map.name!r}: column {column!r} {of_what} is missing{hint}")
 
 
 def tilts_from_joints(
@@ -491,7 +433,7 @@ def tilts_from_joints(
     >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]
     [0.5236, 0.3491, 0.6981, 0.1745]
     """
-    check_joint_columns(list(columns), servo_map)
+    servo_map.check_columns(list(columns))
     found: dict[str, FloatArray] = {}
     by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:
@@ -503,7 +445,7 @@ def tilts_from_joints(
         # π/2 in another unit may come back a digit beyond it.
         near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
-    for end, names in zip(_DERIVATIVE_ENDS, (RATES, ACCELERATIONS), strict=True):
+    for end, names in _DERIVATIVES.items():
         if all(joint.unit != "us" and joint.column + end in columns for joint in by_rotor):
             for name, joint in zip(names, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)

@@ -28,7 +28,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.reading import gait_of, read_table
+from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty

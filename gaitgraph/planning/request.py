@@ -27,8 +27,7 @@ from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import is_closed, merged, setting_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import FORMATS
-from gaitgraph.io.reading import naming_file, provenance_in, read_pieces
+from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones
 from gaitgraph.timing.timed_gait import LAWS, checked_clock

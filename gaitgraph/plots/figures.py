@@ -21,7 +21,7 @@ from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
-from gaitgraph.io.reading import gait_of
+from gaitgraph.io.formats import gait_of
 from gaitgraph.plots.axes import (
     FORMATS,
     Format,

@@ -16,7 +16,7 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.record import TABLES
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.io.formats import FILMS, FORMATS
+from gaitgraph.io.formats import FILMS, FORMATS, FormatOptions
 from gaitgraph.plots.axes import (
     COLOR_OF,
     FORMATS as PICTURES,
@@ -390,7 +390,7 @@ def check_flight_outputs(
         elif suffix in _PLOTS:
             require_matplotlib()
         else:
-            FORMATS[suffix].writer()  # MissingExtra, if that is so
+            FORMATS[suffix].function("write")  # MissingExtra, if that is so
     check_new_files(paths, force=force)
 
 
@@ -451,4 +451,4 @@ def _content(path: str | Path, table: Callable[[], Any], figure: Callable[[], Fi
         kind: Format = suffix.removeprefix(".")  # type: ignore[assignment]  # one of the formats
         with paper_style():
             return picture_bytes(figure(), kind)
-    return partial(FORMATS[suffix].writer(), [table()])
+    return partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
-from gaitgraph.io.reading import gait_of
+from gaitgraph.io.formats import gait_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
@@ -231,7 +231,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     timed
         A timed gait, or a table; rows without `t` get the smooth law and a period of a second.
     gait
-        The closed polyline of a table; by default :func:`gaitgraph.io.reading.gait_of` finds it.
+        The closed polyline of a table; by default :func:`gaitgraph.io.formats.gait_of` finds it.
     axes
         Five plane axes: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
 

@@ -31,7 +31,7 @@ from gaitgraph.invertibility.tilt_margins import (
     nearest_singular_attitude,
 )
 from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.reading import naming_file, read_table
+from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait

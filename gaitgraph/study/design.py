@@ -23,7 +23,7 @@ from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.io.reading import gait_of, read_table
+from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
 from gaitgraph.timing.timed_gait import LAWS

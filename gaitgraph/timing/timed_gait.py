@@ -30,8 +30,16 @@ from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, completed_pieces, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
-from gaitgraph.io.formats import FILMS, check_options, check_outputs, known_format, write_pieces
-from gaitgraph.io.reading import gait_of, naming_file, read_pieces
+from gaitgraph.io.formats import (
+    FILMS,
+    check_options,
+    check_outputs,
+    gait_of,
+    known_format,
+    naming_file,
+    read_pieces,
+    write_pieces,
+)
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
@@ -457,7 +465,7 @@ def export(
     Raises
     ------
     InputError, FileProblem, OutputExists
-        As :func:`gaitgraph.io.reading.read_table` and :func:`gaitgraph.io.formats.write_tables` do.
+        As :func:`gaitgraph.io.formats.read_table` and :func:`gaitgraph.io.formats.write_tables` do.
     """
     paths = list(outputs)
     formats = [known_format(path, "output") for path in paths]

@@ -31,7 +31,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.reading import naming_file, read_pieces
+from gaitgraph.io.formats import naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings, listing_of
 from gaitgraph.surface.sheets import (

@@ -23,7 +23,7 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
     from gaitgraph.io import binary_tables
-    from gaitgraph.io.reading import gait_of, read_table
+    from gaitgraph.io.formats import gait_of, read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
     from gaitgraph.timing.timed_gait import export
     from gaitgraph.validation.validating import validate
