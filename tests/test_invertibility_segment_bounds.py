@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from gaitgraph.invertibility.branch_and_bound import Least, least_along, least_of_bent
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -24,9 +23,12 @@ from gaitgraph.invertibility.matrices import (
     zero_moment_inputs,
 )
 from gaitgraph.invertibility.segment_bounds import (
+    Least,
     keeps_singular_value_above,
     largest_residual,
+    least_along,
     least_level_determinant,
+    least_of_bent,
     least_singular_value_along,
     least_singular_value_of_all,
     level_determinant_curvature,
@@ -254,7 +256,7 @@ class TestEngine:
         length = float((q - p) @ (q - p))
         nearest = 0.0 if length == 0 else min(1.0, max(0.0, float((c - p) @ (q - p)) / length))
         distance = float(np.linalg.norm(p + nearest * (q - p) - c))
-        lower, upper, _, fraction = least_along(p, q, *self.cone(c), tolerance=tolerance).worst()
+        lower, upper, _, fraction = least_along(p[None], q[None], *self.cone(c), tolerance=tolerance).worst()
         assert lower - 1e-12 <= distance <= upper + 1e-12
         assert upper - lower <= tolerance + 1e-12
         assert upper == pytest.approx(float(np.linalg.norm(p + fraction * (q - p) - c)), abs=1e-12)
@@ -412,7 +414,7 @@ class TestThrusts:
     def test_without_any_cut_the_bracket_holds_on_long_segments(
         self, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 0)
+        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 0)
         start, end = np.random.default_rng(16).uniform(-1.5, 1.5, (2, 3000, 4))
         end[::2] = start[::2] + 0.1 * (end[::2] - start[::2])
         upward = thrusts_push_up(start, end, vehicle)
@@ -495,11 +497,11 @@ def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPat
     """The brackets do not depend on the size of a batch."""
     starts, ends = random_segments("anywhere", seed=4, count=20)
     whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
-    monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._BATCH", 7)
+    monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._BATCH", 7)
     pieces = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)
     np.testing.assert_allclose(pieces.lower, whole.lower, atol=1.1e-3)
     np.testing.assert_allclose(pieces.upper, whole.upper, atol=1.1e-3)
     assert (pieces.upper - pieces.lower <= 1e-3 + 1e-12).all()
-    monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 50)
+    monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 50)
     rough = least_singular_value_along(starts, ends, tolerance=1e-6, each=True)
     assert (rough.lower <= whole.upper + 1e-12).all()

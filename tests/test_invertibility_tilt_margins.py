@@ -240,7 +240,7 @@ class TestLeastTiltMargin:
         assert kinds == {"zero", "red", "between"}
 
     def test_without_any_cut_the_bracket_holds(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.invertibility.branch_and_bound._MOST_HALVINGS", 0)
+        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 0)
         starts, steps = random_tilts(7, 200, reach=1.5), random_tilts(8, 200, reach=0.3)
         dense = tilt_margin(points_of(starts, starts + steps, 101), EXACT).min(axis=1)
         lower = np.array([least_tilt_margin(p, p + d, EXACT).lower for p, d in zip(starts, steps, strict=True)])

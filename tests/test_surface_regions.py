@@ -390,7 +390,7 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
         keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]],
         keep_in=[[(0, -1.2), (1.25, -1.2), (1.25, 0), (0, 0)]],
     )
-    region = admissible_region(vehicle, zones=zones, sign="negative", least=0.0)
+    region = admissible_region(vehicle, zones=zones, sign="negative")
     together = sign_region("negative", vehicle) & singular_value_region(0.05, vehicle) & hover_region(vehicle)
     together &= thrust_region(2.5 / (0.429 * 9.8), vehicle) & zones_region(zones)
     assert region.inner.symmetric_difference(together.inner).area < 2e-3  # the margins of what checks can decide

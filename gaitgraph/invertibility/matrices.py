@@ -49,14 +49,9 @@ class Coefficients:
     ----------
     kind
         "exact" (functions of κ) or "published" (the paper's four digits).
-    attitude
-        (1/κ − κ)/2 = cot 2δ; 2.880 in the paper. It alone shapes Rφ and Rθ.
-    single
-        1/κ − 2κ; 5.592 in the paper. Multiplies the terms of R with one sine.
-    double
-        1 − κ²; 0.9716 in the paper. Multiplies terms of R with two sines.
-    triple
-        κ; 0.1687 in the paper. Multiplies the terms of R with three sines.
+    attitude, single, double, triple
+        (1/κ − κ)/2 = cot 2δ, which alone shapes Rφ and Rθ; and the factors of the terms of R with one sine, 1/κ − 2κ,
+        with two, 1 − κ², and with three, κ. In the paper 2.880, 5.592, 0.9716 and 0.1687.
     delta
         Crossing angle δ [rad]: the planes of α3 cross at α1 = δ, those of α4 at α2 = −δ.
     first_arm_angle
@@ -96,22 +91,11 @@ class Coefficients:
 
 
 def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coefficients:
-    """Return the coefficients of formula (1) for a vehicle.
+    """Return the coefficients of formula (1) for a vehicle, of which κ, the spin and the first arm's angle matter.
 
-    Parameters
-    ----------
-    vehicle
-        The vehicle; only κ, the spin sense and the angle of the first arm matter.
-    kind
-        "published", "exact", or None: published for the paper's vehicle, exact for any other.
+    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. InputError if
+    published ones are requested for a vehicle that is not the paper's.
 
-    Raises
-    ------
-    InputError
-        If published coefficients are requested for a vehicle that is not the paper's.
-
-    Examples
-    --------
     >>> coefficients_of().kind, round(coefficients_of(kind="exact").single, 4)
     ('published', 5.5915)
     """
@@ -265,24 +249,10 @@ def determinant(
     roll: npt.ArrayLike = 0.0,
     pitch: npt.ArrayLike = 0.0,
 ) -> Any:
-    """Return the left side of formula (1), its misprints mended, dimensionless.
+    """Return the left side of formula (1), its misprints mended, dimensionless: zero where the matrix is singular.
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (..., 4) [rad].
-    coefficients
-        The four numbers of formula (1).
-    roll, pitch
-        Attitude [rad], broadcast against the leading axes of `alpha`.
+    Tilt angles have the shape (..., 4) [rad]; the attitude [rad] is broadcast against their leading axes.
 
-    Returns
-    -------
-    array of the broadcast leading shape
-        Zero exactly where the decoupling matrix is singular.
-
-    Examples
-    --------
     >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
     -4.662
     """
@@ -318,10 +288,7 @@ def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray
 def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return F(α): body force [N] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
 
-    Raises
-    ------
-    MissingConstant
-        If the vehicle states no thrust coefficient.
+    MissingConstant if the vehicle states no thrust coefficient.
     """
     (thrust,) = vehicle.require("thrust_coefficient", purpose="the control force matrix")
     return np.asarray(thrust * rotor_directions(alpha, vehicle)[0])
@@ -330,10 +297,7 @@ def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Floa
 def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return τ(α): body torque [N m] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
 
-    Raises
-    ------
-    MissingConstant
-        If the vehicle states no thrust coefficient or arm length.
+    MissingConstant if the vehicle states no thrust coefficient or arm length.
     """
     thrust, arm = vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
     return np.asarray(arm * thrust * rotor_directions(alpha, vehicle)[1])
@@ -351,10 +315,13 @@ def scaled_decoupling_matrix(
     """
     force, moment = rotor_directions(alpha, vehicle)
     up = body_vertical(roll, pitch)
-    vertical = np.sum(up[..., :, None] * force, axis=-2)[..., None, :]
-    shape = np.broadcast_shapes(vertical.shape[:-2], moment.shape[:-2])
-    parts = (np.broadcast_to(moment, (*shape, 3, 4)), np.broadcast_to(vertical, (*shape, 1, 4)))
-    return np.concatenate(parts, axis=-2)
+    return _stacked(moment, np.sum(up[..., :, None] * force, axis=-2)[..., None, :])
+
+
+def _stacked(*blocks: FloatArray) -> FloatArray:
+    """Return a matrix of rows from blocks of rows, whose leading axes broadcast."""
+    shape = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
+    return np.concatenate([np.broadcast_to(block, (*shape, *block.shape[-2:])) for block in blocks], axis=-2)
 
 
 def decoupling_matrix(
@@ -366,12 +333,8 @@ def decoupling_matrix(
     """Return ∂(z̈, φ̈, θ̈, ψ̈)/∂w, the decoupling matrix in SI units, shape (..., 4, 4).
 
     Its determinant is −2κ·Kf⁴L³/(m·Ix·Iy·Iz·cos θ) times formula (1) with exact coefficients, for the paper's
-    spin sense (the sign of κ turns with the spin).
-
-    Raises
-    ------
-    MissingConstant
-        If mass, inertia, arm length or thrust coefficient is not stated.
+    spin sense (the sign of κ turns with the spin). MissingConstant if mass, inertia, arm length or thrust coefficient
+    is not stated.
     """
     needed = ("mass", "inertia", "arm_length", "thrust_coefficient")
     mass, inertia, *_ = vehicle.require(*needed, purpose="the decoupling matrix")
@@ -382,19 +345,11 @@ def decoupling_matrix(
     zero, one = np.zeros(roll.shape), np.ones(roll.shape)
     sine, cosine = np.sin(roll), np.cos(roll)
     with np.errstate(divide="ignore", invalid="ignore"):
-        kinematics = np.stack(
-            [
-                np.stack([one, sine * np.tan(pitch), cosine * np.tan(pitch)], axis=-1),
-                np.stack([zero, cosine, -sine], axis=-1),
-                np.stack([zero, sine / np.cos(pitch), cosine / np.cos(pitch)], axis=-1),
-            ],
-            axis=-2,
-        )
+        tangent, secant = np.tan(pitch), 1.0 / np.cos(pitch)
+        rows = [[one, sine * tangent, cosine * tangent], [zero, cosine, -sine], [zero, sine * secant, cosine * secant]]
+    kinematics = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
     altitude = np.sum(up[..., :, None] * force, axis=-2)[..., None, :] / mass
-    angular = kinematics @ (moment / np.asarray(inertia)[:, None])
-    shape = np.broadcast_shapes(altitude.shape[:-2], angular.shape[:-2])
-    parts = (np.broadcast_to(altitude, (*shape, 1, 4)), np.broadcast_to(angular, (*shape, 3, 4)))
-    return np.concatenate(parts, axis=-2)
+    return _stacked(altitude, kinematics @ (moment / np.asarray(inertia)[:, None]))
 
 
 def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:

@@ -1,20 +1,21 @@
 """Bounds along straight segments of tilt angles: R, residuals, singular values and hover thrusts between two rows.
 
-Each function brackets the least value of a quantity along segments, so that a check holds between two rows and not only
-at them. Starts and ends have shape (m, 4) [rad]; options are those of
-:func:`gaitgraph.invertibility.branch_and_bound.least_of_each`.
+Each function brackets the least value of a quantity along segments by branch and bound, so that a check holds between
+two rows and not only at them: no decision rests on samples alone. Starts and ends have shape (m, 4) [rad]; options are
+those of :func:`least_of_each`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility.branch_and_bound import Bound, Least, Several, least_along, least_of_bent, least_of_each
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     least_singular_value,
@@ -26,6 +27,165 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 FloatArray = npt.NDArray[np.float64]
+Value = Callable[[FloatArray], FloatArray]
+Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+# Several of one shape, or the rows of an array.
+Several = Sequence[FloatArray] | FloatArray
+
+_BATCH = 1 << 15
+# An iteration over few points costs the same for any number of them: a few intervals are cut finer.
+_FEW, _PIECES = 32, 32
+_SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
+_TINY = float(np.finfo(float).tiny)
+_MOST_HALVINGS = 20_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Least:
+    """The least value along each of m segments, proven to be in [lower, upper]; all of shape (m,).
+
+    `upper` is attained at `fraction`, from 0 at a segment's start to 1 at its end.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    fraction: FloatArray
+
+    def worst(self) -> tuple[float, float, int, float]:
+        """Return (lower, upper, segment, fraction) of the least over all segments."""
+        k = int(np.argmin(self.upper))
+        return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
+
+
+def least_along(
+    starts: FloatArray,
+    ends: FloatArray,
+    value: Value,
+    bound: Bound,
+    *,
+    known: float = math.inf,
+    at_ends: tuple[FloatArray, FloatArray] | None = None,
+    **options: Any,
+) -> Least:
+    """Bracket the least of one function, from (k, 4) to (k,); the options are those of :func:`least_of_each`."""
+    (found,) = least_of_each(
+        starts,
+        ends,
+        lambda alpha: (value(alpha),),
+        lambda v0, v1, p0, p1: (bound(v0[0], v1[0], p0, p1),),
+        known=(known,),
+        at_ends=None if at_ends is None else ((at_ends[0],), (at_ends[1],)),
+        **options,
+    )
+    return found
+
+
+def least_of_each(
+    starts: FloatArray,
+    ends: FloatArray,
+    values: Callable[[FloatArray], Several],
+    bounds: Callable[[Several, Several, FloatArray, FloatArray], Sequence[FloatArray]],
+    *,
+    tolerance: float,
+    known: tuple[float, ...],
+    floor: float = math.inf,
+    each: bool = False,
+    enough: FloatArray | None = None,
+    at_ends: tuple[Several, Several] | None = None,
+) -> tuple[Least, ...]:
+    """Bracket the least of each of a few functions along straight segments, shape (m, 4), all in one search.
+
+    `values` maps points, shape (k, 4), to the functions, each of shape (k,), as many as `known` has numbers, then to
+    any other arrays of that shape that `bounds` needs. `bounds` returns lower bounds of the functions on intervals from
+    `values` at both ends and the ends themselves; `at_ends` are `values` at starts and ends, if at hand.
+
+    An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
+    narrow as `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value that
+    each function attains elsewhere. A segment is settled earlier if the comparison of its least value with `floor` is,
+    or above its value of `enough`, shape (m,).
+
+    Intervals are halved in batches, the latest first, so that memory is bounded; a few are cut into 32 pieces, to save
+    iterations. Work is bounded too, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
+    """
+    steps, functions = ends - starts, range(len(known))
+    v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
+    best = [np.minimum(v0[k], v1[k]) for k in functions]
+    fraction = [np.where(v1[k] < v0[k], 1.0, 0.0) for k in functions]
+    lower = [one.copy() for one in best]
+    overall = [min(known[k], float(best[k].min())) for k in functions]
+    # An interval has its segment and two rows, one for each end: the fraction, the four angles, the values.
+    first = np.column_stack([np.zeros(len(starts)), starts, *v0])
+    last = np.column_stack([np.ones(len(starts)), ends, *v1])
+    batches: list[tuple[Any, FloatArray, FloatArray]] = [(np.arange(len(starts)), first, last)]
+    halvings = 0
+    while batches:
+        segment, first, last = batches.pop()
+        before, after = first.T[5:], last.T[5:]
+        least = bounds(before, after, first[:, 1:5], last[:, 1:5])
+        open_ = np.zeros(len(segment), dtype=bool)
+        for k in functions:
+            reference: Any = best[k][segment] if each else overall[k]
+            unsettled = least[k] < np.minimum(reference - tolerance, floor)
+            if math.isfinite(floor):
+                unsettled &= reference >= floor
+            if enough is not None:
+                unsettled &= least[k] < enough[segment]
+            open_ |= unsettled
+        width = last[:, 0] - first[:, 0]
+        finely = float(width.min()) > _SHORT
+        if not finely:
+            middle = first[:, 0] + width / 2
+            # A fraction that no longer splits the interval is the end of what floats resolve.
+            whole = open_ & ~((middle > first[:, 0]) & (middle < last[:, 0]))
+            for k in functions:
+                least[k][whole] = np.minimum(before[k], after[k])[whole]
+            open_ &= ~whole
+        count = int(np.count_nonzero(open_))
+        halvings += count
+        if halvings > _MOST_HALVINGS:
+            open_[:], count = False, 0
+        for k in functions:
+            np.minimum.at(lower[k], segment[~open_], least[k][~open_])
+        if not count:
+            continue
+        segment, first, last, width = segment[open_], first[open_], last[open_], width[open_]
+        pieces = _PIECES if finely and count <= _FEW else 2
+        nodes = np.empty((pieces + 1, *first.shape))
+        nodes[0], nodes[-1], inner = first, last, nodes[1:-1]
+        inner[..., 0] = first[:, 0] + np.arange(1, pieces)[:, None] / pieces * width
+        inner[..., 1:5] = starts[segment] + inner[..., :1] * steps[segment]
+        for k, found in enumerate(values(inner[..., 1:5].reshape(-1, 4)), start=5):
+            inner[..., k] = found.reshape(pieces - 1, count)
+        for k in functions:
+            found = inner[..., 5 + k]
+            better = np.flatnonzero(found.min(axis=0) < best[k][segment])
+            if not better.size:
+                continue
+            lowest = inner[np.argmin(found[:, better], axis=0), better]
+            order = np.argsort(lowest[:, 5 + k], kind="stable")[::-1]  # the last of a segment is its least
+            at = segment[better[order]]
+            best[k][at], fraction[k][at] = lowest[order, 5 + k], lowest[order, 0]
+            overall[k] = min(overall[k], float(lowest[:, 5 + k].min()))
+        # The first piece of every interval, then the second: each ends where the next begins.
+        pieced = np.tile(segment, pieces)
+        firsts, lasts = (side.reshape(len(pieced), -1) for side in (nodes[:-1], nodes[1:]))
+        for start in range(0, len(pieced), _BATCH):
+            part = slice(start, start + _BATCH)
+            batches.append((pieced[part], firsts[part], lasts[part]))
+    return tuple(Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in functions)
+
+
+def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return a lower bound of functions on intervals from their values at both ends, if |f''| ≤ `bend` there.
+
+    With s from 0 to 1, a function stays above its chord minus bend·s·(1 − s)/2. That parabola is least at an end where
+    the chord is steep.
+
+    >>> least_of_bent(np.array([0.0, 0.0]), np.array([0.0, 1.0]), np.array([8.0, 2.0])).tolist()
+    [-1.0, 0.0]
+    """
+    flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
+    return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
 
 
 def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -90,8 +250,8 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, F
 
 
 def range_of_level_determinant(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
+    starts: FloatArray,
+    ends: FloatArray,
     coefficients: Coefficients,
     *,
     known: tuple[float, float] = (math.inf, math.inf),
@@ -113,15 +273,13 @@ def range_of_level_determinant(
 
 
 def least_level_determinant(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
+    starts: FloatArray,
+    ends: FloatArray,
     coefficients: Coefficients,
     *,
     sign: float = 1.0,
     tolerance: float = 1e-6,
-    floor: float = math.inf,
-    each: bool = False,
-    at_ends: tuple[FloatArray, FloatArray] | None = None,
+    **options: Any,
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
 
@@ -131,7 +289,7 @@ def least_level_determinant(
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return least_of_bent(f0, f1, level_determinant_curvature(p0, p1 - p0, coefficients))
 
-    return least_along(starts, ends, value, bound, tolerance=tolerance, floor=floor, each=each, at_ends=at_ends)
+    return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
 
 
 def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
@@ -141,8 +299,8 @@ def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
 
 
 def largest_residual(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
+    starts: FloatArray,
+    ends: FloatArray,
     coefficients: Coefficients,
     *,
     tolerance: float = 1e-6,
@@ -152,15 +310,17 @@ def largest_residual(
 
     Both are products of two sines of linear functions, whose extremes on an interval are known.
     """
-    scale = 1.0 / abs(math.sin(2 * coefficients.delta))
+    delta = coefficients.delta
+
+    def minus_larger(sines: FloatArray) -> FloatArray:
+        x, y, u, v = sines
+        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * delta)))
 
     def value(alpha: FloatArray) -> FloatArray:
-        x, y, u, v = np.abs(np.sin(_residual_phases(alpha, coefficients.delta)))
-        return np.asarray(-scale * np.maximum(x * y, u * v))
+        return minus_larger(np.abs(np.sin(_residual_phases(alpha, delta))))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        x, y, u, v = largest_sine(*(_residual_phases(side, coefficients.delta) for side in (p0, p1)))
-        return np.asarray(-scale * np.maximum(x * y, u * v))
+        return minus_larger(largest_sine(_residual_phases(p0, delta), _residual_phases(p1, delta)))
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
 
@@ -168,8 +328,7 @@ def largest_residual(
 def singular_value_bound(vehicle: Vehicle) -> Bound:
     """Return a bound from values at both ends that are the least singular value at any attitude, or less.
 
-    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, so the least singular value is Lipschitz in ‖Δα‖
-    with that constant.
+    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, which is its Lipschitz constant in ‖Δα‖.
     """
     constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
 
@@ -184,27 +343,20 @@ def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
 
 
 def least_singular_value_along(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
-    *,
-    tolerance: float = 1e-4,
-    floor: float = math.inf,
-    each: bool = False,
-    known: float = math.inf,
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, **options: Any
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
     On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a segment is known; only the
     third is searched. Elsewhere every end costs a decomposition: see :func:`least_singular_value_of_all`.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     bound = singular_value_bound(vehicle)
-    options: dict[str, Any] = {"tolerance": tolerance, "floor": floor, "each": each, "known": known}
     if not _on_red(starts, ends):
-        return least_along(
-            starts, ends, lambda alpha: np.asarray(least_singular_value(alpha, vehicle)), bound, **options
-        )
+
+        def value(alpha: FloatArray) -> FloatArray:
+            return np.asarray(least_singular_value(alpha, vehicle))
+
+        return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
 
     def block(alpha: FloatArray) -> FloatArray:
         return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
@@ -212,15 +364,15 @@ def least_singular_value_along(
     delta = math.atan(vehicle.signed_drag_ratio)
     phases = [side[:, :2] + np.array([-delta, delta]) + math.pi / 2 for side in (starts, ends)]
     alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
-    enough = alone if each else np.full(len(alone), alone.min())
-    third = least_along(starts, ends, block, bound, enough=enough, **options)
+    enough = alone if options.get("each") else np.full(len(alone), alone.min())
+    third = least_along(starts, ends, block, bound, tolerance=tolerance, enough=enough, **options)
     fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
     return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
 
 
 def least_singular_value_of_all(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
+    starts: FloatArray,
+    ends: FloatArray,
     vehicle: Vehicle = PAPER,
     *,
     tolerance: float = 1e-4,
@@ -228,10 +380,9 @@ def least_singular_value_of_all(
 ) -> Least:
     """Bracket the least singular value over many segments, most of them without any decomposition.
 
-    A bound from arithmetic alone settles the segments that certainly stay above the least of all, or above `known`;
-    their `upper` is +∞, since no value of theirs is known.
+    A bound from arithmetic alone settles those that certainly stay above the least of all, or above `known`; their
+    `upper` is +∞, since no value of theirs is known.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     if _on_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
     low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
@@ -277,13 +428,12 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
 
 
 def keeps_singular_value_above(
-    starts: npt.ArrayLike, ends: npt.ArrayLike, floor: float, vehicle: Vehicle = PAPER
+    starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle = PAPER
 ) -> npt.NDArray[np.bool_]:
     """Return whether the least singular value is at least `floor` along each whole segment, shape (m,).
 
     Decided to within 1e-6 of the floor; what is closer than that counts as below.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     if _on_red(starts, ends):
         above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
@@ -295,19 +445,18 @@ def keeps_singular_value_above(
     return np.asarray(above)
 
 
-def thrusts_push_up(starts: npt.ArrayLike, ends: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
+def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, shape (m,); decided exactly.
 
     Each factor of w₀ must keep its sign, and no rotor may tilt beyond π/2, where a positive thrust pushes down.
     """
-    p0, p1 = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
-    s0, s1 = _phases_of_inputs(p0, vehicle), _phases_of_inputs(p1, vehicle)
+    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
     # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
     factors = np.sign(np.sin((s0 + s1) / 2))
     signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
     kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
-    turns = 2 * math.pi * np.rint((p0 + p1) / (4 * math.pi))
-    upright = np.maximum(np.abs(p0 - turns), np.abs(p1 - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
+    turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
+    upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
     return np.asarray(kept & upright)
 
 
@@ -324,8 +473,8 @@ def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = 
 
 
 def thrust_shares_along(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
+    starts: FloatArray,
+    ends: FloatArray,
     vehicle: Vehicle = PAPER,
     *,
     tolerance: float = 1e-4,
@@ -337,7 +486,6 @@ def thrust_shares_along(
     Returns whether every thrust is positive on the whole segment (:func:`thrusts_push_up`), and the brackets of the
     least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
-    starts, ends = np.atleast_2d(np.asarray(starts, dtype=float)), np.atleast_2d(np.asarray(ends, dtype=float))
     upward = thrusts_push_up(starts, ends, vehicle)
     lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)
     fraction[:] = 0.0

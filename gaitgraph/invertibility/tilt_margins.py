@@ -24,7 +24,6 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.branch_and_bound import least_along
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     attitude_of,
@@ -38,7 +37,7 @@ from gaitgraph.invertibility.matrices import (
     rotor_directions,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import largest_sine, level_determinant_curvature
+from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
 from gaitgraph.vehicle import PAPER, Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -70,7 +69,7 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
 
 
 def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:
-    """Return the least tilt from upright, in any direction, at which the matrix is singular [rad], shape (...).
+    """Return the least tilt from upright, in any direction, at which the matrix is singular, shape (...) in [0, π/2].
 
     Parameters
     ----------
@@ -81,15 +80,10 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     angle_rounding
         Assumed error of each angle [rad].
 
-    Returns
-    -------
-    array of the leading shape, in [0, π/2]
-        NaN where there is none, because the matrix is singular at every attitude to within the errors, and where an
-        angle is NaN.
-
     Notes
     -----
-    Not guaranteed: that the matrix is well conditioned within the margin; see :func:`least_singular_value_within`.
+    NaN where there is none, because the matrix is singular at every attitude to within the errors, and where an angle
+    is NaN. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
 
     Examples
     --------
@@ -299,23 +293,22 @@ def _zero_of(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients, sign: float, segment: int, fraction: float
 ) -> tuple[int, float, bool]:
     """Return where R first changes its sign, and whether it does."""
+
+    def level(segment: int, fraction: float) -> float:
+        return sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients))
+
     noise = noise_of(coefficients)
-    first = sign * float(level_determinant(starts[0], coefficients))
-    before = -1.0 if first < -noise else 1.0
+    before = -1.0 if level(0, 0.0) < -noise else 1.0
     lost = np.flatnonzero(before * sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
     if lost.size:
         segment, high = int(lost[0]), 1.0
-    elif sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients)) < -noise:
+    elif level(segment, fraction) < -noise:
         high = fraction
     else:
         return segment, fraction, False
     low = 0.0
     while low < (middle := (low + high) / 2) < high:
-        at = starts[segment] + middle * (ends - starts)[segment]
-        if before * sign * float(level_determinant(at, coefficients)) > 0:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if before * level(segment, middle) > 0 else (low, middle)
     return segment, high, True
 
 
@@ -345,10 +338,9 @@ def least_singular_value_within(
 
     Returns
     -------
-    value
-        Dimensionless, shape (...); zero where the tilt margin is not above `tilt`, NaN where an angle is not finite.
-    attitude
-        (roll, pitch) of the worst attitude, shape (..., 2) [rad].
+    value, attitude
+        The value, dimensionless, shape (...): zero where the tilt margin is not above `tilt`, NaN where an angle is not
+        finite; and (roll, pitch) of the worst attitude, shape (..., 2) [rad].
 
     Notes
     -----
@@ -424,10 +416,6 @@ def _best_azimuth(turned: FloatArray, size: FloatArray, squared: FloatArray, til
     angles = np.concatenate(
         [np.angle(np.linalg.eigvals(companion)), np.broadcast_to(np.arange(8) * math.pi / 4, (len(p), 8))], axis=1
     )
-    height_of = (
-        A[:, None] * np.cos(2 * angles)
-        + B[:, None] * np.sin(2 * angles)
-        + D[:, None] * np.cos(angles)
-        + E[:, None] * np.sin(angles)
-    )
+    waves = [np.cos(2 * angles), np.sin(2 * angles), np.cos(angles), np.sin(angles)]
+    height_of = sum(size[:, None] * wave for size, wave in zip((A, B, D, E), waves, strict=True))
     return np.asarray(np.take_along_axis(angles, np.argmin(height_of, axis=1)[:, None], axis=1)[:, 0])

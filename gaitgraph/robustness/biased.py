@@ -20,9 +20,8 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table, closed_rows
-from gaitgraph.invertibility.branch_and_bound import Bound, Value, least_along
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
-from gaitgraph.invertibility.segment_bounds import singular_value_bound
+from gaitgraph.invertibility.segment_bounds import Bound, Value, least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     checked_tilt,

@@ -79,44 +79,40 @@ _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignComponent:
-    """A component of R ≠ 0 on the red sheet inside [−π/2, π/2]², the signs of R's factors (`red_label`) and of R."""
+    """A component of R ≠ 0 on the red sheet, with the signs of R's factors (`red_label`) and of R."""
 
     label: tuple[int, int, int]
     sign: int
     region: Region
 
 
-def sign_components(vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> tuple[SignComponent, ...]:
+def sign_components(
+    vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY, margin: float = _OPEN_MARGIN
+) -> tuple[SignComponent, ...]:
     """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
 
-    R = 0 is excluded: `inner` keeps 1e-9 from straight borders. `accuracy` as for :func:`sign_region`.
+    R = 0 is excluded: `inner` keeps a margin [rad] to straight borders. `accuracy` as for :func:`sign_region`.
 
     >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
     [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
     """
-    return _components(vehicle, checked_accuracy(accuracy), _OPEN_MARGIN)
-
-
-def _components(vehicle: Vehicle, accuracy: float, margin: float) -> tuple[SignComponent, ...]:
-    """Return the components; `inner` keeps a margin to straight borders."""
-    kappa = vehicle.signed_drag_ratio
+    kappa, half = vehicle.signed_drag_ratio, checked_accuracy(accuracy) / 2
     border, spin = math.atan(kappa) - math.copysign(HALF_PI, kappa), 1 if kappa > 0 else -1
-    exact = coefficients_of(vehicle, "exact")
-    half = accuracy / 2
     negative = offset_both(bracket_negative(kappa, chord_tolerance(accuracy)), half)
     # The bracket vanishes in two corners of the square too.
     corners = shapely.union_all([rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI)])
     found = []
-    for label in product((1, -1), repeat=3):
-        cell = _cell(border, label[0] * spin, label[1] * spin, margin)
+    for first, second, third in product((1, -1), repeat=3):
+        cell = _cell(border, first * spin, second * spin, margin)
         # The third sign is positive on the side of α = 0, whichever way the rotors spin.
-        positive = label[2] * spin > 0
+        positive = third * spin > 0
         pair = shapely.difference(cell, negative) if positive else shapely.intersection(cell, negative[::-1])
         pair[0] = pair[0].difference(corners)
         if not pair[0].is_empty:
-            sign = math.prod(label)
-            region = region_of(pair, accuracy, _determinant_condition([sign], 0.0, "red", exact))
-            found.append(SignComponent(label=label, sign=sign, region=region))
+            sign = first * second * third
+            condition = _determinant_condition([sign], 0.0, "red", coefficients_of(vehicle, "exact"))
+            region = region_of(pair, accuracy, condition)
+            found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
     return tuple(found)
 
 
@@ -146,8 +142,8 @@ def sign_region(
     vehicle
         The vehicle, of which κ and the spin sense count.
     color, coefficients
-        On red R is exact. On blue it is zero with exact coefficients, and the region empty; with published ones it is
-        what their rounding leaves, and where α3 or α4 wraps by π the region is cut.
+        On red R is exact. On blue it is what rounded coefficients leave, zero with exact ones, and the region is cut
+        where α3 or α4 wraps by π.
     least
         The least |R|. By default 0 on red, where R ≠ 0 is meant, and what floating point can tell from 0 on blue.
     accuracy
@@ -165,7 +161,7 @@ def sign_region(
     tolerance = chord_tolerance(accuracy)
     if color == "red":
         exact = coefficients_of(vehicle, "exact")
-        parts = _components(vehicle, accuracy, accuracy if least else _OPEN_MARGIN)
+        parts = sign_components(vehicle, accuracy=accuracy, margin=accuracy if least else _OPEN_MARGIN)
         pair = _union([(part.region.inner, part.region.outer) for part in parts if part.sign == wanted])
         if least and _determinant_falls_below(least, wanted, pair[0], exact):
             pair = square_without(determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance), accuracy / 2)
@@ -236,7 +232,7 @@ def _determinant_condition(signs: list[int], least: float, color: Color, coeffic
 def certain_determinant(coefficients: Coefficients) -> float:
     """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
 
-    It covers the difference between the given coefficients and the exact ones, and more than
+    It covers the difference of the coefficients and what
     :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
     features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
 
@@ -246,11 +242,9 @@ def certain_determinant(coefficients: Coefficients) -> float:
     form = coefficients.bilinear_form
     size = float(np.linalg.norm(form))
     _, single, double, triple = coefficients.rounding
-    # Each rounded number is off by no more than its rounding, and R with it.
-    parts = 2 * single + double + 2 * triple
     derived = coefficients.sheet_rounding
     turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return 2 * parts + turned + 41 * _EPSILON * float(np.abs(form).sum())
+    return 2 * (2 * single + double + 2 * triple) + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
 # --- the conditions of flight ----------------------------------------------------------------------------------------
@@ -362,7 +356,7 @@ def _tilt_region(limit: float) -> Region:
         tilt = max(abs(alpha1), abs(alpha2))
         return None if tilt <= within else f"tilt {tilt:.4f} rad, wanted is ≤ {within:.4f}"
 
-    square = rectangle(-within, -within, within, within)
+    square = shapely.box(-within, -within, within, within)
     return region_of([square, square], 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
 
 
@@ -378,7 +372,6 @@ def admissible_region(
     coefficients: Coefficients | None = None,
     floor: float = 0.05,
     zones: Zones | None = None,
-    least: float | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
     """Return where a gait may be, an empty region if nowhere.
@@ -395,12 +388,10 @@ def admissible_region(
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients
-        The coefficients with which R is judged; by default those of :func:`coefficients_of`.
+        The coefficients with which R is judged; by default those of :func:`coefficients_of`. |R| is so large that its
+        sign is certain with them.
     floor, zones
         The floor of the least singular value, and the user's own polygons.
-    least
-        The least |R|; by default on red :func:`certain_determinant`, so that the sign means something with the given
-        coefficients too, and on blue :func:`gaitgraph.invertibility.matrices.noise_of`.
     accuracy
         How far curved borders may be from where they are [rad], 1e-9 to 0.1.
 
@@ -418,10 +409,8 @@ def admissible_region(
         raise InputError(f"use must be 'valid' or 'flyable', got {shown(use)}")
     _checked_signs(color, sign)
     coefficients = coefficients or coefficients_of(vehicle)
-    if least is None:
-        least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
-    least, floor = checked_number("least", least), checked_number("floor", floor)
-    region = _admissible(vehicle, use, color, sign, coefficients, floor, least, checked_accuracy(accuracy))
+    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
     return region if zones is None else region & zones_region(zones)
 
 
@@ -433,13 +422,12 @@ def _admissible(
     sign: Sign | None,
     coefficients: Coefficients,
     floor: float,
-    least: float,
     accuracy: float,
 ) -> Region:
     signs = _checked_signs(color, sign)
     judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    size = least if color == "red" else least or noise_of(coefficients)
-    condition = _determinant_condition(signs, size, color, judged)
+    least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
+    condition = _determinant_condition(signs, least, color, judged)
 
     def signed(wanted: int) -> tuple[BaseGeometry, BaseGeometry]:
         name: Sign = "positive" if wanted > 0 else "negative"
@@ -477,7 +465,7 @@ def _admissible(
     pairs = []
     for wanted in signs:
         pair = polygons[wanted]
-        if least > 0 and _determinant_falls_below(least, wanted, pair[0], judged):
+        if _determinant_falls_below(least, wanted, pair[0], judged):
             pair = shapely.intersection(pair, signed(wanted))
         pairs.append(pair)
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)

@@ -119,11 +119,11 @@ def types_of(
     """
     if not 0 <= number_of(crossing_tolerance) < math.inf:
         raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
-    sign, zero = np.int8(_CODES[color]), np.int8(0)
     reach = crossing_tolerance + _ROUND_OFF
-    near3 = distance_to_multiple(np.asarray(alpha1, dtype=float) - coefficients.delta, HALF_PI) <= reach
-    near4 = distance_to_multiple(np.asarray(alpha2, dtype=float) + coefficients.delta, HALF_PI) <= reach
-    return np.where(near3, zero, sign), np.where(near4, zero, sign)
+    lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
+    third, fourth = (distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI) for x, line in lines)
+    sign, zero = np.int8(_CODES[color]), np.int8(0)
+    return np.where(third <= reach, zero, sign), np.where(fourth <= reach, zero, sign)
 
 
 def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -139,10 +139,8 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
             angles = np.asarray(value, dtype=float)
         except (TypeError, ValueError) as error:
             raise InputError(f"{name} must be angles in radians, got {shown(value)}") from error
-        bad = ~(np.abs(angles) <= HALF_PI)
-        if bad.any():
-            first = float(angles[bad].flat[0])
-            raise InputError(f"{name} must be from −π/2 to π/2 (±{HALF_PI!r} rad), got {first!r}")
+        if (bad := ~(np.abs(angles) <= HALF_PI)).any():
+            raise InputError(f"{name} must be from −π/2 to π/2 (±{HALF_PI!r} rad), got {float(angles[bad].flat[0])!r}")
         out.append(angles)
     return out[0], out[1]
 
@@ -216,9 +214,9 @@ class RootArrays:
 class SheetGrid:
     """The roots of one sheet over a grid of (α1, α2), as an outer product of n rows and m columns.
 
-    Root (r, s) belongs to the grid node (`row[r]`, `column[s]`) and has tilt angles
-    (α1[row[r]], α2[column[s]], alpha3[r], alpha4[s]) [rad], plane types (types3[r], types4[s]), each +1, 0 (`?`) or −1,
-    and equation (6) R[r, s]. A grid value whose α3 (α4) lies at an end of [−π/2, π/2] appears as two rows (columns).
+    Root (r, s) is at the grid node (`row[r]`, `column[s]`), with α3 `alpha3[r]` and α4 `alpha4[s]` [rad], plane types
+    types3[r] and types4[s], each +1, 0 (`?`) or −1, and equation (6) R[r, s]. A grid value whose α3 (α4) lies at an end
+    of [−π/2, π/2] appears as two rows (columns).
     """
 
     row: npt.NDArray[np.int64]
@@ -377,8 +375,8 @@ def sheet_grid(
         """Return each angle's index and its representations: two where it lies at an end of the range."""
         at_end = at_end_of_range(angles)
         index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
-        second = np.diff(index, prepend=-1) == 0
-        return index, np.where(at_end[index], np.where(second, HALF_PI, -HALF_PI), angles[index])
+        side = np.where(np.diff(index, prepend=-1) == 0, HALF_PI, -HALF_PI)
+        return index, np.where(at_end[index], side, angles[index])
 
     third, fourth = sheet_angles(color, a1, a2, coefficients)
     row, alpha3 = with_both_ends(third)
@@ -486,9 +484,8 @@ def family_jumps(
 ) -> FloatArray:
     """Return by how much segments leave the families of both their ends, shape (m,) [rad]; one of them is a fibre.
 
-    A segment stays on a family if both its ends are on it and no angle wraps: families are planes. Of the families of
-    its two ends the one that it leaves less counts; the distance from it is linear along the segment, so that the ends
-    decide.
+    Families are planes, so a segment stays on one if both its ends are on it and no angle wraps; else it is farthest
+    off at an end. Of the families of its two ends the one that it leaves less counts.
     """
     apart = wrapped(_family_forms(starts, coefficients))
     change = ((ends - starts) @ _FORMS).reshape(-1, 4, 2)
@@ -524,11 +521,10 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
     """
     a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
     kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
-    edge = math.copysign(math.pi / 2, delta)
+    line = math.atan(kappa) - math.copysign(HALF_PI, kappa)
     names = (
-        f"the line α1 = {delta - edge:.4f} (β1 = ∓π/2)",
-        f"the line α2 = {edge - delta:.4f} (β2 = ±π/2)",
+        f"the line α1 = {line:.4f} (β1 = ∓π/2)",
+        f"the line α2 = {-line:.4f} (β2 = ±π/2)",
         f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
     )
     differing = [name for name, x, y in zip(names, a, b, strict=True) if x != y]

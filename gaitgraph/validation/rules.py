@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, wrapped
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.branch_and_bound import Least
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -26,6 +25,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_slopes,
 )
 from gaitgraph.invertibility.segment_bounds import (
+    Least,
     keeps_singular_value_above,
     largest_residual,
     least_level_determinant,
