@@ -16,7 +16,7 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import Cycle, SimpleCycle, cycles, simple_cycle
-from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
+from gaitgraph.graph.cycle_search import CycleSearch
 from gaitgraph.planning.grid import grid_cycles
 from gaitgraph.planning.request import request_of
 
@@ -158,8 +158,6 @@ def test_cycles_through_stops_are_those_that_pass_them(
     found = list(hasty)
     assert found == expected[: len(found)]
     assert len(found) == len(expected) or expected[len(found)][0] >= hasty.floor
-    guess = routed_cycle(rows_of(number, edges), stops)
-    assert guess is None or (guess in brute_items(edges) and passes(guess[1], stops, any_order))
 
 
 @pytest.mark.no_cover
@@ -311,7 +309,7 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         answer = simple_cycle(graph, stops, use=use, any_order=any_order, effort=None)
         assert items_of(graph, cycles(graph, use=use, through=stops, any_order=any_order)) == expected
         if not expected:
-            assert (answer.exact, answer.bound, answer.gap, bool(answer)) == (True, math.inf, 0.0, False)
+            assert (answer.exact, answer.bound, bool(answer)) == (True, math.inf, False)
             continue
         assert answer
         assert answer.cycle is not None
@@ -319,50 +317,17 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         shortest = [item for item in expected if item[0] == expected[0][0]]
         assert items_of(graph, [answer.cycle])[0] in shortest
         assert simple_cycle(graph, stops, use=use, any_order=any_order) == answer
-        assert (answer.exact, answer.gap, answer.bound) == (True, 0.0, answer.cycle.length)
-        assert answer.nodes[0] in stops[0]
-        assert set(answer.nodes) == set(answer.cycle.nodes)
+        assert (answer.exact, answer.bound) == (True, answer.cycle.length)
         for effort in (1, 10, 100):
             hasty = simple_cycle(graph, stops, use=use, any_order=any_order, effort=effort)
             assert hasty.bound <= answer.cycle.length
             if hasty.cycle is not None:
-                assert passes([index[name] for name in hasty.nodes], numbers, any_order)
+                assert passes([index[name] for name in hasty.cycle.nodes], numbers, any_order)
                 assert hasty.cycle.length >= answer.cycle.length
-                assert hasty.exact is (hasty.gap == 0)
                 assert not hasty.exact or hasty.cycle.length == answer.cycle.length
-                assert hasty.cycle.length <= hasty.bound * (1 + hasty.gap) * (1 + 1e-12)
             else:
-                assert (hasty.exact, hasty.gap) == (False, math.inf)
+                assert not hasty.exact
                 assert "none found in" in str(hasty.reason)
-
-
-def test_the_stops_are_passed_in_their_order() -> None:
-    graph = surface_graph("negative")
-    corners = [(*cell, "red") for cell in ((14, 2), (14, 6), (10, 6), (10, 2))]
-    answer = simple_cycle(graph, [[corner] for corner in corners])
-    assert answer.cycle is not None
-    assert answer.cycle.length == pytest.approx(math.pi)
-    places = [answer.nodes.index(corner) for corner in corners]
-    assert places == sorted(places)
-    assert places[0] == 0
-    crossed = [corners[k] for k in (0, 2, 1, 3)]
-    longer = simple_cycle(graph, [[corner] for corner in crossed], effort=20_000)
-    assert longer.cycle is not None
-    assert longer.cycle.length > answer.cycle.length
-    places = [longer.nodes.index(corner) for corner in crossed]
-    assert places == sorted(places)
-    free = simple_cycle(graph, [[corner] for corner in crossed], any_order=True)
-    assert free.cycle == answer.cycle
-
-
-def test_the_heuristic_answers_where_the_search_does_not() -> None:
-    graph = surface_graph("negative", 32)
-    stops = [[(i, j, "red")] for i, j in ((20, 6), (28, 6), (28, 14), (22, 12), (24, 9), (19, 10))]
-    answer = simple_cycle(graph, stops, effort=50)
-    assert answer.cycle is not None
-    assert 0 < answer.bound <= answer.cycle.length
-    assert answer.gap == pytest.approx(answer.cycle.length / answer.bound - 1)
-    assert all(stop[0] in answer.nodes for stop in stops)
 
 
 def test_why_there_is_no_simple_cycle() -> None:
@@ -371,7 +336,7 @@ def test_why_there_is_no_simple_cycle() -> None:
     lonely = red[0]
     graph.remove_edges_from(list(graph.edges(lonely))[1:])
     answer = simple_cycle(graph, [[red[3]], [lonely]])
-    assert answer == SimpleCycle(reason="stop 2 lies on no cycle", exact=True, bound=math.inf)
+    assert answer == SimpleCycle(reason="stop 2 lies on no cycle", bound=math.inf)
     blue = next(name for name, data in graph.nodes(data=True) if data["color"] == "blue")
     answer = simple_cycle(graph, [[red[3]], [red[4]], [blue]])
     assert str(answer.reason).startswith("stops 1 and 3 are not joined")
@@ -439,11 +404,7 @@ NODE = (14, 2, "red")
         ({"max_length": True}, "max_length must be .* got True"),
         ({"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
         ({"use": ["valid"]}, "use must be "),
-        ({"through": NODE}, "through: stop 1 must be a list of one or more nodes, got 14"),
-        ({"through": 5}, "through must be a list of stops, .* got 5"),
-        ({"through": [NODE]}, "through: stop 1 must have nodes of the graph, got 14"),
-        ({"through": [[NODE], []]}, "through: stop 2 must be "),
-        ({"through": [[NODE, [1]]]}, "through: stop 1 must have "),
+        *[({"through": wrong}, "stops must be a list of lists") for wrong in (NODE, 5, [NODE], [[NODE], []], [[[1]]])],
         ({"through": [[NODE]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
         ({"effort": 0}, "effort must be a whole number ≥ 1 or None, got 0"),
         ({"effort": 1.5}, "effort must be .* got 1.5"),
@@ -461,7 +422,7 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", 8)
     with pytest.raises(gg.InputError, match="stops must be one or more, got none"):
         simple_cycle(graph, [])
-    with pytest.raises(gg.InputError, match="stops: stop 1 must have nodes of the graph, got 'x'"):
+    with pytest.raises(gg.InputError, match="stops must be a list of lists of nodes of the graph, got .'x'.$"):
         simple_cycle(graph, [["x"]])
     with pytest.raises(gg.InputError, match="effort must be .* got -1"):
         simple_cycle(graph, [[(6, 2, "red")]], effort=-1)

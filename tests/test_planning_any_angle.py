@@ -20,8 +20,7 @@ import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
 from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
-from gaitgraph.planning.refusal import Case
-from gaitgraph.planning.request import PlanRequest, request_of
+from gaitgraph.planning.request import Case, PlanRequest, request_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:

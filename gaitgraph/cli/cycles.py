@@ -40,7 +40,7 @@ def cycles_command(
     from math import isfinite
 
     from gaitgraph.planning.grid import grid_cycles
-    from gaitgraph.planning.request import stated_fields
+    from gaitgraph.planning.request import stated_request
 
     def answer(cycle: Any, **more: Any) -> None:
         if as_json:
@@ -48,7 +48,7 @@ def cycles_command(
         else:
             click.echo(str(cycle))
 
-    through = "waypoints" in given or (request_file is not None and "waypoints" in stated_fields(request_file))
+    through = "waypoints" in given or (request_file is not None and "waypoints" in stated_request(request_file))
     if not through:
         # The whole region counts; a request has at least one waypoint, which then plays no part.
         given["waypoints"] = [(0.0, 0.0)]

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 REMOVED = {
     "--watch": "Run the command again when the file changes, for example with: entr, watchexec",
     "--sheets": "No gait on a fibre can fly; gaitgraph roots lists the fibres",
+    "--divisions": "Only plan and cycles use a grid; a transition is found at any angle",
     "--objective thrust": "Use: gaitgraph optimize --objective hover_reserve",
 }
 """Options that earlier versions had, and what to use instead."""

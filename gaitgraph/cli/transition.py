@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     file("start", "FROM", "hover"),
     file("end", "TO", "hover"),
     option("--duration", "SECONDS", "Of the path.  [default: 1, or what the limits need]"),
-    "samples rate law divisions require outputs force vehicle coefficients json",
+    "samples rate law require outputs force vehicle coefficients json",
 )
 def transition_command(
     start: str, end: str, require: str, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
@@ -43,7 +43,7 @@ def transition_command(
         found = transition(ends[0], ends[1], **given)
         written = outputs if found else ()
         if written:
-            write_outputs(found.pieces, written, force=force)
+            write_outputs(lambda: [found.table()], written, force=force)
     show(found, as_json=as_json, lines=[f"wrote {name}" for name in written])
     meets = found.report is not None and (require == "valid" or found.report.flyable)
     return 0 if meets else 1

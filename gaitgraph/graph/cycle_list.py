@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
@@ -18,12 +19,12 @@ import numpy as np
 from gaitgraph.angles import number_of, text_from_angle
 from gaitgraph.errors import ContractError, InputError, shown
 from gaitgraph.graph.build import gait_along, vehicle_and_coefficients
-from gaitgraph.graph.cycle_search import CycleSearch, routed_cycle
-from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, best_order, quanta_of
+from gaitgraph.graph.cycle_search import CycleSearch
+from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, quanta_of
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.graph.cycle_search import Item, Rows
@@ -36,39 +37,52 @@ _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
 class Cycle:
     """One simple closed cycle with the verdict of its edges.
 
+    Every cycle is two-color between its nodes; no clock is judged, neither tilt rates nor accelerations.
+
     Parameters
     ----------
     nodes
         Node ids in canonical order, the first not repeated.
-    sign
-        Sign of R: "positive" or "negative".
     length
         Length in the (α1, α2) plane [rad], the sum of the edges, each to the next 1e-12.
-    valid
-        Whether every edge is continuous and keeps the sign of R.
-    flyable
-        Whether every edge is flyable, with the graph's floor.
-    least_singular_value
-        The least value of the edges, dimensionless; 0 with blue nodes or jumps.
-    color
-        "red", "blue" or "mixed".
     surface
-        The nodes of the graph and its metadata, as they were when the search began.
-
-    Notes
-    -----
-    The verdict costs nothing, and :attr:`report` checks the gait anew. Every cycle is two-color between its
-    nodes; no clock is judged, neither tilt rates nor accelerations.
+        The graph as it was when the search began.
     """
 
     nodes: tuple[Any, ...]
-    sign: Sign
     length: float
-    valid: bool
-    flyable: bool
-    least_singular_value: float
-    color: Literal["red", "blue", "mixed"]
     surface: nx.Graph[Any] = field(repr=False, compare=False)
+
+    @property
+    def sign(self) -> Sign:
+        """Sign of R: "positive" or "negative"."""
+        sign: Sign = self.surface.graph["sign"]
+        return sign
+
+    @property
+    def color(self) -> str:
+        """The color of all nodes, "red" or "blue", or "mixed"."""
+        colors = {self.surface.nodes[name]["color"] for name in self.nodes}
+        return str(colors.pop()) if len(colors) == 1 else "mixed"
+
+    @property
+    def _edges(self) -> list[dict[str, Any]]:
+        return [self.surface.edges[pair] for pair in pairwise((*self.nodes, self.nodes[0]))]
+
+    @property
+    def valid(self) -> bool:
+        """Whether every edge is continuous and keeps the sign of R."""
+        return all(edge["continuous"] and edge["keeps_sign"] for edge in self._edges)
+
+    @property
+    def flyable(self) -> bool:
+        """Whether every edge is flyable, with the graph's floor."""
+        return all(edge["flyable"] for edge in self._edges)
+
+    @property
+    def least_singular_value(self) -> float:
+        """The least value of the edges, dimensionless; 0 with blue nodes or jumps."""
+        return min(float(edge["least_singular_value"]) for edge in self._edges)
 
     @property
     def path(self) -> Gait:
@@ -95,13 +109,13 @@ class Cycle:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the cycle as plain values, ready for JSON."""
-        data = [self.surface.nodes[name] for name in self.nodes]
+        path = self.path
         return {
             "color": self.color,
             "sign": self.sign,
-            "path": [[node["alpha1"], node["alpha2"], node["alpha3"], node["alpha4"]] for node in data],
-            "types": [node["types"] for node in data],
-            "colors": [node["color"] for node in data],
+            "path": path.alpha.tolist(),
+            "types": [self.surface.nodes[name]["types"] for name in self.nodes],
+            "colors": list(path.colors),
             "length": self.length,
             "valid": self.valid,
             "two_color": True,
@@ -122,102 +136,66 @@ class _Numbered:
         for key in ("sign", "crossing_tolerance", "floor"):
             if key not in graph.graph:
                 raise ContractError(f"graph metadata: {key!r} is missing")
+        self.surface = graph.copy()
         self.names = list(graph.nodes)
         self.index = {name: k for k, name in enumerate(self.names)}
         self.rows: Rows = [[] for _ in self.names]
-        self._facts: list[dict[int, tuple[int, float]]] = [{} for _ in self.names]
         for first, second, edge in graph.edges(data=True):
             a, b = self.index[first], self.index[second]
             if a != b and allowed(edge):
-                grade = 2 if edge["flyable"] else int(edge["continuous"] and edge["keeps_sign"])
-                for k, other in ((a, b), (b, a)):
-                    self.rows[k].append((other, quanta_of(edge["length"])))
-                    self._facts[k][other] = grade, edge["least_singular_value"]
+                self.rows[a].append((b, quanta_of(edge["length"])))
+                self.rows[b].append((a, quanta_of(edge["length"])))
         for row in self.rows:
             row.sort()
-        self.surface: nx.Graph[Any] = nx.Graph(**graph.graph)
-        self.surface.add_nodes_from((name, dict(data)) for name, data in graph.nodes(data=True))
-        self._red = [data["color"] == "red" for data in self.surface.nodes.values()]
 
-    def stops(self, value: object, name: str, any_order: bool) -> list[list[int]]:
+    def stops(self, value: object, any_order: bool) -> list[list[int]]:
         """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
-        if not isinstance(value, (list, tuple)):
-            raise InputError(f"{name} must be a list of stops, each a list of nodes, got {shown(value)}")
-        out = []
-        for number, stop in enumerate(value, start=1):
-            if not isinstance(stop, (list, tuple, set, frozenset)) or not stop:
-                raise InputError(f"{name}: stop {number} must be a list of one or more nodes, got {shown(stop)}")
-            for node in stop:
-                if not isinstance(node, Hashable) or node not in self.index:
-                    raise InputError(f"{name}: stop {number} must have nodes of the graph, got {shown(node)}")
-            out.append(sorted({self.index[node] for node in stop}))
-        if any_order and len(out) > MOST_ANY_ORDER:
-            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(out)}")
-        return out
+        stops: Any = value if isinstance(value, (list, tuple)) else [value]
+        for stop in stops:
+            nodes = stop if isinstance(stop, (list, tuple, set, frozenset)) and stop else [None]
+            if not all(isinstance(node, Hashable) and node in self.index for node in nodes):
+                raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
+        if any_order and len(stops) > MOST_ANY_ORDER:
+            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(stops)}")
+        return [sorted({self.index[node] for node in stop}) for stop in stops]
 
     def blocks(self) -> list[set[int]]:
         """Return the two-connected parts with three or more nodes: each cycle lies in one of them."""
-        whole: nx.Graph[int] = nx.Graph()
-        whole.add_edges_from((k, other) for k, row in enumerate(self.rows) for other, _ in row if k < other)
+        whole: nx.Graph[int] = nx.Graph((k, other) for k, row in enumerate(self.rows) for other, _ in row if k < other)
         found: list[set[int]] = list(nx.biconnected_components(whole))  # type: ignore[arg-type]
         return [block for block in found if len(block) > 2]
 
     def rows_past(self, stops: Sequence[Sequence[int]], blocks: Sequence[set[int]]) -> Rows:
         """Return the edges of those two-connected parts that hold every stop."""
-        rows: Rows = [[] for _ in self.rows]
-        for block in blocks:
-            if all(not block.isdisjoint(stop) for stop in stops):
-                for k in block:
-                    rows[k] += [entry for entry in self.rows[k] if entry[0] in block]
-        for row in rows:
-            row.sort()
-        return rows
+        held = [block for block in blocks if all(not block.isdisjoint(stop) for stop in stops)]
+        return [
+            sorted(entry for block in held if k in block for entry in row if entry[0] in block)
+            for k, row in enumerate(self.rows)
+        ]
 
     def cycle(self, item: Item) -> Cycle:
         """Return the cycle of an item of the search."""
-        length, path = item
-        facts, names, grade, least = self._facts, self.names, 2, math.inf
-        before = path[-1]
-        for node in path:
-            fact = facts[before][node]
-            grade, least = min(grade, fact[0]), min(least, fact[1])
-            before = node
-        reds = sum([self._red[node] for node in path])
-        return Cycle(
-            nodes=tuple([names[node] for node in path]),
-            sign=self.surface.graph["sign"],
-            length=length / QUANTA_PER_RADIAN,
-            valid=grade > 0,
-            flyable=grade == 2,
-            least_singular_value=least,
-            color="mixed" if 0 < reds < len(path) else "red" if reds else "blue",
-            surface=self.surface,
-        )
+        nodes = tuple(self.names[node] for node in item[1])
+        return Cycle(nodes=nodes, length=item[0] / QUANTA_PER_RADIAN, surface=self.surface)
 
 
 class Cycles(Iterator[Cycle]):
     """The simple closed cycles of one or more graphs, found while they are asked for; see :func:`cycles`.
 
-    `found` is how many have been yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
+    Of several graphs they come in order of length, ties from the earlier graph first. `found` is how many have been
+    yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
     """
 
-    found = 0
-
-    def __init__(self, sources: Sequence[tuple[_Numbered, CycleSearch]]) -> None:
-        self._sources = list(sources)
-        self._streams = [map(numbered.cycle, search) for numbered, search in sources]
-        self._heads: list[Cycle | None] = [None] * len(sources)
-
-    @classmethod
-    def merged(cls, parts: Sequence[Cycles]) -> Cycles:
-        """Return the cycles of several graphs, none begun, in order of length; ties go to the earlier graph."""
-        return cls([source for part in parts for source in part._sources])
+    def __init__(self, sources: Iterable[tuple[_Numbered, CycleSearch]]) -> None:
+        self.found = 0
+        self.sources = list(sources)
+        self._heads: list[Cycle | None] = [None] * len(self.sources)
 
     def look_ahead(self) -> None:
         """Find the next cycle of each graph without yielding it, which sharpens the bound."""
-        for k, stream in enumerate(self._streams):
+        for k, (numbered, search) in enumerate(self.sources):
             if self._heads[k] is None:
-                self._heads[k] = next(stream, None)
+                self._heads[k] = next(map(numbered.cycle, search), None)
 
     def __next__(self) -> Cycle:
         self.look_ahead()
@@ -232,18 +210,18 @@ class Cycles(Iterator[Cycle]):
     @property
     def bound(self) -> float:
         """Every cycle shorter than this has been yielded [rad]; infinite when there are no more cycles at all."""
-        known = zip(self._heads, self._sources, strict=True)
+        known = zip(self._heads, self.sources, strict=True)
         return min((search.bound if head is None else head.length for head, (_, search) in known), default=math.inf)
 
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return all(search.complete for _, search in self._sources) and not any(self._heads)
+        return all(search.complete for _, search in self.sources) and not any(self._heads)
 
     @property
     def steps(self) -> int:
         """How many nodes have been expanded."""
-        return sum(search.steps for _, search in self._sources)
+        return sum(search.steps for _, search in self.sources)
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
@@ -316,10 +294,10 @@ def cycles(
         if not 0 <= number_of(max_length) < math.inf:
             raise InputError(f"max_length must be a finite number ≥ 0 (rad) or None, got {shown(max_length)}")
         most = quanta_of(float(max_length)) + _ROUNDING
-    steps = _checked_effort(effort)
     numbered = _Numbered(graph, use)
-    stops = numbered.stops(through, "through", any_order)
+    stops = numbered.stops(through, any_order)
     rows = numbered.rows_past(stops, numbered.blocks()) if stops else numbered.rows
+    steps = _checked_effort(effort)
     search = CycleSearch(rows, stops=stops, any_order=any_order, most=most, effort=steps, progress=progress)
     return Cycles([(numbered, search)])
 
@@ -341,31 +319,23 @@ class SimpleCycle:
     ----------
     cycle
         The cycle, or None.
-    nodes
-        Its nodes from the first stop on, in the direction in which it passes the stops.
     bound
         No simple cycle through the stops is shorter than this [rad]; infinite if there is none.
-    exact
-        Whether the answer is proven: that the cycle is a shortest one, or that there is none.
     reason
         Why there is no cycle, in one sentence; None if there is one.
     """
 
     cycle: Cycle | None = None
-    nodes: tuple[Any, ...] = ()
     bound: float = math.inf
-    exact: bool = True
     reason: str | None = None
 
     def __bool__(self) -> bool:
         return self.cycle is not None
 
     @property
-    def gap(self) -> float:
-        """By what part the cycle may be longer than the shortest one, length/bound − 1; 0 if exact."""
-        if self.exact:
-            return 0.0
-        return math.inf if self.cycle is None or self.bound <= 0 else self.cycle.length / self.bound - 1
+    def exact(self) -> bool:
+        """Whether the answer is proven: that the cycle is a shortest one, or that there is none."""
+        return self.bound == (math.inf if self.cycle is None else self.cycle.length)
 
 
 def simple_cycle(
@@ -383,11 +353,9 @@ def simple_cycle(
     graph, use, any_order
         As for :func:`cycles`.
     stops
-        One or more stops, each a sequence of alternative nodes, passed in this cyclic order one way round or the
-        other.
+        One or more stops, each a sequence of alternative nodes, passed in this cyclic order, in either direction.
     effort
-        Largest number of search steps. When they are spent the answer is the best cycle of the search and of a
-        heuristic, which routes the legs one after the other around the nodes in use, with each leg as the first.
+        Largest number of search steps. When they are spent the answer is the best cycle that was met, if any.
 
     Returns
     -------
@@ -401,47 +369,34 @@ def simple_cycle(
 
     Notes
     -----
-    The problem is hard in general, and the heuristic may fail where a cycle exists. A closed walk, which may pass a
-    node twice, is found in any case: :func:`gaitgraph.graph.walks.closed_walk`.
+    The problem is hard in general. A closed walk, which may pass a node twice, is found in any case:
+    :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples
     --------
     >>> from gaitgraph.graph.build import surface_graph
     >>> there_and_back = [[(12, 4, "red")], [(12, 6, "red")]]
     >>> answer = simple_cycle(surface_graph("negative"), there_and_back)
-    >>> answer.exact, len(answer.nodes), round(answer.cycle.length, 4)
+    >>> answer.exact, len(answer.cycle.nodes), round(answer.cycle.length, 4)
     (True, 4, 0.9481)
     """
-    steps = _checked_effort(effort)
     numbered = _Numbered(graph, use)
-    numbers = numbered.stops(stops, "stops", any_order)
+    numbers = numbered.stops(stops, any_order)
     if not numbers:
         raise InputError("stops must be one or more, got none")
     blocks = numbered.blocks()
     rows = numbered.rows_past(numbers, blocks)
+    search = CycleSearch(rows, stops=numbers, any_order=any_order, effort=_checked_effort(effort))
     if not any(rows):
         return SimpleCycle(reason=_why_apart(blocks, numbers))
-    search = CycleSearch(rows, stops=numbers, any_order=any_order, effort=steps)
-    best = search.shortest()
-    exact = best is not None
-    if best is None and search.complete:
+    best = search.shortest() or min(search.held, default=None)
+    if best is not None:
+        cycle = numbered.cycle(best)
+        return SimpleCycle(cycle=cycle, bound=min(cycle.length, search.bound))
+    if search.complete:
         return SimpleCycle(reason="every closed walk through the stops passes some node twice")
-    if best is None:
-        order = best_order(graph, [numbered.names[stop[0]] for stop in numbers], use=use) if any_order else None
-        ordered = [numbers[k] for k in order.order] if order is not None else numbers
-        candidates = [*search.held, routed_cycle(rows, ordered)]
-        best = min((item for item in candidates if item is not None), default=None)
-    if best is None:
-        reason = f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
-        return SimpleCycle(reason=reason, exact=False, bound=search.bound)
-    cycle = numbered.cycle(best)
-    exact = exact or cycle.length <= search.bound
-    return SimpleCycle(
-        cycle=cycle,
-        nodes=tuple(numbered.names[node] for node in _from_first_stop(best[1], numbers, any_order)),
-        bound=cycle.length if exact else search.bound,
-        exact=exact,
-    )
+    reason = f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
+    return SimpleCycle(reason=reason, bound=search.bound)
 
 
 def _why_apart(blocks: list[set[int]], stops: Sequence[Sequence[int]]) -> str:
@@ -458,19 +413,3 @@ def _why_apart(blocks: list[set[int]], stops: Sequence[Sequence[int]]) -> str:
                     "pass"
                 )
     return "no two-connected part of the graph holds all stops"
-
-
-def _from_first_stop(path: tuple[int, ...], stops: Sequence[Sequence[int]], any_order: bool) -> tuple[int, ...]:
-    """Return a cycle from its first stop on, in the direction in which it passes the stops."""
-    turned = path
-    for nodes in (path, (path[0], *path[:0:-1])):
-        for k in [k for k, node in enumerate(nodes) if node in stops[0]]:
-            turned = (*nodes[k:], *nodes[:k])
-            places = iter((*turned, turned[0]))
-            here: int | None = next(places)
-            for stop in stops:
-                while here is not None and here not in stop:
-                    here = next(places, None)
-            if any_order or here is not None:
-                return turned
-    return turned

@@ -5,24 +5,22 @@ depth first up to a limit of length that rises from pass to pass. A path is left
 shortest walk that can still close it, exceed the limit. The shortest of what was left, the floor of the next pass,
 is a proven bound: no cycle that has not been found is shorter.
 
-Without stops each cycle is searched from its smallest node and the smaller of that node's two neighbours on it.
-Nodes are visited in rising order, so a pass over a single length meets the cycles in their order, and nothing has
-to be stored. Where lengths lie close together a pass covers a range of them and holds what it finds, at most
-MOST_HELD cycles: beyond that it keeps the first ones and leaves the others to the next pass. With stops each cycle
-is searched from one of its stops, and what a pass finds is always held, sorted and freed of repetitions.
+Without stops each cycle is searched from its smallest node and the smaller of that node's two neighbours on it. With
+stops each cycle is searched from one of its stops. A pass holds what it finds, sorted and freed of repetitions, at most
+MOST_HELD cycles: beyond that it keeps the first ones and leaves the others to the next pass.
 """
 
 from __future__ import annotations
 
 import math
-from array import array
+from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.graph.walks import QUANTA_PER_RADIAN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
 Rows = list[list[tuple[int, int]]]
 """For each node its neighbours, in rising order, each with the length of the edge [quanta]."""
@@ -104,34 +102,34 @@ class _TourSteps(dict[tuple[int, int], list[Step]]):
         self.root = root
         self._rows, self._any_order = rows, any_order
         self._stops = [frozenset(stop) for stop in stops]
-        self._serves: dict[int, int] = {}
-        for k, stop in enumerate(self._stops):
-            for node in stop:
-                self._serves[node] = self._serves.get(node, 0) | 1 << k
-        self._done = (1 << len(stops)) - 1 if any_order else len(stops)
-        if not any_order:
-            while self._done and root in self._stops[self._done - 1]:
-                self._done -= 1  # the root, where the cycle ends, serves the last stops too
-        self._home = distances(rows, [(root, 0)])[0]
-        self._from_stop: dict[int, array[int]] = {}
-        self._least: dict[tuple[int, int], int] = {}
-        progress = self._advanced(0, root)
-        self.start = (root, progress)
+        self._done = len(stops)
+        while not any_order and self._done and root in self._stops[self._done - 1]:
+            self._done -= 1  # the root, where the cycle ends, serves the last stops too
+        if any_order:
+            self._done = (1 << self._done) - 1
+        begin = self._advanced(0, root)
+        self.start = (root, begin)
         self.closing = {(node, self._done): edge for node, edge in rows[root]}
-        if not any_order:
-            for k in range(self._done - 1, progress - 1, -1):  # the last stop first, so that nothing recurses deeply
-                for node in self._stops[k]:
-                    self._ahead(node, self._advanced(k, node))
-        self.shortest = self._ahead(root, progress)
+        self._ahead = {self._done: distances(rows, [(root, 0)])[0]}
+        for progress in range(self._done - 1, begin - 1, -1):
+            if any_order and progress & begin != begin:
+                continue
+            following = self._stops if any_order else self._stops[progress : progress + 1]
+            sources = []
+            for node in set().union(*following) - {root}:
+                then = self._advanced(progress, node)
+                if then != progress and node in self._ahead[then]:
+                    sources.append((node, self._ahead[then][node]))
+            self._ahead[progress] = distances(rows, sources, avoid=(root,))[0]
+        self.shortest = self._ahead[begin].get(root, _NEVER)
 
     def __missing__(self, state: tuple[int, int]) -> list[Step]:
         row: list[Step] = []
         for node, edge in self._rows[state[0]]:
             if node != self.root:
                 progress = self._advanced(state[1], node)
-                ahead = self._ahead(node, progress)
-                if ahead < _NEVER:
-                    row.append((edge + ahead, node, edge, (node, progress)))
+                if node in self._ahead[progress]:
+                    row.append((edge + self._ahead[progress][node], node, edge, (node, progress)))
         row.sort()  # the most promising first: with stops, what is found is sorted anyway
         if len(self) >= _MOST_STATES:
             self.clear()
@@ -140,49 +138,23 @@ class _TourSteps(dict[tuple[int, int], list[Step]]):
 
     def _advanced(self, progress: int, node: int) -> int:
         if self._any_order:
-            return progress | self._serves.get(node, 0)
+            return progress | sum(1 << k for k, stop in enumerate(self._stops) if node in stop)
         while progress < self._done and node in self._stops[progress]:
             progress += 1
         return progress
-
-    def _ahead(self, node: int, progress: int) -> int:
-        if progress == self._done:
-            return self._home.get(node, _NEVER)
-        state = (node, progress)
-        least = self._least.get(state)
-        if least is None:
-            following: Iterable[int] = self._stops[progress] if not self._any_order else ()
-            if self._any_order:
-                following = [v for v, serves in self._serves.items() if serves & ~progress]
-            least = min((self._over(node, v, progress) for v in following), default=_NEVER)
-            if node in self._serves:  # of these there are few
-                self._least[state] = least
-        return least
-
-    def _over(self, node: int, stop: int, progress: int) -> int:
-        """Return the shortest length from a node over the next stop and on to the root."""
-        if stop == self.root:
-            return _NEVER
-        if stop not in self._from_stop:
-            table = array("q", [_NEVER]) * len(self._rows)
-            for v, distance in distances(self._rows, [(stop, 0)], avoid=(self.root,))[0].items():
-                table[v] = distance
-            self._from_stop[stop] = table
-        first = self._from_stop[stop][node]
-        return min(_NEVER, first + self._ahead(stop, self._advanced(progress, stop))) if first < _NEVER else _NEVER
 
 
 class _Spent(Exception):
     """The effort is spent."""
 
 
-class CycleSearch:
+class CycleSearch(Iterator[Item]):
     """The simple cycles of three or more nodes as an iterator of items, in their total order, each once.
 
     `rows` states each edge from both sides, with lengths ≥ 0. With `stops` only cycles that pass them, as for
-    :func:`gaitgraph.graph.cycle_list.cycles`; none longer than `most` [quanta]; `effort` limits the steps.
-    Every cycle shorter than `floor` [quanta] has been yielded, `found` of them, in `steps` expanded nodes; `held` are
-    found and not yielded yet, in no order. `complete` says whether the search came to its end.
+    :func:`cycles`; none longer than `most` [quanta]; `effort` limits the steps. Every cycle shorter than `floor`
+    [quanta] has been yielded, `found` of them, in `steps` expanded nodes; `held` are found and not yielded yet, in no
+    order. `complete` says whether the search came to its end.
     """
 
     def __init__(
@@ -195,30 +167,28 @@ class CycleSearch:
         effort: int | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
-        self.floor = self.steps = self.found = 0
+        self.floor = self.steps = self.found = self._limit = 0
         self.complete = False
         self.held: set[Item] = set()
-        self._rows, self._effort, self._progress = rows, effort, progress
+        self._rows, self._progress = rows, progress
+        self._effort = _NEVER if effort is None else effort
         self._most = _NEVER - 1 if most is None else most
-        self._limit, self._ahead, self._alarm = 0, _NEVER, 0
-        self._set_alarm()
+        self._ahead, self._alarm = _NEVER, min(_REPORT_STEPS, self._effort)
         self._tours: list[_TourSteps] | None = None
         if stops:
             start = min(range(len(stops)), key=lambda k: len(stops[k]))
             turned = [*stops[start:], *stops[:start]]
             self._tours = [_TourSteps(rows, turned, any_order, root) for root in sorted(set(turned[0]))]
             self.floor = min(tour.shortest for tour in self._tours)
+        self._items = self._passes()
+
+    def __next__(self) -> Item:
+        return next(self._items)
 
     @property
     def bound(self) -> float:
         """The floor in radians, infinite when there are no more cycles at all."""
         return math.inf if self.floor >= _NEVER else self.floor / QUANTA_PER_RADIAN
-
-    def __iter__(self) -> Iterator[Item]:
-        try:
-            yield from self._passes()
-        except _Spent:
-            return
 
     def shortest(self) -> Item | None:
         """Return a shortest cycle, instead of iterating; None if there is none or the effort is spent.
@@ -230,13 +200,11 @@ class CycleSearch:
             while self.floor <= self._most:
                 floor = self.floor
                 self._limit, self._ahead = min(floor + width, self._most), _NEVER
-                paths = self._closed()
-                for length, path in paths:
+                for length, path in self._closed():
                     self.held = {(length, canonical(path))}
                     self._limit = length - 1
                     if length <= floor:
                         break
-                paths.close()
                 if self.held:
                     (best,) = self.held
                     self.floor = best[0]
@@ -251,46 +219,35 @@ class CycleSearch:
     def _passes(self) -> Iterator[Item]:
         """Yield what pass after pass finds; each starts at the floor that the one before has proven."""
         last: Item = (-1, ())
-        width, alone = 0, self._tours is None
+        width = 0
         while self.floor <= self._most:
-            floor, before, cut = self.floor, self.found, None
-            self._limit, self._ahead = min(floor if alone else floor + width, self._most), _NEVER
-            if alone:
-                for length, path in self._closed():
-                    # A length that overflowed in the pass before goes on where that pass was cut.
-                    if length == floor and (item := (length, tuple(path))) > last:
-                        self.found += 1
-                        yield item
-            else:
-                cut = self._hold(last)
-                for item in sorted(self.held):
-                    self.floor = item[0]
-                    self.found += 1
-                    yield item
-                self.held.clear()
+            floor, before = self.floor, self.found
+            # Few are held at first, so that the first ones come soon.
+            capacity = min(MOST_HELD, max(1, 2 * self.found))
+            self._limit, self._ahead = min(floor + width, self._most), _NEVER
+            try:
+                cut = self._hold(last, capacity)
+            except _Spent:
+                return
+            for item in sorted(self.held):
+                self.floor = item[0]
+                self.found += 1
+                yield item
+            self.held.clear()
             if cut is not None:
-                last, self.floor = cut, cut[0]
-                alone = self._tours is None and cut[0] == floor
-                width = width if alone else cut[0] - floor
+                last, self.floor, width = cut, cut[0], cut[0] - floor
             else:
                 last, self.floor = (self._limit, (_NEVER,)), self._ahead
-                few = 4 * (self.found - before) < self._capacity()
-                alone = alone and (self.found == 0 or not few)
-                if few and not alone:
+                if 4 * (self.found - before) < capacity:
                     width = max(2 * width, floor >> 7)
             self._report()
         self.complete = True
 
-    def _capacity(self) -> int:
-        """Return how many cycles a pass keeps: few at first, so that the first ones come soon."""
-        return min(MOST_HELD, max(1, 2 * self.found))
-
-    def _hold(self, last: Item) -> Item | None:
+    def _hold(self, last: Item, capacity: int) -> Item | None:
         """Hold the first cycles beyond the last one; return the last one that is held if there are more."""
-        floor, capacity, cut, held = self.floor, self._capacity(), None, self.held
+        floor, cut, held = self.floor, None, self.held
         held.clear()
-        paths = self._closed()
-        for length, path in paths:
+        for length, path in self._closed():
             if length < floor:
                 continue
             item = (length, tuple(path) if self._tours is None else canonical(path))
@@ -305,10 +262,9 @@ class CycleSearch:
                 self._limit = cut[0]
                 if cut[0] == floor and self._tours is None:
                     break  # one length alone is too much to hold, and its cycles come in their order
-        paths.close()
         return cut
 
-    def _closed(self) -> Generator[tuple[int, list[int]], None, None]:
+    def _closed(self) -> Iterator[tuple[int, list[int]]]:
         """Yield length and nodes of the closed paths up to the limit; the list of nodes is a live one."""
         if self._tours is not None:
             for tour in self._tours:
@@ -318,9 +274,7 @@ class CycleSearch:
             onward = [entry for entry in row if entry[0] > root]
             for k, (second, length) in enumerate(onward[:-1], start=1):
                 closing = dict(onward[k:])
-                self.steps += 1
-                if self.steps >= self._alarm:
-                    self._pause()
+                self._count_step()
                 steps = _FreeSteps(self._rows, root, second, closing, self._limit - length)
                 shortest = length + steps.back.get(second, steps.beyond)
                 if shortest <= self._limit:
@@ -332,7 +286,7 @@ class CycleSearch:
         self, path: list[int], length: int, state: Any, steps: Mapping[Any, list[Step]], closing: Mapping[Any, int]
     ) -> Iterator[tuple[int, list[int]]]:
         """Yield each closed path within the limit; `closing` holds the last edge from where there is one."""
-        limit, ahead, left = self._limit, _NEVER, self._alarm - self.steps
+        limit, ahead = self._limit, _NEVER
         used = set(path)
         stack: list[tuple[Iterator[Step], int]] = []
         onward = iter(steps[state])
@@ -357,11 +311,7 @@ class CycleSearch:
                 path.append(node)
                 used.add(node)
                 onward = iter(steps[state])
-                left -= 1
-                if not left:
-                    self.steps = self._alarm
-                    self._pause()
-                    left = self._alarm - self.steps
+                self._count_step()
                 if state in closing and len(path) > 2:
                     whole = length + closing[state]
                     if whole <= limit:
@@ -370,72 +320,17 @@ class CycleSearch:
                     elif whole < ahead:
                         ahead = whole
         finally:
-            self.steps = self._alarm - left
             self._ahead = min(self._ahead, ahead)
 
-    def _set_alarm(self) -> None:
-        self._alarm = self.steps + _REPORT_STEPS
-        if self._effort is not None:
-            self._alarm = min(self._alarm, self._effort)
-
-    def _pause(self) -> None:
-        if self._effort is not None and self.steps >= self._effort:
-            raise _Spent
-        self._set_alarm()
-        self._report()
+    def _count_step(self) -> None:
+        self.steps += 1
+        if self.steps >= self._alarm:
+            if self.steps >= self._effort:
+                raise _Spent
+            self._alarm = min(self.steps + _REPORT_STEPS, self._effort)
+            self._report()
 
     def _report(self) -> None:
         if self._progress is not None and self.floor < _NEVER:
             up_to = self.floor / QUANTA_PER_RADIAN
             self._progress(f"cycles of length up to {up_to:.3f} rad, {self.found} found")
-
-
-def routed_cycle(rows: Rows, stops: Sequence[Sequence[int]]) -> Item | None:
-    """Return a simple cycle through stops in order, not the shortest, or None if none is met."""
-    # Leg after leg is routed around the nodes in use. Every leg is tried as the first one; the shortest cycle counts.
-    tours: list[list[Sequence[int]]]
-    if len(stops) == 1:
-        tours = [[(node,), (v,)] for node in stops[0] for v, _ in rows[node]]
-    else:
-        tours = [[(node,), *stops[k + 1 :], *stops[:k]] for k in range(len(stops)) for node in stops[k]]
-    best: Item | None = None
-    for tour in tours:
-        start = tour[0][0]
-        path, whole = [start], 0
-        reserved = {stop[0] for stop in tour if len(stop) == 1}
-        for k in range(1, len(tour) + 1):
-            onward = k < len(tour)
-            if onward and path[-1] in tour[k]:
-                continue
-            targets = set(tour[k]).difference(path) if onward else {start}
-            # The path home has more than one edge, as a cycle has three nodes.
-            leg = _leg(rows, path[-1], targets, (reserved | set(path)) - targets, direct=onward or len(path) > 2)
-            if leg is None:
-                break
-            whole += leg[0]
-            path += leg[1]
-        else:
-            if len(path) > 3:
-                item = whole, canonical(path[:-1])
-                best = item if best is None else min(best, item)
-    return best
-
-
-def _leg(rows: Rows, source: int, targets: set[int], closed: set[int], *, direct: bool) -> Item | None:
-    """Return length and nodes, without the source, of the shortest path to a target; of two edges unless `direct`."""
-    heap: list[tuple[int, int, int]] = [(0, source, -1)]
-    parent: dict[int, int] = {}
-    while heap:
-        whole, node, before = heappop(heap)
-        if node in parent:
-            continue
-        parent[node] = before
-        if node in targets and before >= 0:
-            path = [node]
-            while parent[path[-1]] != source:
-                path.append(parent[path[-1]])
-            return whole, tuple(path[::-1])
-        for other, length in rows[node]:
-            if other not in closed and other not in parent and (direct or node != source or other not in targets):
-                heappush(heap, (whole + length, other, node))
-    return None

@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import lift
-from gaitgraph.graph.walks import order_by_lengths, quanta_of
+from gaitgraph.graph.walks import notes_on_order, order_by_lengths, quanta_of
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -33,17 +33,9 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_along,
     thrust_shares_along,
 )
-from gaitgraph.planning.refusal import (
-    Case,
-    FoundPath,
-    Obstacle,
-    note_on_heuristic_order,
-    obstacle_at_waypoint,
-    rootless_waypoints,
-    separation,
-)
+from gaitgraph.planning.request import Case, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import RELATION, Color, Sign, red_label
+from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
 from gaitgraph.validation.rules import jumps
 
 if TYPE_CHECKING:
@@ -68,18 +60,16 @@ def any_angle_paths(
     request, found = case.request, list[FoundPath]()
     if progress is not None:
         progress(f"searching {case.color} loops with {RELATION[case.sign]}")
-    rootless = rootless_waypoints(case)
-    if rootless:
-        return obstacle_at_waypoint(case, rootless[0])
+    if rootless := case.rootless():
+        return case.obstacle_at(rootless[0])
     uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
     robust = request.objective == "robust" and case.color == "red"
     reorder = request.any_order and len(request.waypoints) > 3
     for use in uses:
-        bound: float | None
         straight = not reorder and straight_loop_holds(case, use, robust=robust)
         if straight:
             points, order = request.waypoints, tuple(range(len(request.waypoints)))
-            bound = length_of([*points, points[0]])
+            bound: float | None = length_of([*points, points[0]])
         else:
             region = _most_robust_region(case, use) if robust else prepared_region(case, use)
             answer = _shortest_chain(case, region, reorder, notes, progress)
@@ -90,10 +80,18 @@ def any_angle_paths(
             points, order, bound = answer
         path = lift(points, case.color, vehicle=request.vehicle, coefficients=case.coefficients)
         if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-            found.append(case.directed(path, order, None if robust and not straight else bound))
+            found.append((path, order, None if robust and not straight else bound))
         if straight:
             break  # nothing is shorter
     return found
+
+
+def shortest_path(case: Case, use: Use) -> Leg | None:
+    """Return the shortest path from the first waypoint of a case to the last, or None if there is none."""
+    start, end = case.request.waypoints[0], case.request.waypoints[-1]
+    if straight_loop_holds(case, use):
+        return Leg([start, end], math.dist(start, end), math.dist(start, end))
+    return prepared_region(case, use).leg(start, end)
 
 
 def _shortest_chain(
@@ -109,14 +107,7 @@ def _shortest_chain(
         if region.entry(point) is None:
             why = region.region.why_not(point) or "it lies outside the admissible region"
             alpha = lift([point], case.color, vehicle=case.request.vehicle, coefficients=case.coefficients).alpha[0]
-            return Obstacle(
-                color=case.color,
-                sign=case.sign,
-                kind="waypoint",
-                message=f"{case}: waypoint {k + 1} ({point[0]:.4f}, {point[1]:.4f}): {why}",
-                waypoints=(k + 1,),
-                R=float(level_determinant(alpha, case.coefficients)),
-            )
+            return case.obstacle_at(k, f": {why}", float(level_determinant(alpha, case.coefficients)))
 
     def apart(first: int, second: int) -> Obstacle:
         parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
@@ -124,7 +115,7 @@ def _shortest_chain(
         wall = "the border of the admissible region: they lie in parts"
         if case.request.zones is not None:
             wall = "keep_out and keep_in: they lie in parts of the admissible region"
-        return separation(case, (first, second), f"{wall} of {' and '.join(areas)} rad²")
+        return case.separation((first, second), f"{wall} of {' and '.join(areas)} rad²")
 
     order = tuple(range(len(waypoints)))
     if reorder:
@@ -136,11 +127,8 @@ def _shortest_chain(
             if None in legs:
                 return apart(a - 1, a)
             lengths.append([quanta_of(leg.length) for leg in legs if leg is not None])
-        best = order_by_lengths(lengths)
-        assert best is not None  # noqa: S101 - every two waypoints are joined
-        order = best.order
-        if not best.exact:
-            notes[note_on_heuristic_order(len(order))] = None
+        order = order_by_lengths(lengths) or order
+        notes.update(dict.fromkeys(notes_on_order(order)))
     chain: list[Point] = []
     bound = 0.0
     for first, second in pairwise([*order, order[0]]):
@@ -159,31 +147,25 @@ def _most_robust_region(case: Case, use: Use) -> PreparedRegion:
     high = float(np.min(least_singular_value_on_red(plane[:, 0], plane[:, 1], case.request.vehicle)))
     low = case.request.floor if use == "flyable" else 0.0
 
-    def joins(prepared: PreparedRegion) -> bool:
-        entries = [prepared.entry(point) for point in points]
-        first = entries[0]
-        return first is not None and all(
-            entry is not None and prepared.region.joined(first, entry) for entry in entries
-        )
+    def joining(floor: float | None = None) -> PreparedRegion | None:
+        prepared = prepared_region(case, use, floor)
+        entries = [entry for entry in map(prepared.entry, points) if entry is not None]
+        joined = len(entries) == len(points) and all(prepared.region.joined(entries[0], entry) for entry in entries)
+        return prepared if joined else None
 
-    best = prepared_region(case, use)
-    if high <= low or not joins(best):
-        return best
-    top = prepared_region(case, use, high)
-    if joins(top):
-        return top
+    best = joining()
+    if high <= low or best is None:
+        return best or prepared_region(case, use)
     # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
-    last = low
+    nearly = low
     for _ in range(_ROBUST_STEPS):
-        last = (last + high) / 2
-    nearly = prepared_region(case, use, last)
-    if joins(nearly):
-        return nearly
+        nearly = (nearly + high) / 2
+    if found := joining(high) or joining(nearly):
+        return found
     for _ in range(_ROBUST_STEPS):
         middle = (low + high) / 2
-        prepared = prepared_region(case, use, middle)
-        if joins(prepared):
-            low, best = middle, prepared
+        if found := joining(middle):
+            low, best = middle, found
         else:
             high = middle
     return best
@@ -349,14 +331,13 @@ def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Regio
     return prepared_region(Case(request=request, coefficients=coefficients, color=color, sign=sign), use).region
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WaypointLocation:
+class WaypointLocation(NamedTuple):
     """One waypoint: the number of its part, from 1; or why it is in none, and the nearest point that is in one."""
 
     point: Point
     part: int | None
-    why_not: str | None = None
-    nearest: Point | None = None
+    why_not: str | None
+    nearest: Point | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -374,19 +355,42 @@ class RegionLocation:
         first, *others = (waypoint.point for waypoint in self.waypoints)
         return self.waypoints[0].part is not None and all(self.region.joined(first, other) for other in others)
 
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        parts = self.region.components
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "area": self.region.area,
+            "parts": [{"area": part.area, "inside": list(part.representative_point().coords[0])} for part in parts],
+            "waypoints": [
+                {"waypoint": list(point), "part": part, "reason": why_not, "nearest": nearest and list(nearest)}
+                for point, part, why_not, nearest in self.waypoints
+            ],
+            "joined": self.joined,
+        }
+
+    def __str__(self) -> str:
+        areas = [f"{part.area:.4g}" for part in self.region.components]
+        parts = f"{len(areas)} part{'s' * (len(areas) > 1)} of {', '.join(areas)} rad²" if areas else "empty"
+        lines = [f"{self.color}, {RELATION[self.sign]}: {parts}"]
+        for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
+            text = f"in part {part}" if part is not None else f"{why_not}"
+            if nearest is not None:
+                text += f"; the nearest admissible point is {self.region.nearest_as_text(point)}"
+            text = f"waypoint {number} ({point[0]:.4f}, {point[1]:.4f}): {text}"
+            lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
+        if len(self.waypoints) > 1:
+            lines.append("  a loop can join them all" if self.joined else "  no loop can join them")
+        return "\n".join(lines)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Location:
     """Where waypoints lie; truthy when, for a color and sign of R, one part of the region holds them all.
 
-    Parameters
-    ----------
-    use
-        "flyable" or "valid": what the region allows.
-    accuracy
-        How far inside its curved borders the region may be [rad].
-    regions
-        One for each color and sign of R that was asked for.
+    `use` is "flyable" or "valid", what the regions allow; `accuracy` how far inside their curved borders they may be
+    [rad]; `regions` has one for each sign of R that was asked for.
     """
 
     use: str
@@ -398,53 +402,11 @@ class Location:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
-        return {
-            "use": self.use,
-            "accuracy": self.accuracy,
-            "joined": bool(self),
-            "regions": [
-                {
-                    "color": one.color,
-                    "sign": one.sign,
-                    "area": one.region.area,
-                    "parts": [
-                        {"area": part.area, "inside": list(part.representative_point().coords[0])}
-                        for part in one.region.components
-                    ],
-                    "waypoints": [
-                        {
-                            "waypoint": list(waypoint.point),
-                            "part": waypoint.part,
-                            "reason": waypoint.why_not,
-                            "nearest": None if waypoint.nearest is None else list(waypoint.nearest),
-                        }
-                        for waypoint in one.waypoints
-                    ],
-                    "joined": one.joined,
-                }
-                for one in self.regions
-            ],
-        }
+        regions = [one.as_mapping() for one in self.regions]
+        return {"use": self.use, "accuracy": self.accuracy, "joined": bool(self), "regions": regions}
 
     def __str__(self) -> str:
-        lines = []
-        for one in self.regions:
-            areas = [f"{part.area:.4g}" for part in one.region.components]
-            parts = f"{len(areas)} part{'s' * (len(areas) > 1)} of {', '.join(areas)} rad²" if areas else "empty"
-            lines.append(f"{one.color}, {RELATION[one.sign]}: {parts}")
-            for number, waypoint in enumerate(one.waypoints, start=1):
-                text = f"waypoint {number} ({waypoint.point[0]:.4f}, {waypoint.point[1]:.4f}): "
-                if waypoint.part is not None:
-                    lines.append(f"  {text}in part {waypoint.part}")
-                    continue
-                nearest = one.region.nearest_as_text(waypoint.point)
-                text += f"{waypoint.why_not}"
-                if nearest is not None:
-                    text += f"; the nearest admissible point is {nearest}"
-                lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
-            if len(one.waypoints) > 1:
-                lines.append("  a loop can join them all" if one.joined else "  no loop can join them")
-        return "\n".join(lines)
+        return "\n".join(map(str, self.regions))
 
 
 def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
@@ -475,19 +437,15 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     if use not in ("flyable", "valid"):
         raise InputError(f"use must be 'flyable' or 'valid', got {shown(use)}")
     color: Color = "blue" if request.color == "blue" else "red"
-    signs: tuple[Sign, ...] = ("positive", "negative")
     regions = []
-    for sign in signs:
+    for sign in reversed(SIGNS):
         if request.sign not in ("auto", sign):
             continue
         region = region_of(request, color, sign, use)
         waypoints = []
         for point in request.waypoints:
             part = region.component_of(point)
-            if part is not None:
-                waypoints.append(WaypointLocation(point=point, part=part + 1))
-            else:
-                why, nearest = region.why_not(point), region.nearest(point)
-                waypoints.append(WaypointLocation(point=point, part=None, why_not=why, nearest=nearest))
+            where = (None, None) if part is not None else (region.why_not(point), region.nearest(point))
+            waypoints.append(WaypointLocation(point, None if part is None else part + 1, *where))
         regions.append(RegionLocation(color=color, sign=sign, region=region, waypoints=tuple(waypoints)))
     return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))

@@ -13,23 +13,14 @@ from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
 from gaitgraph.graph.cycle_list import Cycle, Cycles, cycles, simple_cycle
-from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk
+from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk, notes_on_order
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.planning.refusal import (
-    Case,
-    FoundPath,
-    Obstacle,
-    note_on_heuristic_order,
-    obstacle_at_waypoint,
-    rootless_waypoints,
-    separation,
-)
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.planning.request import Case, FoundPath, Obstacle, PlanRequest, Point
 
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
@@ -57,10 +48,10 @@ def grid_paths(
     request, sign = cases[0].request, cases[0].sign
     answers: list[list[FoundPath] | Obstacle] = []
     if graph is None:
-        lacking = [rootless_waypoints(case) for case in cases]
+        lacking = [case.rootless() for case in cases]
         if set.intersection(*map(set, lacking)):
             # Some waypoint has no root at all with this sign: no need to build the graph.
-            answers += [obstacle_at_waypoint(case, k[0]) for case, k in zip(cases, lacking, strict=True)]
+            answers += [case.obstacle_at(k[0]) for case, k in zip(cases, lacking, strict=True)]
             return answers, None
         if progress is not None:
             progress(f"building the graph with {RELATION[sign]}")
@@ -81,7 +72,7 @@ def grid_paths(
         if not isinstance(walk, Blocked) and len(walk.nodes) > 1:
             steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
             if not all(graph.edges[a, b]["continuous"] for a, b in steps):
-                return answers, cases[0].directed(gait_along(graph, walk.nodes), tuple(range(len(served))))
+                return answers, (gait_along(graph, walk.nodes), tuple(range(len(served))), None)
     return answers, None
 
 
@@ -92,7 +83,7 @@ def _paths_of_color(
     request = case.request
     stops = [[node for node in nodes if graph.nodes[node]["color"] == case.color] for nodes in served]
     if not all(stops):
-        return obstacle_at_waypoint(case, stops.index([]))
+        return case.obstacle_at(stops.index([]))
     uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
     found: list[FoundPath] = []
     valid = allowed_edges("valid")
@@ -101,15 +92,14 @@ def _paths_of_color(
         if request.any_order:
             best = best_order(graph, [nodes[0] for nodes in stops], use=use)
             if best is not None:
-                order = best.order
-                if not best.exact:
-                    notes[note_on_heuristic_order(len(order))] = None
+                order = best
+                notes.update(dict.fromkeys(notes_on_order(order)))
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective="robust" if request.objective == "robust" else "shortest")
         if not isinstance(walk, Blocked):
-            path = case.directed(gait_along(graph, walk.nodes), order)
-            if not any(np.array_equal(path[0].alpha, other.alpha) for other, *_ in found):
-                found.append(path)
+            path = gait_along(graph, walk.nodes)
+            if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
+                found.append((path, order, None))
         elif use == "valid":
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
             # How many nodes usable edges join to each of the two.
@@ -117,7 +107,7 @@ def _paths_of_color(
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
             wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
             wall += f" of {request.divisions} divisions: more divisions may join them"
-            return separation(case, ends, wall, counts)
+            return case.separation(ends, wall, counts)
     return found
 
 
@@ -129,8 +119,8 @@ class GridCycles:
     ----------
     cycles
         The cycles of all graphs, found while they are asked for: by length, then R < 0 before R > 0.
-    graphs, stops
-        The graphs by sign of R, and in each the nodes above the waypoints.
+    graphs
+        By sign of R, the graph and in it the nodes above the waypoints.
     missing
         By sign of R, why there is no graph to search.
     notes
@@ -140,8 +130,7 @@ class GridCycles:
     """
 
     cycles: Cycles
-    graphs: dict[Sign, nx.Graph[Any]]
-    stops: dict[Sign, list[list[Any]]]
+    graphs: dict[Sign, tuple[nx.Graph[Any], list[list[Any]]]]
     missing: dict[Sign, str]
     notes: tuple[str, ...]
     use: Use
@@ -155,9 +144,9 @@ class GridCycles:
         not longer than the bound [rad]. The effort is the largest number of search steps for each sign of R.
         """
         answers = {
-            sign: simple_cycle(graph, self.stops[sign], use=self.use, any_order=self.any_order, effort=effort)
-            for sign, graph in self.graphs.items()
-            if self.stops[sign]
+            sign: simple_cycle(graph, stops, use=self.use, any_order=self.any_order, effort=effort)
+            for sign, (graph, stops) in self.graphs.items()
+            if stops
         }
         bound = min((answer.bound for answer in answers.values()), default=math.inf)
         found = [answer.cycle for answer in answers.values() if answer.cycle is not None]
@@ -167,7 +156,7 @@ class GridCycles:
                 return shortest, bound, ""
             limit = f"{self.max_length:g} rad"
             return None, bound, f"within {limit} none was found; the best one has {shortest.length:.4f} rad"
-        reasons = self.missing | {sign: one.reason for sign, one in answers.items() if one.reason is not None}
+        reasons = self.missing | {sign: answer.reason or "" for sign, answer in answers.items()}
         if reasons:
             return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
         if not self.cycles.complete:
@@ -214,8 +203,7 @@ def grid_cycles(
     """
     any_order, notes = request.any_order and through, []
     heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER
-    graphs: dict[Sign, nx.Graph[Any]] = {}
-    stops: dict[Sign, list[list[Any]]] = {}
+    graphs: dict[Sign, tuple[nx.Graph[Any], list[list[Any]]]] = {}
     missing: dict[Sign, str] = {}
     for sign in SIGNS:
         if request.sign not in ("auto", sign):
@@ -225,35 +213,28 @@ def grid_cycles(
         graph = _graph(request, sign, waypoints=request.waypoints if through else ())
         if request.color != "auto":
             graph.remove_nodes_from([name for name, data in graph.nodes(data=True) if data["color"] != request.color])
-        served = nodes_above(graph, request.waypoints) if through else []
-        if not all(served):
+        stops = nodes_above(graph, request.waypoints) if through else []
+        if not all(stops):
             color = "" if request.color == "auto" else f"{request.color} "
-            number = served.index([]) + 1
+            number = stops.index([]) + 1
             missing[sign] = f"waypoint {number} has no {color}root with this sign of R in the region"
             continue
-        order = best_order(graph, [nodes[0] for nodes in served], use=use) if heuristic else None
+        order = best_order(graph, [nodes[0] for nodes in stops], use=use) if heuristic else None
         if order is not None:
-            served = [served[k] for k in order.order]
-            method = f"order of {len(served)} waypoints by Christofides' heuristic (networkx)"
+            stops = [stops[k] for k in order]
+            method = f"order of {len(stops)} waypoints by Christofides' heuristic (networkx)"
             notes.append(f"{RELATION[sign]}: {method}: only cycles in this order are listed")
-        graphs[sign], stops[sign] = graph, served
+        graphs[sign] = graph, stops
     any_order = any_order and not heuristic
-    lists = [
-        cycles(
-            graph,
-            through=stops[sign],
-            any_order=any_order,
-            max_length=max_length,
-            use=use,
-            effort=effort,
-            progress=progress,
-        )
-        for sign, graph in graphs.items()
+    options: dict[str, Any] = {"max_length": max_length, "effort": effort, "progress": progress}
+    sources = [
+        source
+        for graph, stops in graphs.values()
+        for source in cycles(graph, through=stops, any_order=any_order, use=use, **options).sources
     ]
     return GridCycles(
-        cycles=Cycles.merged(lists),
+        cycles=Cycles(sources),
         graphs=graphs,
-        stops=stops,
         missing=missing,
         notes=tuple(notes),
         use=use,

@@ -9,17 +9,17 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
-from gaitgraph.planning.refusal import Case, Obstacle
-from gaitgraph.planning.request import request_of
-from gaitgraph.surface.sheets import COLORS, RELATION
+from gaitgraph.planning.request import FoundPath, Obstacle, PlanRequest, request_of
+from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks, verdict_line
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -31,12 +31,16 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.refusal import FoundPath
-    from gaitgraph.planning.request import PlanRequest, Point, Points
+    from gaitgraph.planning.request import Point, Points
     from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
 
 _WIDTH = 110
+_NO_LOOP: dict[str, Any] = {
+    **dict.fromkeys(("color", "sign", "length", "lower_bound")),
+    **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
+    **{name: [] for name in ("path", "types", "colors", "corners", "vertices", "checks")},
+}
 _FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
 
@@ -48,8 +52,6 @@ class Loop:
     ----------
     path
         Every node that the loop passes, in order, the first not repeated; a gait.
-    gait
-        The same loop with straight runs merged.
     sign
         Sign of R: "positive" or "negative".
     order
@@ -62,11 +64,15 @@ class Loop:
     """
 
     path: Gait
-    gait: Gait
     sign: Sign
     order: tuple[int, ...]
     request: PlanRequest
     lower_bound: float | None
+
+    @cached_property
+    def gait(self) -> Gait:
+        """The same loop with straight runs merged."""
+        return self.path.merged()
 
     @cached_property
     def report(self) -> Report:
@@ -187,26 +193,12 @@ class Plan:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
-        loop = self.loop.as_mapping() if self.loop else {}
         return {
             "status": self.status,
             "reason": self.reason,
-            "color": loop.get("color"),
-            "sign": loop.get("sign"),
             "waypoints": [list(point) for point in self.waypoints],
-            "path": loop.get("path", []),
-            "types": loop.get("types", []),
-            "colors": loop.get("colors", []),
-            "length": loop.get("length"),
-            "lower_bound": loop.get("lower_bound"),
-            "corners": loop.get("corners", []),
-            "vertices": loop.get("vertices", []),
+            **(self.loop.as_mapping() if self.loop else _NO_LOOP),
             "alternatives": [other.as_mapping() for other in self.alternatives],
-            "valid": loop.get("valid", False),
-            "two_color": loop.get("two_color", False),
-            "flyable": loop.get("flyable", False),
-            "reachable_from_hover": loop.get("reachable_from_hover", False),
-            "checks": loop.get("checks", []),
             "warnings": list(self.warnings),
             "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
             "crossing_tolerance": math.pi / (2 * self.request.divisions),
@@ -292,12 +284,36 @@ def plan_loop(
     Parameters
     ----------
     waypoints
-        (α1, α2) pairs, numbers [rad] or texts such as "3pi/8". One waypoint plans a gait that is a point, two an
-        out-and-back gait.
-    color, sign, objective, divisions, vehicle, coefficients, keep_out, keep_in, any_order, reverse, method, accuracy
-        What is asked for: see :func:`gaitgraph.planning.request.request_of`.
-    period, law, floor
-        How the loop is judged: see there too.
+        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them exactly.
+        Waypoints that repeat in a row are merged. One plans a gait that is a point, two an out-and-back gait.
+    color
+        "red", "blue" or "auto".
+    sign
+        Sign of R: "positive", "negative" or "auto".
+    objective
+        "shortest", or "robust": the best worst-case least singular value, then the shortest.
+    divisions
+        Pieces into which [−π/2, π/2] is cut by the grid, at most 256; 16 if it is not given.
+    vehicle
+        A vehicle, a preset's name, a TOML file, or a mapping of constants.
+    coefficients
+        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+    keep_out, keep_in
+        Polygons in the (α1, α2) plane, lists of (α1, α2).
+    any_order
+        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond by a heuristic whose
+        loop is at most 1.5 times as long (:func:`gaitgraph.graph.walks.best_order`).
+    reverse
+        Run the loop in the other direction.
+    method
+        "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
+        `divisions` are given, else exact.
+    accuracy
+        With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
+    period, law
+        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.timed_gait.parametrize`.
+    floor
+        Least singular value that a flyable loop keeps, dimensionless.
     graph
         A surface graph to plan on, instead of one built for the request. It must hold the waypoints as nodes. It
         fixes sign, divisions, method, vehicle, coefficients, floor and polygons, of which none may be asked for then.
@@ -366,7 +382,6 @@ def plan(
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    coefficients = coefficients_of(request.vehicle, request.coefficients)
     exact = request.method == "exact"
     loops: list[Loop] = []
     broken: list[Loop] = []
@@ -375,17 +390,12 @@ def plan(
 
     def loop_of(found: FoundPath, sign: Sign) -> Loop:
         path, order, bound = found
-        return Loop(path=path, gait=path.merged(), sign=sign, order=order, request=request, lower_bound=bound)
+        if request.reverse:
+            path, order = path.reversed(), (order[0], *order[:0:-1])
+        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound)
 
-    signs: tuple[Sign, ...] = ("positive", "negative")
-    for sign in signs:
-        if request.sign not in ("auto", sign):
-            continue
-        cases = [
-            Case(request=request, coefficients=coefficients, color=color, sign=sign)
-            for color in COLORS
-            if request.color in ("auto", color)
-        ]
+    for sign, group in groupby(request.cases(), key=lambda case: case.sign):
+        cases = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:
                 progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")

@@ -1,4 +1,4 @@
-"""What a plan is asked for: the request, and requests in TOML, JSON and gait files.
+"""What a plan is asked for: the request, its cases of color and sign of R with their obstacles, and requests in files.
 
 A minimal file::
 
@@ -10,11 +10,12 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,24 +23,28 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import is_closed, merged, setting_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of, noise_of
 from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones
+from gaitgraph.surface.sheets import COLORS, RELATION, SIGNS, Color, RootArrays, Sign, root_arrays, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
 Angle = float | str
 Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 """Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
+FoundPath = tuple["Gait", tuple[int, ...], float | None]
+"""A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad]."""
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "color": ("auto", "red", "blue"),
@@ -55,99 +60,61 @@ _SAMPLING = ("samples", "rate")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for, complete and checked: made by :func:`request_of`, which explains the fields.
+    """What a plan is asked for, complete and checked: made by :func:`request_of`.
 
-    `zones` has the polygons of `keep_out` and `keep_in`, if there are any; `notes` say what was changed.
+    The fields are the options of :func:`gaitgraph.planning.planner.plan_loop`. `zones` has the polygons of `keep_out`
+    and `keep_in`, if there are any; `notes` say what was changed.
     """
 
     waypoints: tuple[Point, ...]
-    color: str
-    sign: str
-    objective: str
-    divisions: int
-    vehicle: Vehicle
-    coefficients: Kind
-    zones: Zones | None
-    any_order: bool
-    reverse: bool
-    method: str
-    accuracy: float
-    period: float
-    law: str
-    floor: float
+    color: str = "auto"
+    sign: str = "auto"
+    objective: str = "shortest"
+    divisions: int = DEFAULT_DIVISIONS
+    vehicle: Vehicle = PAPER
+    coefficients: Kind = "published"
+    keep_out: tuple[tuple[Point, ...], ...] = ()
+    keep_in: tuple[tuple[Point, ...], ...] = ()
+    any_order: bool = False
+    reverse: bool = False
+    method: str = "exact"
+    accuracy: float = 1e-6
+    period: float = 1.0
+    law: str = LAWS[0]
+    floor: float = DEFAULT_FLOOR
+    zones: Zones | None = None
     notes: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
-        plain: dict[str, Any] = {
-            "waypoints": [list(point) for point in self.waypoints],
-            "vehicle": self.vehicle.as_mapping(),
-        }
-        for name in ("keep_out", "keep_in"):
-            polygons = getattr(self.zones, name) if self.zones else ()
-            plain[name] = [[list(corner) for corner in polygon] for polygon in polygons]
-        return {name: plain[name] if name in plain else getattr(self, name) for name in REQUEST_FIELDS}
+        plain = {name: getattr(self, name) for name in REQUEST_FIELDS}
+        plain |= {name: [[list(corner) for corner in polygon] for polygon in plain[name]] for name in _POLYGONS}
+        return {**plain, "waypoints": [list(point) for point in self.waypoints], "vehicle": self.vehicle.as_mapping()}
+
+    def cases(self) -> list[Case]:
+        """Return the cases of color and sign of R that are asked for, R > 0 first."""
+        coefficients = coefficients_of(self.vehicle, self.coefficients)
+        return [
+            Case(request=self, coefficients=coefficients, color=color, sign=sign)
+            for sign in reversed(SIGNS)
+            if self.sign in ("auto", sign)
+            for color in COLORS
+            if self.color in ("auto", color)
+        ]
 
 
-def request_of(
-    waypoints: Points,
-    *,
-    color: Literal["auto", "red", "blue"] = "auto",
-    sign: Literal["auto", "positive", "negative"] = "auto",
-    objective: Literal["shortest", "robust"] = "shortest",
-    divisions: int | None = None,
-    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-    coefficients: Kind | None = None,
-    keep_out: Sequence[Points] = (),
-    keep_in: Sequence[Points] = (),
-    any_order: bool = False,
-    reverse: bool = False,
-    method: Literal["exact", "grid"] | None = None,
-    accuracy: float = 1e-6,
-    period: float = 1.0,
-    law: str = LAWS[0],
-    floor: float = DEFAULT_FLOOR,
-) -> PlanRequest:
-    """Return a request, checked and complete.
+REQUEST_FIELDS = tuple(field.name for field in fields(PlanRequest))[:-2]
+"""The names of the fields of a request, as files and Python use them."""
+_POLYGONS = ("keep_out", "keep_in")
 
-    Parameters
-    ----------
-    waypoints
-        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them
-        exactly, in order, and back to the first. Waypoints that repeat in a row are merged.
-    color
-        "red", "blue" or "auto".
-    sign
-        Sign of R: "positive", "negative" or "auto".
-    objective
-        "shortest", or "robust": the best worst-case least singular value, then the shortest.
-    divisions
-        Pieces into which [−π/2, π/2] is cut by the grid, at most 256; 16 if it is not given.
-    vehicle
-        A vehicle, a preset's name, a TOML file, or a mapping of constants.
-    coefficients
-        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
-    keep_out, keep_in
-        Polygons in the (α1, α2) plane, lists of (α1, α2).
-    any_order
-        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond by a heuristic whose
-        loop is at most 1.5 times as long (:func:`gaitgraph.graph.walks.best_order`).
-    reverse
-        Run the loop the other way.
-    method
-        "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
-        `divisions` are given, else exact.
-    accuracy
-        With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
-    period, law
-        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.timed_gait.parametrize`.
-    floor
-        Least singular value that a flyable loop keeps, dimensionless.
+
+def request_of(waypoints: Points, **options: Any) -> PlanRequest:
+    """Return a request, checked and complete; the options are those of :func:`gaitgraph.planning.planner.plan_loop`.
 
     Raises
     ------
     InputError
-        If anything is malformed; the message names the field, the value and what is allowed.
+        If anything is malformed; the message names the field, the value and what it must be.
 
     Examples
     --------
@@ -155,29 +122,39 @@ def request_of(
     >>> len(request.waypoints), request.method, request.coefficients
     (1, 'exact', 'published')
     """
-    if method is None:
-        method = "exact" if divisions is None else "grid"
-    for name, value in {"color": color, "sign": sign, "objective": objective, "method": method}.items():
-        if not isinstance(value, str) or value not in CHOICES[name]:
-            hint = did_you_mean(value, list(CHOICES[name])) if isinstance(value, str) else ""
+    for name in (name for name in options if name not in REQUEST_FIELDS):
+        hint = did_you_mean(name, [*REQUEST_FIELDS, *_SAMPLING])
+        raise InputError(f"{name}: no field of a request{hint or '; fields are ' + ', '.join(REQUEST_FIELDS)}")
+    by_default = {name for name in ("divisions", "coefficients", "method") if options.get(name) is None}
+    asked: dict[str, Any] = {field.name: field.default for field in fields(PlanRequest)}
+    asked |= {name: value for name, value in options.items() if name not in by_default}
+    if "method" in by_default:
+        asked["method"] = "exact" if "divisions" in by_default else "grid"
+    for name, choices in CHOICES.items():
+        value = asked[name]
+        if not isinstance(value, str) or value not in choices:
+            hint = did_you_mean(value, list(choices)) if isinstance(value, str) else ""
             if (name, value) == ("objective", "thrust"):
                 hint = "; for low thrusts use gaitgraph optimize --objective hover_reserve"
-            raise InputError(f"{name} must be one of {', '.join(CHOICES[name])}, got {shown(value)}{hint}")
-    for name, flag in (("any_order", any_order), ("reverse", reverse)):
-        if not isinstance(flag, bool):
-            raise InputError(f"{name} must be true or false, got {shown(flag)}")
-    divisions = checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions)
-    checked_clock(period, law)
-    if not 0 <= number_of(floor) < math.inf:
-        raise InputError(f"floor must be a finite number ≥ 0 (a singular value), got {shown(floor)}")
-    if not 1e-9 <= number_of(accuracy) <= 0.1:
-        raise InputError(f"accuracy must be between 1e-9 and 0.1 rad, got {shown(accuracy)}")
+            raise InputError(f"{name} must be one of {', '.join(choices)}, got {shown(value)}{hint}")
+    for name in ("any_order", "reverse"):
+        if not isinstance(asked[name], bool):
+            raise InputError(f"{name} must be true or false, got {shown(asked[name])}")
+    asked["divisions"] = checked_divisions(asked["divisions"])
+    checked_clock(asked["period"], asked["law"])
+    if not 0 <= number_of(asked["floor"]) < math.inf:
+        raise InputError(f"floor must be a finite number ≥ 0 (a singular value), got {shown(asked['floor'])}")
+    if not 1e-9 <= number_of(asked["accuracy"]) <= 0.1:
+        raise InputError(f"accuracy must be between 1e-9 and 0.1 rad, got {shown(asked['accuracy'])}")
+    asked |= {name: float(asked[name]) for name in ("accuracy", "period", "floor")}
+    vehicle = asked["vehicle"]
     if isinstance(vehicle, Mapping):
         vehicle = vehicle_from_mapping(dict(vehicle))
     elif isinstance(vehicle, (str, Path)):
         vehicle = vehicle_named(vehicle)
     elif not isinstance(vehicle, Vehicle):
         raise InputError(f"vehicle must be a preset's name, a .toml file or a table of constants, got {shown(vehicle)}")
+    asked |= {"vehicle": vehicle, "coefficients": coefficients_of(vehicle, options.get("coefficients")).kind}
 
     points = checked_waypoints(waypoints)
     # A waypoint that equals the one before it is dropped, around the seam too.
@@ -185,30 +162,12 @@ def request_of(
     if len(kept) > 1 and kept[-1] == kept[0]:
         kept.pop()
     dropped = len(points) - len(kept)
-    note = f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before"
-    given = any(not isinstance(part, (list, tuple)) or part for part in (keep_out, keep_in))
-    return PlanRequest(
-        waypoints=tuple(kept),
-        color=color,
-        sign=sign,
-        objective=objective,
-        divisions=divisions,
-        vehicle=vehicle,
-        coefficients=coefficients_of(vehicle, coefficients).kind,
-        zones=Zones(keep_out=keep_out, keep_in=keep_in) if given else None,
-        any_order=any_order,
-        reverse=reverse,
-        method=method,
-        accuracy=float(accuracy),
-        period=float(period),
-        law=law,
-        floor=float(floor),
-        notes=(note,) if dropped else (),
-    )
-
-
-REQUEST_FIELDS = tuple(inspect.signature(request_of).parameters)
-"""The names of the fields of a request, as files and Python use them."""
+    if dropped:
+        asked["notes"] = (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",)
+    if any(not isinstance(asked[name], (list, tuple)) or asked[name] for name in _POLYGONS):
+        zones = Zones(**{name: asked[name] for name in _POLYGONS})
+        asked |= {"zones": zones, "keep_out": zones.keep_out, "keep_in": zones.keep_in}
+    return PlanRequest(**{**asked, "waypoints": tuple(kept)})
 
 
 def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
@@ -234,6 +193,118 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
     return points
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Why one color and sign of R has no loop: the certificate of a refusal.
+
+    Parameters
+    ----------
+    color, sign
+        What was tried.
+    kind
+        "waypoint": a waypoint has no root of this color and sign (or lies where the request forbids it);
+        "separated": two waypoints cannot be joined; "color": the color does not exist.
+    message
+        What is in the way.
+    waypoints
+        The numbers of the waypoints concerned, from 1.
+    R
+        For "waypoint": the value of R there.
+    components
+        For "separated" on the grid: how many graph nodes can be reached from each of the two waypoints.
+    nearest
+        For "waypoint", any-angle: the nearest (α1, α2) that is admissible, if there is any [rad].
+    """
+
+    color: str
+    sign: str
+    kind: Literal["waypoint", "separated", "color"]
+    message: str
+    waypoints: tuple[int, ...] = ()
+    R: float | None = None
+    components: tuple[int, ...] = ()
+    nearest: Point | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One color and sign of R for which a request is answered; waypoints are counted from 0."""
+
+    request: PlanRequest
+    coefficients: Coefficients
+    color: Color
+    sign: Sign
+
+    def __str__(self) -> str:
+        return f"{self.color}, {RELATION[self.sign]}"
+
+    @property
+    def wanted(self) -> float:
+        """The sign of R as +1 or −1."""
+        return 1.0 if self.sign == "positive" else -1.0
+
+    @property
+    def _is_singular(self) -> bool:
+        return self.color == "blue" and self.coefficients.kind == "exact"
+
+    @property
+    def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """R of the roots above each waypoint, and whether they are of this color."""
+        found = _roots_above(self.request.waypoints, self.coefficients)
+        return found.R, found.sheet == (1 if self.color == "red" else -1)
+
+    def rootless(self) -> list[int]:
+        """Return the waypoints that have no root of this color and sign, or lie where polygons forbid it."""
+        waypoints, zones = self.request.waypoints, self.request.zones
+        if self._is_singular:
+            return list(range(len(waypoints)))
+        R, of_color = self._roots
+        rooted = (of_color & (self.wanted * R > noise_of(self.coefficients))).any(axis=1)
+        if zones is not None:
+            rooted &= zones.allow_points(np.array(waypoints))
+        return [int(k) for k in np.flatnonzero(~rooted)]
+
+    def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
+        """Return what is in the way at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
+        if self._is_singular:
+            message = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
+            return Obstacle(color=self.color, sign=self.sign, kind="color", message=message, R=0.0)
+        if why is None:
+            values, of_color = (part[k] for part in self._roots)
+            R = float(max(values[of_color], key=lambda value: self.wanted * value))
+            if self.wanted * R > 0 and self.request.zones is not None:
+                why = " lies where keep_out or keep_in forbids it"
+            else:
+                why = " has R = 0, the matrix is singular there" if abs(R) < 1e-9 else f" has R = {R:.4g}"
+        first, second = self.request.waypoints[k]
+        message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
+        return Obstacle(color=self.color, sign=self.sign, kind="waypoint", message=message, waypoints=(k + 1,), R=R)
+
+    def separation(self, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
+        """Return that two waypoints are separated by a factor of R, or by what `otherwise` names."""
+        first, second = (self.request.waypoints[k] for k in ends)
+        factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        numbers = ends[0] + 1, ends[1] + 1
+        return Obstacle(
+            color=self.color,
+            sign=self.sign,
+            kind="separated",
+            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+            waypoints=numbers,
+            components=components,
+        )
+
+
+@lru_cache(maxsize=2)
+def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
+    """Return the roots above waypoints; each color and sign of one request asks for them again."""
+    plane = np.array(waypoints)
+    return root_arrays(plane[:, 0], plane[:, 1], coefficients)
+
+
+# --- requests in files -----------------------------------------------------------------------------------------------
+
+
 def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request that a mapping describes, and its sampling (samples, rate); InputError if a name is unknown.
 
@@ -243,20 +314,13 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
     >>> request.divisions, sampling
     (16, {'samples': 50})
     """
-    known = (*REQUEST_FIELDS, *_SAMPLING)
     # Requests of earlier versions state the sheets; "planes" is what there is.
     content = {name: value for name, value in content.items() if (name, value) != ("sheets", "planes")}
-    for name, value in content.items():
-        if name == "sheets":
-            why = "since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
-            raise InputError(f"sheets: {shown(value)}; no field any more, {why}")
-        if name not in known:
-            hint = did_you_mean(name, list(known))
-            raise InputError(f"{name}: no field of a request{hint or '; fields are ' + ', '.join(REQUEST_FIELDS)}")
-    if "waypoints" not in content:
-        raise InputError("waypoints must be a list of [alpha1, alpha2], at least one; none given")
+    if "sheets" in content:
+        why = "since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
+        raise InputError(f"sheets: {shown(content['sheets'])}; no field any more, {why}")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
-    return request_of(**content), sampling
+    return request_of(content.pop("waypoints", ()), **content), sampling
 
 
 def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
@@ -274,57 +338,58 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
     FileProblem, InputError
         If the file cannot be read, or holds no request.
     """
+    content = stated_request(path)
+    vehicle = content.get("vehicle")
+    if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
+        content["vehicle"] = str(Path(path).parent / vehicle)
+    if any(name in overrides for name in _SAMPLING):
+        content = {name: value for name, value in content.items() if name not in _SAMPLING}
+    with _named(Path(path)):
+        return request_from_mapping({**content, **overrides})
+
+
+def stated_request(path: str | Path) -> dict[str, Any]:
+    """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in (".toml", *FORMATS):
-        hint = did_you_mean(suffix, [".toml", *FORMATS])
-        allowed = ", ".join([".toml", *FORMATS])
-        raise InputError(f"request file must end in one of {allowed}, got {str(path)!r}{hint}")
-    source = _text_or_provenance(path)
-    try:
-        content = _stated_request(source, suffix)
-        vehicle = content.get("vehicle")
-        if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
-            content["vehicle"] = str(path.parent / vehicle)
-        if any(name in overrides for name in _SAMPLING):
-            content = {name: value for name, value in content.items() if name not in _SAMPLING}
-        return request_from_mapping({**content, **overrides})
-    except InputError as error:
-        what = "request file" if isinstance(source, str) else "gait file"
-        raise type(error)(f"{what} {str(path)!r}: {error}") from error
-
-
-def _text_or_provenance(path: Path) -> str | dict[str, Any]:
-    """Return the text of a TOML or JSON file, or what made a gait file of another format."""
-    if path.suffix.lower() in (".toml", ".json"):
-        return text_of(path, "request file", "TOML or JSON")
-    return provenance_in(path)
-
-
-def _stated_request(source: str | dict[str, Any], suffix: str) -> dict[str, Any]:
-    """Return the fields of the request in the text of a file, or in what a gait file says of its making."""
-    about: object = source
-    if isinstance(source, str):
-        content = _parsed(source, suffix)
+    known = [".toml", *FORMATS]
+    if suffix not in known:
+        hint = did_you_mean(suffix, known)
+        raise InputError(f"request file must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
+    if suffix not in (".toml", ".json"):
+        about: Any = provenance_in(path)
+    else:
+        text = text_of(path, "request file", "TOML or JSON")
+        with _named(path):
+            content = table_from_toml(text) if suffix == ".toml" else _object_from_json(text)
         if "status" in content and isinstance(content.get("request"), dict):
             return dict(content["request"])  # a saved plan
         if not isinstance(content.get("columns"), dict):
             return content
         about = content.get("about")
-    found = about.get("request") if isinstance(about, dict) else None
-    if not isinstance(found, dict):
-        maker = about.get("made_by") if isinstance(about, dict) else None
-        why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
+    about = about if isinstance(about, dict) else {}
+    if isinstance(about.get("request"), dict):
+        return dict(about["request"])
+    maker = about.get("made_by")
+    why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
+    with _named(path):
         raise InputError(
             f"it tells no request that made it{why}, so there is nothing to plan again: give a request, or "
             "the gait file of a planned gait"
         )
-    return dict(found)
 
 
-def _parsed(text: str, suffix: str) -> dict[str, Any]:
-    if suffix == ".toml":
-        return table_from_toml(text)
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file in an error about what it holds."""
+    try:
+        yield
+    except InputError as error:
+        what = "request file" if path.suffix.lower() in (".toml", ".json") else "gait file"
+        raise type(error)(f"{what} {str(path)!r}: {error}") from error
+
+
+def _object_from_json(text: str) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except RecursionError as error:
@@ -339,26 +404,16 @@ def _parsed(text: str, suffix: str) -> dict[str, Any]:
 def holds_request(path: str | Path) -> bool:
     """Return whether a file is a request, or a saved plan without a gait; FileProblem if it cannot be read."""
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix != ".json":
-        return suffix == ".toml"
+    if path.suffix.lower() != ".json":
+        return path.suffix.lower() == ".toml"
     text = text_of(path, "file", "a gait table or a request")
     if '"waypoints"' not in text:
         return False
     try:
-        content = _parsed(text, suffix)
+        content = _object_from_json(text)
     except InputError:
         return False  # reading it as a gait file says what is wrong
     return "waypoints" in content and not content.get("path") and "columns" not in content
-
-
-def stated_fields(path: str | Path) -> set[str]:
-    """Return the names that a request file states; empty if it cannot be read as one, which reading it explains."""
-    path = Path(path)
-    try:
-        return set(_stated_request(_text_or_provenance(path), path.suffix.lower()))
-    except GaitgraphError:
-        return set()
 
 
 def colorings_of_file(

@@ -1,8 +1,7 @@
 """Transitions: paths on the surface between gaits, and between hover and a gait, as timed tables.
 
-A path is searched on the surface graph of one sign of R and then straightened: on a sheet a straight line in
-(α1, α2) is a straight line in all four angles, so any two of its points may be joined if the segment between them
-holds what is asked. Run there and back a path is a gait, which is how it is checked and timed.
+A path is the shortest there is, at any angle, from a corner of one gait to a corner of the other. Run there and back it
+is a gait, which is how it is checked and timed.
 
 Between different signs of R there is none. Formula (1) is continuous in the tilt angles and the attitude; on a gait
 of the surfaces it is R·cos φ·cos θ, which has the sign of R for |φ|, |θ| < π/2. A flight from one sign to the other
@@ -13,32 +12,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, RATES, Table, merged
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, edge_quantities, nodes_above, surface_graph
-from gaitgraph.graph.walks import allowed_edges
+from gaitgraph.gait.table import ANGLES, RATES, Table
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import write_pieces
+from gaitgraph.planning.any_angle import shortest_path
+from gaitgraph.planning.request import Case, request_of
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    import networkx as nx
-
-    from gaitgraph.graph.walks import Use
     from gaitgraph.io.formats import FormatOptions
-    from gaitgraph.surface.sheets import Sign
+    from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
 
 FloatArray = npt.NDArray[np.float64]
@@ -49,7 +45,6 @@ HOVER = "hover"
 _MOST_CORNERS = 16
 _DURATION = 1.0
 _LONGEST = 5e8
-_HAIR = 1e-9
 _STATEMENT = (
     "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
     "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
@@ -126,31 +121,22 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        return merged(self.pieces())
-
-    def pieces(self) -> Iterator[Table]:
-        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
+        timed, rows = self.timed, self.samples + 1
         about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
-        left = self.samples + 1
-        for whole in pieces_of(self.timed, about):
-            piece = whole.rows(0, left)
-            left -= len(piece)
-            if left:
-                yield piece
-                continue
-            # The last row is the end of the path, not the begin of the path back.
-            columns = dict(piece.columns)
-            columns["t"] = np.append(columns["t"][:-1], self.duration)
-            before = self.timed.at(math.nextafter(self.duration, 0.0))[1]
-            for k, (angle, rate) in enumerate(zip(ANGLES, RATES, strict=True)):
-                columns[angle] = np.append(columns[angle][:-1], self.path[-1, k])
-                columns[rate] = np.append(columns[rate][:-1], 0.0 if self.law == LAWS[0] else before[k])
-            yield replace(piece, columns=columns)
-            return
+        table = next(pieces_of(timed, about, rows=rows)).rows(0, rows)
+        # The last row is the end of the path, not the begin of the path back.
+        before = np.zeros(4) if self.law == LAWS[0] else timed.at(math.nextafter(self.duration, 0.0))[1]
+        last = {
+            "t": self.duration,
+            **dict(zip(ANGLES, self.path[-1], strict=True)),
+            **dict(zip(RATES, before, strict=True)),
+        }
+        columns = {name: np.append(table[name][:-1], value) for name, value in last.items()}
+        return replace(table, columns={**table.columns, **columns})
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_pieces(self.pieces, paths, force=force, options=options)
+        write_pieces(lambda: [self.table()], paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
@@ -197,7 +183,6 @@ def transition(
     law: str = LAWS[0],
     samples: int | None = None,
     rate: float | None = None,
-    divisions: int = DEFAULT_DIVISIONS,
     floor: float = DEFAULT_FLOOR,
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
@@ -213,8 +198,6 @@ def transition(
         is more.
     law, samples, rate
         As for :func:`gaitgraph.timing.timed_gait.parametrize`, over the duration.
-    divisions
-        Of the grid on which paths around obstacles are searched.
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
@@ -232,8 +215,8 @@ def transition(
 
     Notes
     -----
-    The path is flyable if there is a flyable one on the grid, else valid, with the reason. Not guaranteed: that it is
-    the shortest of all, or that a path that exists in a narrow region is found on a coarse grid. Of a gait with many
+    The path is flyable if there is a flyable one, else valid, with the reason. It is the shortest between any two
+    corners, with curved borders as exact as those of :func:`gaitgraph.planning.planner.plan_loop`; of a gait with many
     corners the 16 nearest to the other end are tried.
 
     Examples
@@ -269,7 +252,6 @@ def transition(
         raise InputError(f"duration must be between 1e-6 and {_LONGEST:g} s, got {shown(duration)}")
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
-    checked_divisions(divisions)
     if not 0 <= number_of(floor) < math.inf:
         raise InputError(f"floor must be a finite number ≥ 0, got {shown(floor)}")
 
@@ -277,7 +259,7 @@ def transition(
     reason, proof = _refusal(first, last)
     if reason is not None:
         return replace(refused, reason=reason, proof=proof)
-    found = _shortest_path(first, last, divisions, floor)
+    found = _shortest(first, last, floor)
     if isinstance(found, str):
         return replace(refused, reason=found)
     path, corners = found
@@ -335,124 +317,56 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
     return None, None
 
 
-def _shortest_path(first: Gait, last: Gait, divisions: int, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
-    """Return the shortest path found and the corners that it joins, or the reason why there is none.
-
-    Ends are put in an order of their own, so that the path back is the path there.
-    """
-    if last.alpha.tolist() < first.alpha.tolist():
-        turned = _shortest_path(last, first, divisions, floor)
-        return turned if isinstance(turned, str) else (turned[0][::-1], (turned[1][1], turned[1][0]))
-    color = first.colors[0]
+def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
+    """Return the shortest path and the corners that it joins, or the reason why there is none."""
+    color: Color = "red" if first.color == "red" else "blue"
     # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
     on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
     sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
-    chosen = _nearest(first.alpha, last.alpha), _nearest(last.alpha, first.alpha)
-    starts, ends = first.alpha[chosen[0]], last.alpha[chosen[1]]
-    points = np.vstack([starts, ends])
-    pairs = np.array([(a, len(starts) + b) for a in range(len(starts)) for b in range(len(ends))])
+    points, others = (np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last))
+    corners = product(_nearest(points, others), _nearest(others, points))
+    joined = [(math.dist(points[a], others[b]), a, b) for a, b in corners]
     if color == "red":
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
-        label = red_label(points[:, 0], points[:, 1], first.vehicle)
-        joined = (label[pairs[:, 0]] == label[pairs[:, 1]]).all(axis=1)
-        if not joined.any():
-            wall = separating_factor(starts[0, :2].tolist(), ends[0, :2].tolist(), first.vehicle)
+        labels, goals = (red_label(plane[:, 0], plane[:, 1], first.vehicle) for plane in (points, others))
+        if not (one_part := [pair for pair in joined if (labels[pair[1]] == goals[pair[2]]).all()]):
+            wall = separating_factor(points[0].tolist(), others[0].tolist(), first.vehicle)
             return f"both ends are on the red sheet, separated by {wall}, where R = 0: use gaits in one component"
-        pairs = pairs[joined]
-    straight = _holding(points, pairs, first, sign, floor)
-    length = np.linalg.norm((points[pairs[:, 1]] - points[pairs[:, 0]])[:, :2], axis=1)
-    graph = None
-    uses: tuple[Use, ...] = ("flyable", "valid")
-    for use in uses:
-        paths: list[tuple[float, FloatArray]] = []
-        direct = np.where(straight[use], length, math.inf)
-        best = int(np.argmin(direct))
-        if math.isfinite(direct[best]):
-            paths.append((float(direct[best]), points[pairs[best]]))
-        if not paths or length.min() < direct[best]:
-            # Between nearer corners the straight segment does not hold: perhaps a bent path does.
-            graph = graph or surface_graph(
-                sign,
-                divisions,
+        joined = one_part
+    for use in ("flyable", "valid") if color == "red" else ("valid",):
+        best: tuple[float, int, int, list[Any]] | None = None
+        for distance, a, b in sorted(joined):
+            if best is not None and distance >= best[0]:
+                break  # no path is shorter than the straight line
+            ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
+            request = request_of(
+                ends,
+                color=color,
+                sign=sign,
                 vehicle=first.vehicle,
-                coefficients=first.coefficients,
-                waypoints=points[:, :2],
+                coefficients=first.coefficients.kind,
                 floor=floor,
             )
-            nodes = _shortest_on_grid(graph, starts, ends, color, use)
-            if nodes is not None:
-                bent = _straightened(graph, nodes, first, sign, floor, use)
-                paths.append((float(np.linalg.norm(np.diff(bent[:, :2], axis=0), axis=1).sum()), bent))
-        if paths:
-            path = min(paths, key=lambda entry: entry[0])[1]
-            left, joined_corner = (
-                int(corners[np.argmin(np.abs(gait.alpha[corners, :2] - place[:2]).max(axis=1))])
-                for gait, corners, place in zip((first, last), chosen, (path[0], path[-1]), strict=True)
-            )
+            leg = shortest_path(Case(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
+            if leg is not None and (best is None or leg.length < best[0]):
+                bends = leg.points[1:-1]
+                best = leg.length, a, b, bends if ends[0] == points[a].tolist() else bends[::-1]
+        if best is not None:
+            _, a, b, bends = best
+            path = lift([points[a], *bends, others[b]], color, vehicle=first.vehicle, coefficients=first.coefficients)
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
-            return np.vstack([first.alpha[left], path[1:-1], last.alpha[joined_corner]]), (left, joined_corner)
-    return f"none found on the {color} sheet with this sign of R on a grid of {divisions} divisions: try more"
+            return np.vstack([first.alpha[a], path.alpha[1:-1], last.alpha[b]]), (a, b)
+    return f"there is none on the {color} sheet with this sign of R, between any of the corners tried"
 
 
-def _holding(
-    alpha: FloatArray, pairs: npt.NDArray[np.int64], gait: Gait, sign: Sign, floor: float
-) -> dict[str, npt.NDArray[np.bool_]]:
-    """Return whether straight segments between points hold what is asked, by use."""
-    red = np.full(len(alpha), gait.colors[0] == "red")
-    wanted = 1.0 if sign == "positive" else -1.0
-    on_sheet = lift(alpha[:, :2], gait.colors[0], vehicle=gait.vehicle, coefficients=gait.coefficients).alpha
-    held = edge_quantities(on_sheet, red, pairs, wanted, gait.vehicle, gait.coefficients, floor)
-    return {"flyable": held["flyable"], "valid": held["continuous"] & held["keeps_sign"]}
-
-
-def _nearest(corners: FloatArray, others: FloatArray) -> npt.NDArray[np.int64]:
+def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:
     """Return the indices of the corners nearest to any other, at most 16, in order."""
     if len(corners) <= _MOST_CORNERS:
-        return np.arange(len(corners))
+        return list(range(len(corners)))
     from scipy.spatial import cKDTree
 
-    distance, _ = cKDTree(others[:, :2]).query(corners[:, :2])
-    return np.sort(np.argsort(distance, kind="stable")[:_MOST_CORNERS])
-
-
-def _shortest_on_grid(
-    graph: nx.Graph[Any], sources: FloatArray, targets: FloatArray, color: str, use: Use
-) -> list[Any] | None:
-    """Return the shortest usable path from a node above any source to one above any target."""
-    import networkx as nx
-
-    ends = []
-    for points in (sources, targets):
-        served = [node for nodes in nodes_above(graph, points[:, :2].tolist()) for node in nodes]
-        ends.append([node for node in dict.fromkeys(served) if graph.nodes[node]["color"] == color])
-    if not all(ends):
-        return None
-    allowed = allowed_edges(use)
-    found: Any = nx.multi_source_dijkstra(
-        graph, ends[0], weight=lambda a, b, edge: edge["length"] if allowed(edge) else None
-    )
-    lengths, paths = found
-    reached = [node for node in ends[1] if node in lengths]
-    return list(paths[min(reached, key=lambda node: lengths[node])]) if reached else None
-
-
-def _straightened(
-    graph: nx.Graph[Any], nodes: Sequence[Any], gait: Gait, sign: Sign, floor: float, use: str
-) -> FloatArray:
-    """Return the shortest polyline over some of a path's nodes whose segments hold what its edges hold."""
-    import networkx as nx
-
-    alpha = np.array([[graph.nodes[node][f"alpha{k}"] for k in range(1, 5)] for node in nodes])
-    if len(alpha) < 3:
-        return alpha if len(alpha) > 1 else np.vstack([alpha, alpha])
-    pairs = np.array([(a, b) for a in range(len(alpha)) for b in range(a + 1, len(alpha))])
-    segments: nx.DiGraph[int] = nx.DiGraph()
-    # A corner costs a hair, so that rounding keeps none on a straight line.
-    segments.add_weighted_edges_from(
-        (int(a), int(b), float(np.linalg.norm(alpha[b, :2] - alpha[a, :2])) + _HAIR)
-        for a, b in pairs[_holding(alpha, pairs, gait, sign, floor)[use]].tolist()
-    )
-    return np.asarray(alpha[nx.dijkstra_path(segments, 0, len(alpha) - 1)])
+    distance, _ = cKDTree(others).query(corners)
+    return sorted(np.argsort(distance, kind="stable")[:_MOST_CORNERS].tolist())
 
 
 def _needed(gait: Gait, law: str) -> float:

@@ -14,8 +14,7 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
-from gaitgraph.planning.refusal import Case
-from gaitgraph.planning.request import request_of
+from gaitgraph.planning.request import Case, request_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
