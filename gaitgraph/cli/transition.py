@@ -43,7 +43,7 @@ def transition_command(
         found = transition(ends[0], ends[1], **given)
         written = outputs if found else ()
         if written:
-            write_outputs(lambda: [found.table()], written, force=force)
+            write_outputs(found.pieces, written, force=force)
     show(found, as_json=as_json, lines=[f"wrote {name}" for name in written])
     meets = found.report is not None and (require == "valid" or found.report.flyable)
     return 0 if meets else 1

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, RATES, Table
+from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import write_pieces
 from gaitgraph.planning.any_angle import shortest_path
@@ -31,6 +31,7 @@ from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_c
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from gaitgraph.io.formats import FormatOptions
@@ -121,22 +122,28 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        timed, rows = self.timed, self.samples + 1
+        return merged(self.pieces())
+
+    def pieces(self) -> Iterator[Table]:
+        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
+        timed, left = self.timed, self.samples + 1
         about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
-        table = next(pieces_of(timed, about, rows=rows)).rows(0, rows)
-        # The last row is the end of the path, not the begin of the path back.
-        before = np.zeros(4) if self.law == LAWS[0] else timed.at(math.nextafter(self.duration, 0.0))[1]
-        last = {
-            "t": self.duration,
-            **dict(zip(ANGLES, self.path[-1], strict=True)),
-            **dict(zip(RATES, before, strict=True)),
-        }
-        columns = {name: np.append(table[name][:-1], value) for name, value in last.items()}
-        return replace(table, columns={**table.columns, **columns})
+        for whole in pieces_of(timed, about):
+            piece = whole.rows(0, left)
+            left -= len(piece)
+            if left:
+                yield piece
+                continue
+            # The last row is the end of the path, not the begin of the path back.
+            before = np.zeros(4) if self.law == LAWS[0] else timed.at(math.nextafter(self.duration, 0.0))[1]
+            last = dict(zip((*ANGLES, *RATES, "t"), (*self.path[-1], *before, self.duration), strict=True))
+            ended = {name: np.append(piece[name][:-1], value) for name, value in last.items()}
+            yield replace(piece, columns={**piece.columns, **ended})
+            return
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_pieces(lambda: [self.table()], paths, force=force, options=options)
+        write_pieces(self.pieces, paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
