@@ -212,27 +212,6 @@ class TestFloor:
         assert bound == pytest.approx((0.9 - 0.1 * math.sqrt(2 + 0.8**2)) / 2)
         assert singular_value_bound(STRONG)(np.array([0.01]), np.array([0.02]), *ends) == 0.0
 
-    def test_a_decision_takes_less_work_than_a_bracket(self) -> None:
-        start, end = random_segments("red", seed=10)
-        calls = {"above": 0, "below": 0, "bracket": 0}
-
-        def counting(which: str) -> Callable[[FloatArray], FloatArray]:
-            def value(alpha: FloatArray) -> FloatArray:
-                calls[which] += len(alpha)
-                return np.asarray(level_determinant(alpha, EXACT))
-
-            return value
-
-        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-            return np.minimum(f0, f1) - level_determinant_curvature(p0, p1 - p0, EXACT) / 8
-
-        least_along(start, end, counting("bracket"), bound, tolerance=1e-6, each=True)
-        least_along(start, end, counting("above"), bound, tolerance=1e-6, floor=-20.0, each=True)
-        least_along(start, end, counting("below"), bound, tolerance=1e-6, floor=20.0, each=True)
-        assert calls["above"] < calls["bracket"] / 2
-        # That an end lies below the floor settles a segment at once.
-        assert calls["below"] == 2 * len(start)
-
 
 class TestEngine:
     """The search itself, with a function whose least value is known on paper."""
@@ -266,12 +245,6 @@ class TestEngine:
         lower, upper, _, fraction = least_along(start, end, *self.cone(np.zeros(4)), tolerance=0.0).worst()
         assert (lower, upper, fraction) == (0.0, 0.0, 0.5)
 
-    def test_the_worst_is_the_worst_of_all(self) -> None:
-        found = Least(
-            lower=np.array([0.1, -0.3, 0.0]), upper=np.array([0.4, 0.2, 0.1]), fraction=np.array([0.5, 0.25, 1.0])
-        )
-        assert found.worst() == (-0.3, 0.1, 2, 1.0)
-
 
 class TestBent:
     """A lower bound from a chord and from how much a function may bend."""
@@ -287,11 +260,6 @@ class TestBent:
         least = height + bend * size / 2 * (min(max(low, 0.0), 1.0) - low) ** 2
         assert least_of_bent(f0, f1, np.array([bend]))[0] <= least + 1e-12
         assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
-
-    def test_where_the_chord_is_steep_it_is_the_end(self) -> None:
-        f0, f1 = np.array([0.0, 3.0]), np.array([1.0, 2.0])
-        assert least_of_bent(f0, f1, np.array([2.0, 2.0])).tolist() == [0.0, 2.0]
-        assert (least_of_bent(f0, f1, np.array([2.1, 2.1])) < [0.0, 2.0]).all()
 
 
 class TestLevelDeterminant:
@@ -395,20 +363,6 @@ class TestThrusts:
             assert (hover_thrust_shares([*side, *side], vehicle) > 0).all()
         assert float(least_singular_value([*line, *line], vehicle)) < 1e-14
         assert not thrusts_push_up(np.array([[*before, *before]]), np.array([[*after, *after]]), vehicle)[0]
-
-    @three_vehicles
-    def test_shares_that_are_extreme_between_the_ends(self, vehicle: Vehicle) -> None:
-        start, end = np.random.default_rng(14).uniform(-1.5, 1.5, (2, 2500, 4))
-        upward = thrusts_push_up(start, end, vehicle)
-        start, end = start[upward], end[upward]
-        shares = hover_thrust_shares(points_of(start, end), vehicle)
-        _, least, minus_largest = thrust_shares_along(start, end, vehicle, tolerance=1e-5, each=True)
-        for found, values in ((least, shares.min(axis=2)), (minus_largest, -shares.max(axis=2))):
-            inner = values.min(axis=1) < values[:, [0, -1]].min(axis=1) - 1e-3
-            assert inner.any()
-            assert (found.lower <= values.min(axis=1) + 1e-12).all()
-            assert (found.upper <= values.min(axis=1) + 1e-5 + 1e-12).all()
-            assert (found.upper - found.lower <= 1e-5 + 1e-12).all()
 
     @three_vehicles
     def test_without_any_cut_the_bracket_holds_on_long_segments(

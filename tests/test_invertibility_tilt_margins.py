@@ -32,7 +32,7 @@ from gaitgraph.invertibility.tilt_margins import (
     singular_everywhere,
     tilt_margin,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
 from tests.samples import (
     EXACT,
@@ -96,10 +96,6 @@ class TestShapes:
             with pytest.raises(InputError, match=r"alpha must be an array of shape \(\.\.\., 4\), got shape"):
                 function(np.zeros(wrong))
 
-    def test_more_rows_than_a_block(self) -> None:
-        alpha = random_tilts(0, 20_001, reach=1.6)
-        np.testing.assert_array_equal(tilt_margin(alpha, EXACT)[::1999], tilt_margin(alpha[::1999], EXACT))
-
     @pytest.mark.parametrize("wrong", [math.nan, math.inf])
     def test_what_is_not_finite_has_no_answer_and_changes_no_other(self, wrong: float) -> None:
         rows = np.array([[wrong, 0, 0, 0], GOOD, [0, 0, 0, wrong]])
@@ -138,21 +134,6 @@ class TestTiltMargin:
             nearest = nearest_singular_attitude(alpha, numbers).T
             assert (np.abs(determinant(alpha, numbers, *nearest)) <= 1e-12 * size).all()
             np.testing.assert_allclose(body_vertical(*nearest)[:, 2], np.cos(margin), atol=1e-12)
-
-    def test_turned_arms_and_mirrored_spin(self) -> None:
-        """Turned arms turn v and nothing else; a mirrored vehicle with negated angles is as robust."""
-        random = np.random.default_rng(4)
-        for ratio, turn in random.uniform([0.01, -3], [3, 3], (8, 2)):
-            plain, turned, mirrored = (
-                coefficients_of(Vehicle(drag_ratio=ratio, **options), "exact")
-                for options in ({}, {"first_arm_angle": turn}, {"first_rotor_spin": "counterclockwise"})
-            )
-            alpha, c, s = random_tilts(5, 50, reach=1.6), math.cos(turn), math.sin(turn)
-            v = attitude_sensitivities(alpha, plain)
-            rotated = v @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-            np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
-            np.testing.assert_allclose(tilt_margin(alpha, turned), tilt_margin(alpha, plain), atol=1e-12)
-            np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
 
     def test_ninety_degrees_on_red_and_none_on_blue(self) -> None:
         random = np.random.default_rng(6)
@@ -276,16 +257,6 @@ class TestLeastTiltMargin:
         found = least_tilt_margin(*closed(rows), EXACT)
         assert (found.upper, found.segment) == (0.0, 0)
         assert "not beside" in found.reason
-
-    def test_an_undecided_place_is_no_zero(self) -> None:
-        """The printed Gait 2 biased by 0.99: three digits do not tell v from zero at one corner."""
-        rows = np.column_stack([GAITS[1].angles, 0.99 * np.array(GAITS[1].printed)])
-        assert not least_tilt_margin(*closed(rows), EXACT, angle_rounding=5e-4).exists
-        assert math.degrees(least_tilt_margin(*closed(rows), EXACT).upper) == pytest.approx(41.74, abs=5e-3)
-
-    def test_wrong_input_is_refused(self) -> None:
-        with pytest.raises(InputError, match=r"^alpha must be an array of shape \(\.\.\., 4\), got shape \(2, 3\)$"):
-            least_tilt_margin(np.zeros((2, 3)), np.ones((2, 3)), EXACT)
 
     def test_v_strays_from_its_chords_by_no_more_than_is_said(self) -> None:
         random = np.random.default_rng(4)

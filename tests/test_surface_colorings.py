@@ -128,7 +128,7 @@ def test_the_loops_of_the_papers_gaits(gait: PublishedGait, expected: list[tuple
 # --- against brute force ---------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=120)
+@settings(deadline=None, max_examples=60)
 @given(loop=loops, coefficients=either_kind, tolerance=st.sampled_from([pi / 32, pi / 32, 0.0, 0.3, pi / 4]))
 def test_the_same_list_in_the_same_order_as_brute_force(
     loop: Loop, coefficients: gg.Coefficients, tolerance: float
@@ -189,7 +189,7 @@ def test_fifty_thousand_points_are_counted_exactly_and_listed_lazily(pattern: Lo
     assert second.colors.count("blue") <= len(pattern)
 
 
-@pytest.mark.parametrize("n", [13_287, 13_288, 50_000])
+@pytest.mark.parametrize("n", [13_287, 13_288])
 def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> None:
     assert int(4000 / math.log10(2)) == 13_287
     found = gg.colorings([MEETING] * n, sign="negative")
@@ -211,7 +211,7 @@ def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> N
 # --- loops in pieces -------------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(data=st.data(), loop=st.lists(points, min_size=1, max_size=25), coefficients=either_kind)
 def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coefficients: gg.Coefficients) -> None:
     cuts = data.draw(st.lists(st.integers(0, len(loop)), max_size=8))  # equal cuts make empty pieces
@@ -226,19 +226,10 @@ def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coeffici
             assert set(pieces.plain) == set(whole.plain) == set.intersection(*everywhere)
 
 
-def test_no_points_and_one_point_at_a_time() -> None:
-    loop: Loop = [MEETING, BOTH, (3 * pi / 16, -pi / 8)] * 700
-    count = counted(loop, list(range(len(loop))), "negative", PUBLISHED)
-    assert (count.closed(), count.plain) == (2**1400, ("red", "blue"))
-    count = ColoringCount("negative")
-    count.add(np.zeros((0, 4), dtype=bool))
-    assert (count.closed(), count.points, count.obstacle) == (0, 0, None)
-
-
 # --- metamorphic -----------------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(loop=loops, start=st.integers(0, 6), coefficients=either_kind)
 def test_start_direction_and_repeated_points(loop: Loop, start: int, coefficients: gg.Coefficients) -> None:
     start %= len(loop)
@@ -253,19 +244,6 @@ def test_start_direction_and_repeated_points(loop: Loop, start: int, coefficient
         choice = offers(loop, sign, coefficients)[start]
         free = len(choice) if "(?,?)" in choice.values() else 1  # a second (?,?) is chosen freely
         assert twice.counts[sign] == free * found.counts[sign]
-
-
-@settings(deadline=None, max_examples=50)
-@given(loop=loops, turn=st.floats(-pi, pi))
-def test_mirrored_spin_at_mirrored_angles_and_turned_arms(loop: Loop, turn: float) -> None:
-    # R(α; −κ) = R(−α; κ), and α3 − α1, α4 − α2 of both sheets change their sign.
-    ours, theirs = gg.colorings(loop, coefficients=EXACT), gg.colorings([(-a, -b) for a, b in loop], vehicle=MIRRORED)
-    assert list(ours) == list(theirs)
-    assert ours.counts == theirs.counts
-    assert ours.obstacles == theirs.obstacles
-    assert [ours.types_of(one) for one in ours] == [theirs.types_of(one) for one in theirs]
-    vehicle = gg.PAPER.replace(first_arm_angle=turn)
-    assert list(gg.colorings(loop, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact"))) == list(ours)
 
 
 def test_tables_of_four_angles_count_by_the_first_two() -> None:
@@ -295,12 +273,11 @@ def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficie
     if second == 1:
         assert first == len(loop)
         ends = {(colors[-1], colors[0]) for colors in before}
-        types = {(choices[-1][end], choices[0][start]) for end, start in ends}
     else:
         assert second == first + 1
         assert brute(choices[:second], closed=False) == []
         ends = {(colors[-1], after) for colors in before for after in choices[second - 1]}
-        types = {(choices[first - 1][end], choices[second - 1][after]) for end, after in ends}
+    types = {(choices[first - 1][end], choices[second - 1][after]) for end, after in ends}
     assert types == {obstacle.types}  # nothing else can stand there
     ((end, other),) = ends
     broken = [f"α{k + 3}" for k in range(2) if np.prod([types_from_text(text)[k] for text in obstacle.types]) < 0]
@@ -311,7 +288,7 @@ def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficie
     )
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=60)
 @given(loop=loops, coefficients=st.sampled_from([PUBLISHED, PUBLISHED, EXACT]))
 def test_an_obstacle_names_what_is_in_the_way(loop: Loop, coefficients: gg.Coefficients) -> None:
     for sign, obstacle in gg.colorings(loop, coefficients=coefficients).obstacles.items():
@@ -321,53 +298,34 @@ def test_an_obstacle_names_what_is_in_the_way(loop: Loop, coefficients: gg.Coeff
 NOTHING = (-3 * pi / 8, 3 * pi / 8)  # without a root with R < 0
 
 
-def test_the_points_of_the_cases_below_are_what_they_are_called() -> None:
-    assert offers([RED_ONLY, BLUE_ONLY, *RICH, NOTHING], "negative", PUBLISHED) == [
-        {"red": "(+,+)"},
-        {"blue": "(-,-)"},
-        {"red": "(?,?)", "blue": "(?,?)"},
-        {"red": "(+,+)", "blue": "(-,-)"},
-        {"red": "(+,+)", "blue": "(-,-)"},
-        {"red": "(?,+)", "blue": "(?,-)"},
-        {},
-    ]
-
-
-@pytest.mark.parametrize("pieces", [[], [1], [2], [1, 2, 3]])
 @pytest.mark.parametrize(
     ("loop", "expected"),
     [
         ([RED_ONLY, BLUE_ONLY], (1, 2)),
-        ([BLUE_ONLY, RED_ONLY], (1, 2)),
         ([RED_ONLY, (0.0, -pi / 16)], (1, 2)),  # (+,+) and (-,?): α3 alone forbids it
         ([RED_ONLY, (pi / 16, 0.0)], (1, 2)),  # (+,+) and (?,-): α4 alone
         ([RED_ONLY, MEETING, BLUE_ONLY], (3, 1)),  # over (?,?) there, and no path back
         ([BOTH, BLUE_ONLY, MEETING, RED_ONLY], (4, 1)),  # the second point forces the color of the first
-        ([BOTH, RED_ONLY, MEETING, BLUE_ONLY], (4, 1)),
-        ([MEETING, RED_ONLY, BLUE_ONLY, MEETING], (2, 3)),
         ([RED_ONLY, MEETING, BLUE_ONLY, BLUE_ONLY, MEETING], None),
-        ([MEETING, BLUE_ONLY, MEETING, RED_ONLY], None),
         ([BLUE_ONLY, BOTH, (3 * pi / 16, -pi / 8), RED_ONLY], (3, 4)),  # blue is carried along
         ([RED_ONLY, BLUE_ONLY, NOTHING, MEETING], (1, 2)),
-        ([RED_ONLY, RED_ONLY, BLUE_ONLY, NOTHING], (2, 3)),
         ([RED_ONLY, RED_ONLY, NOTHING, BLUE_ONLY], (3,)),
-        ([RED_ONLY, NOTHING, RED_ONLY, BLUE_ONLY], (2,)),
         ([NOTHING, NOTHING, RED_ONLY, BLUE_ONLY], (1,)),
     ],
 )
-def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...] | None, pieces: list[int]) -> None:
+def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...] | None) -> None:
     found = gg.colorings(loop, sign="negative")
-    count = counted(loop, [cut for cut in pieces if cut < len(loop)], "negative", PUBLISHED)
-    assert count.closed() == found.count
     assert bool(found) == (expected is None)
-    assert count.obstacle == found.obstacles.get("negative")
-    if count.obstacle is not None:
-        kind = "pair" if len(expected or ()) == 2 else "point"
-        assert (count.obstacle.kind, count.obstacle.points) == (kind, expected)
-        check_obstacle(loop, "negative", count.obstacle, PUBLISHED)
-        text = f"0 colourings of a loop of {len(loop)} points\n  R < 0  none: {count.obstacle.message}"
-        assert str(found) == text
-        assert str(found.listing()) == f"none: {count.obstacle.message}"
+    for pieces in ([], [1], [2], [1, 2, 3]):
+        count = counted(loop, [cut for cut in pieces if cut < len(loop)], "negative", PUBLISHED)
+        assert count.closed() == found.count
+        assert count.obstacle == found.obstacles.get("negative")
+        if count.obstacle is not None:
+            assert count.obstacle.points == expected
+            check_obstacle(loop, "negative", count.obstacle, PUBLISHED)
+            text = f"0 colourings of a loop of {len(loop)} points\n  R < 0  none: {count.obstacle.message}"
+            assert str(found) == text
+            assert str(found.listing()) == f"none: {count.obstacle.message}"
 
 
 # --- texts and mappings ----------------------------------------------------------------------------------------------
@@ -376,11 +334,8 @@ def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...] | None, pieces
 @pytest.mark.parametrize(
     ("colors", "sign", "text"),
     [
-        ("r", "negative", "R < 0  all red"),
         ("bbb", "positive", "R > 0  all blue"),
-        ("rb", "negative", "R < 0  red 1, blue 2 (jumps between the sheets)"),
         ("rrbr", "positive", "R > 0  red 1 to 2, blue 3, red 4 (jumps between the sheets)"),
-        ("bbbrrr", "negative", "R < 0  blue 1 to 3, red 4 to 6 (jumps between the sheets)"),
     ],
 )
 def test_a_colouring_in_words(colors: str, sign: Sign, text: str) -> None:
@@ -389,21 +344,13 @@ def test_a_colouring_in_words(colors: str, sign: Sign, text: str) -> None:
 
 
 def test_colourings_and_listings_in_words() -> None:
-    assert str(gg.colorings(G3.angles, sign="negative")) == "2 colourings of a loop of 4 points"
     assert str(gg.colorings([MEETING], sign="negative", coefficients=EXACT)) == "1 colouring of a loop of 1 point"
     assert str(gg.colorings(G3.angles)) == (
         "2 colourings of a loop of 4 points\n  R > 0  none: point 1 has no root with R > 0, neither red nor blue"
     )
-    assert str(gg.colorings(G1.angles).listing()) == "1 with R < 0, all blue"
     assert str(gg.colorings(G3.angles).listing()) == "2 with R < 0, all red or all blue"
     only = gg.colorings([RED_ONLY, MEETING, BLUE_ONLY, MEETING], sign="negative")
     assert str(only.listing()) == "4 with R < 0 (those that change color jump between the sheets)"
-    # A point on a side of the square has roots of both signs.
-    assert str(gg.colorings([(pi / 2, 0.3)]).listing()) == "; ".join(
-        f"{len(choice)} with {relation}, all {' or all '.join(choice)}"
-        for sign, relation in (("negative", "R < 0"), ("positive", "R > 0"))
-        for choice in offers([(pi / 2, 0.3)], sign, PUBLISHED)
-    )
 
 
 @settings(deadline=None, max_examples=30)
@@ -433,16 +380,12 @@ def test_a_listing_holds_the_first_ones_and_counts_all(loop: Loop, coefficients:
     ("arguments", "message"),
     [
         ({"points": []}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0,)"),
-        ({"points": np.zeros((0, 2))}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0, 2)"),
-        ({"points": [0.1, 0.2]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (2,)"),
         ({"points": [[0.1, 0.2, 0.3]]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (1, 3)"),
         ({"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
-        ({"points": [(0.1, 0.2), (0.3,)]}, "points must be pairs"),
         ({"points": [[2.0, 0.0]]}, "alpha1 must be from"),
         ({"points": [[0.0, math.nan]]}, "alpha2 must be from"),
         ({"sign": "negativ"}, "sign must be auto, negative or positive, got 'negativ'; did you mean 'negative'?"),
         ({"sign": None}, "sign must be auto, negative or positive, got None"),
-        ({"sign": ["auto"]}, "sign must be auto, negative or positive, got ['auto']"),
         ({"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
 from scipy import ndimage
-from scipy.integrate import quad
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, MissingConstant
@@ -21,7 +20,6 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
-    least_singular_value_on_red,
     level_determinant,
     level_determinant_resolution,
     noise_of,
@@ -48,7 +46,6 @@ from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
-from tests.published import GAITS
 
 if TYPE_CHECKING:
     from gaitgraph.surface.sheets import Sign
@@ -138,13 +135,6 @@ def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle
     assert least <= 1e-9 or a == b
 
 
-def test_of_the_papers_red_gaits_only_the_fourth_can_be_reached_from_hover() -> None:
-    for gait in GAITS[2:]:
-        (label,) = {tuple(red_label(*point).tolist()) for point in gait.angles}
-        assert (label == HOVER_LABEL) is gait.reachable is (gait.number == 4)
-        assert math.prod(label) == (1 if gait.sign == "positive" else -1)
-
-
 @every_vehicle
 def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
@@ -159,39 +149,6 @@ def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> 
 
 
 # --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
-
-
-def quadrature(label: tuple[int, int, int], kappa: float) -> float:
-    """Return the area of a component for κ > 0, by integrating the length of its sections over α2."""
-    delta = math.atan(kappa)
-    left, top = delta - HALF_PI, HALF_PI - delta
-
-    def section(y: float) -> float:
-        curve = math.atan2(math.sin(y) + 2 * kappa * math.cos(y), math.cos(y))
-        low, high = (left, HALF_PI) if label[0] > 0 else (-HALF_PI, left)
-        low, high = (low, min(high, curve)) if label[2] > 0 else (max(low, curve), high)
-        return max(high - low, 0.0)
-
-    bottom, end = (-HALF_PI, top) if label[1] > 0 else (top, HALF_PI)
-    kink = math.atan(math.tan(left) - 2 * kappa)
-    total, _ = quad(section, bottom, end, points=[kink] if bottom < kink < end else None, epsabs=1e-11, limit=400)
-    return total
-
-
-@pytest.mark.parametrize("kappa", KAPPAS)
-def test_areas_of_the_components(kappa: float) -> None:
-    parts = sign_components(Vehicle(drag_ratio=kappa))
-    assert {part.label for part in parts} == set(product((1, -1), repeat=3)) - {(-1, -1, -1)}
-    for part in parts:
-        area = quadrature(part.label, kappa)
-        assert part.region.area < area <= part.region.outer.area + 1e-15
-        assert part.region.outer.area - part.region.area < 1.2e-5
-        assert part.sign == math.prod(part.label)
-        assert len(part.region.components) == 1
-    if kappa == PAPER.drag_ratio:
-        found = sorted((part.sign, round(part.region.area, 4)) for part in parts)
-        published = [(-1, 0.4836), (-1, 0.4836), (-1, 4.3829), (1, 0.0135), (1, 0.0135), (1, 0.0279), (1, 4.4647)]
-        assert found == published
 
 
 @every_vehicle
@@ -250,18 +207,6 @@ def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
     starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3))
     found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
     assert found.lower.min() >= 0.3 - 1e-12
-
-
-def test_floors_narrower_than_the_accuracy() -> None:
-    for floor in (1e-9, 3e-7, 1e-6):
-        region = singular_value_region(floor)
-        assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at)) - floor, rounding=1e-15)
-        assert len(region.components) == 7
-        assert region.outer.area - region.area < 1e-5
-    assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
-    axis = (np.arange(1000) + 0.5) / 1000 * math.pi - HALF_PI
-    share = np.mean(least_singular_value_on_red(axis[:, None], axis) >= 0.6)
-    assert singular_value_region(0.6).area == pytest.approx(share * math.pi**2, rel=4e-3)
 
 
 @pytest.mark.no_cover
@@ -462,15 +407,6 @@ def test_a_region_in_words_lists_six_components(count: int) -> None:
     assert len(lines) == 1 + count
 
 
-def test_components_that_touch_are_joined() -> None:
-    corners = [(-0.8, -0.8, 0.0, 0.0), (0.0, 0.0, 0.8, 0.8), (1.6, 1.6, 2.4, 2.4)]
-    shape = shapely.MultiPolygon([shapely.box(*one) for one in corners])
-    region = Region(inner=shape, outer=shape, accuracy=0.0)
-    assert region.joined((-0.5, -0.5), (0.5, 0.5))
-    assert not region.joined((-0.5, -0.5), (2.0, 2.0))
-    assert not region.joined((-0.5, -0.5), (1.2, 1.2))
-
-
 def test_nearest_point() -> None:
     region = admissible_region(zones=Zones(keep_out=[[(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]]))
     rings = [np.asarray(ring.coords) for part in region.components for ring in (part.exterior, *part.interiors)]
@@ -511,17 +447,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
-
-
-def test_why_not_right_at_a_border_for_thrust_and_for_either_sign() -> None:
-    region = singular_value_region(0.5, accuracy=1e-2)
-    at = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
-    near = at[(least_singular_value(red(at)) >= 0.5) & ~region.contains(at)]
-    assert region.why_not(near[0]) == "closer to the border than the accuracy of the region (0.01 rad)"
-    reason = thrust_region(0.3).why_not((1.0, -1.0)) or ""
-    assert re.fullmatch(r"largest hover thrust 0\.\d+ of m·g, wanted is ≤ 0\.3", reason)
-    either = admissible_region(use="valid").why_not((0.0, HALF_PI - math.atan(PAPER.drag_ratio))) or ""
-    assert re.fullmatch(r"R = \S+ at level attitude, wanted is R ≥ 0\.0035 or R ≤ -0\.0035", either)
 
 
 @pytest.mark.parametrize(
