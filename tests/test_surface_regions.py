@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings, strategies as st
+from hypothesis import strategies as st
 from scipy import ndimage
 
 from gaitgraph.angles import HALF_PI
@@ -25,7 +25,6 @@ from gaitgraph.invertibility.matrices import (
     noise_of,
 )
 from gaitgraph.invertibility.segment_bounds import (
-    least_level_determinant,
     least_singular_value_along,
     thrust_shares_along,
     thrusts_push_up,
@@ -39,7 +38,6 @@ from gaitgraph.surface.admissible import (
     sign_region,
     singular_value_region,
     thrust_region,
-    why_empty,
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
 from gaitgraph.surface.region import Region, Zones, zones_region
@@ -120,21 +118,6 @@ def test_labels_are_the_signs_of_the_factors_and_their_product_that_of_R(vehicle
     assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
 
 
-@pytest.mark.no_cover
-@every_vehicle
-@settings(deadline=None, max_examples=30)
-@given(first=points, second=points)
-def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle, first: Any, second: Any) -> None:
-    exact = coefficients_of(vehicle, "exact")
-    start, end = np.array([[*first, *first]]), np.array([[*second, *second]])
-    sign = float(np.sign(level_determinant(start[0], exact)))
-    least = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0]
-    a, b = (red_label(at[0], at[1], vehicle).tolist() for at in (first, second))
-    assert (a == b) == (separating_factor(first, second, vehicle) is None)
-    assert separating_factor(first, second, vehicle) == separating_factor(second, first, vehicle)
-    assert least <= 1e-9 or a == b
-
-
 @every_vehicle
 def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
@@ -197,16 +180,23 @@ def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> 
 
 @pytest.mark.no_cover
 @every_vehicle
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
-def test_singular_value_region(vehicle: Vehicle, accuracy: float) -> None:
+def test_singular_value_region(vehicle: Vehicle) -> None:
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
-    for seed, floor in enumerate((0.02, 0.05, 0.4, 0.95 * cap)):
+    for seed, (floor, accuracy) in enumerate(((0.05, 1e-6), (0.4, 1e-3), (0.95 * cap, 1e-6))):
         region = singular_value_region(floor, vehicle, accuracy=accuracy)
         assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at), vehicle) - floor, seed)
     assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
     starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3))
     found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
     assert found.lower.min() >= 0.3 - 1e-12
+
+
+def test_a_floor_narrower_than_the_accuracy() -> None:
+    region = singular_value_region(3e-7)
+    assert_encloses(region, lambda at: least_singular_value(red(at)) - 3e-7, rounding=1e-15)
+    assert len(region.components) == 7
+    assert region.outer.area - region.area < 1e-5
+    assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
 
 
 @pytest.mark.no_cover
@@ -218,7 +208,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
         found = hover_thrust_shares(red(at), vehicle)
         return np.fmin(np.nan_to_num(found.min(axis=1), nan=-1.0), share - np.nan_to_num(found.max(axis=1), nan=9.0))
 
-    for seed, share in enumerate((0.26, 0.45, 0.7, 3.0)):
+    for seed, share in enumerate((0.26, 0.7)):
         # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
         region = thrust_region(share, vehicle)
         assert_encloses(region, lambda at, share=share: margin(at, share), seed, rounding=1e-7)
@@ -269,7 +259,7 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
     assert "R = " in (exact.why_not((0.3, 0.2)) or "")
 
 
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-5, 1e-8])
 def test_inner_and_outer_are_as_near_as_stated(accuracy: float) -> None:
     regions = [singular_value_region(floor, accuracy=accuracy) for floor in (0.5, 1.0)]
     regions += [thrust_region(share, accuracy=accuracy) for share in (0.6, 1.0)]
@@ -366,63 +356,32 @@ def test_nothing_on_blue_is_flyable() -> None:
     assert admissible_region(use="valid", color="blue", sign="negative").components
 
 
-def test_why_a_region_is_empty() -> None:
-    high = admissible_region(floor=1.2)
-    assert why_empty(high, 1.2, PAPER) == (
-        "nothing has a least singular value of 1.2: this vehicle's most is 1.1710; lower the floor"
-    )
-    zones = Zones(keep_in=[[(0.1, 0.1), (0.2, 0.1), (0.2, 0.2)]])
-    region = admissible_region(sign="negative", zones=zones)
-    assert not region.components
-    assert why_empty(region, 0.05, PAPER) == (
-        "no tilt angles meet all of: R ≤ -0.0035, least singular value ≥ 0.05, hover thrusts > 0, the keep_out and "
-        "keep_in polygons: lower the floor, widen the limits or the polygons"
-    )
-
-
 # --- the questions that a region answers -----------------------------------------------------------------------------
 
 
-def test_components_are_sorted_and_hold_their_points() -> None:
+def test_components_and_what_touches() -> None:
     region = admissible_region()
     areas = [part.area for part in region.components]
     assert areas == sorted(areas, reverse=True)
-    assert region.area == pytest.approx(sum(areas))
-    for k, part in enumerate(region.components):
-        point = part.representative_point()
-        assert region.component_of((point.x, point.y)) == k
-        assert region.joined((point.x, point.y), part.exterior.coords[0])
     assert repr(region) == "<Region: 4.748 rad² in 5 components, accuracy 1e-06 rad, 3 conditions>"
-
-
-@pytest.mark.parametrize("count", [1, 6, 7])
-def test_a_region_in_words_lists_six_components(count: int) -> None:
-    boxes = shapely.MultiPolygon([shapely.box(k / 4, 0.0, k / 4 + 0.125, 0.5 - k / 32) for k in range(count)])
-    region = Region(inner=boxes, outer=boxes, accuracy=0.0)
-    lines = str(region).splitlines()
-    component = "component" if count == 1 else "components"
-    assert lines[0] == f"Region of the (α1, α2) plane: {boxes.area:.4g} rad² in {count} {component}, exact borders"
-    assert lines[1] == "  1  0.0625 rad²   α1 0.0000 to 0.1250, α2 0.0000 to 0.5000"
-    assert lines[7:] == (["  … and 1 more"] if count == 7 else [])
-    assert len(lines) == 1 + count
+    corners = [(0.0, 0.0, 0.8, 0.8), *((-k - 1, -k - 1, -k, -k) for k in range(6)), (1.6, 1.6, 2.4, 2.4)]
+    shape = shapely.MultiPolygon([shapely.box(*one) for one in corners])
+    region = Region(inner=shape, outer=shape, accuracy=0.0)
+    assert region.joined((-5.5, -5.5), (0.5, 0.5))
+    assert not region.joined((-0.5, -0.5), (2.0, 2.0))
+    assert not region.joined((-0.5, -0.5), (1.2, 1.2))
+    assert str(region).splitlines()[0].endswith("7.28 rad² in 8 components, exact borders")
+    assert str(region).splitlines()[-1] == "  … and 2 more"
 
 
 def test_nearest_point() -> None:
     region = admissible_region(zones=Zones(keep_out=[[(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]]))
-    rings = [np.asarray(ring.coords) for part in region.components for ring in (part.exterior, *part.interiors)]
-    along = np.vstack(
-        [a + t * (b - a) for ring in rings for a, b in pairwise(ring) for t in np.linspace(0, 1, 33)[:, None]]
-    )
-    for point in np.random.default_rng(0).uniform(-2.0, 2.0, (100, 2)):
+    for point in np.random.default_rng(0).uniform(-2.0, 2.0, (60, 2)):
         found = region.nearest(point)
         assert found is not None
         assert region.contains(found)[0]
         assert region.nearest(found) == found
-        if region.contains(point)[0]:
-            assert found == tuple(point)
-        else:
-            best = float(np.hypot(*(along - point).T).min())
-            assert best - 0.08 <= math.dist(found, point) <= best + 1e-12
+        assert math.dist(found, point) == pytest.approx(region.inner.distance(shapely.Point(point)), abs=1e-12)
         text = region.nearest_as_text(point)
         assert text is not None
         printed = [float(part) for part in re.findall(r"-?\d+\.\d+", text)]
@@ -453,19 +412,14 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     ("ask", "arguments", "message"),
     [
         (sign_components, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
-        (singular_value_region, {"floor": 0.1, "accuracy": 0.2}, "accuracy must be from 1e-9 to 0.1 rad, got 0.2"),
         (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
         (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
-        (thrust_region, {"share": math.inf}, "share must be a positive"),
         (sign_region, {"sign": "up"}, "sign must be 'positive' or 'negative', got 'up'"),
         (sign_region, {"sign": "positive", "color": "green"}, "color must be 'red' or 'blue', got 'green'"),
         (sign_region, {"sign": "positive", "least": -1.0}, "least must be a finite number ≥ 0, got -1.0"),
         (admissible_region, {"use": "fun"}, "use must be 'valid' or 'flyable', got 'fun'"),
-        (admissible_region, {"color": "green"}, "color must be 'red' or 'blue', got 'green'"),
-        (admissible_region, {"sign": "none"}, "sign must be 'positive' or 'negative', got 'none'"),
         (admissible_region, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
         (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, r"point must be finite .* got \[1.0, 2.0, 3.0\]"),
-        (hover_region().nearest, {"point": (math.nan, 0.0)}, r"point must be finite .* got \(nan, 0.0\)"),
         (hover_region().component_of, {"point": "here"}, "point must be .* got 'here'"),
     ],
 )
