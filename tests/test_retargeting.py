@@ -47,12 +47,11 @@ def nearest_by_brute_force(part: Any, row: np.ndarray) -> float:
     return float(np.linalg.norm(np.hstack([points, points]) - row, axis=1).min())
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_rows_go_to_the_nearest_place(seed: int) -> None:
     rows = wave(seed)
     answer = retarget(rows)
-    assert answer.status == "retargeted"
-    assert answer.after.flyable
+    assert (answer.status, answer.after.flyable) == ("retargeted", True)
     new = answer.table.alpha[answer.rows]
     np.testing.assert_allclose(np.linalg.norm(new - rows, axis=1), answer.moved, atol=1e-15)
     off = ((rows[:, :2] - rows[:, 2:]) ** 2).sum(axis=1) / 2  # the projection onto the red sheet, and what is left
@@ -64,23 +63,18 @@ def test_rows_go_to_the_nearest_place(seed: int) -> None:
     for row, moved in list(zip(rows, answer.moved, strict=True))[::4]:
         brute = nearest_by_brute_force(chosen[0], row)
         assert brute - 1e-2 <= moved <= brute + 1e-9
-    sums = []
-    for part in parts:
-        middle = shapely.points((rows[:, :2] + rows[:, 2:]) / 2)
-        sums.append(float(np.sqrt(2 * shapely.distance(part, middle) ** 2 + off).sum()))
+    middle = shapely.points((rows[:, :2] + rows[:, 2:]) / 2)
+    sums = [float(np.sqrt(2 * shapely.distance(part, middle) ** 2 + off).sum()) for part in parts]
     assert answer.total == pytest.approx(min(sums))
     np.testing.assert_allclose(answer.alternatives, sorted(sums))
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.05])
-@pytest.mark.parametrize("seed", range(3))
-def test_retargeting_twice_changes_nothing_more(seed: int, margin: float) -> None:
-    once = retarget(wave(seed), margin=margin)
+def test_retargeting_twice_changes_nothing_more(margin: float) -> None:
+    once = retarget(wave(1), margin=margin)
     again = retarget(once.table, margin=margin)
-    assert again.status == "unchanged"
     assert (again.table.alpha == once.table.alpha).all()
-    assert again.total == 0
-    assert again.unchanged == len(once.table)
+    assert (again.status, again.total, again.unchanged) == ("unchanged", 0, len(once.table))
 
 
 @pytest.mark.parametrize(
@@ -96,11 +90,8 @@ def test_retargeting_twice_changes_nothing_more(seed: int, margin: float) -> Non
 )
 def test_flyable_gaits_come_back_bit_by_bit(source: Any) -> None:
     answer = retarget(source)
-    assert answer.status == "unchanged"
-    assert answer.added == 0
-    given = source.alpha if hasattr(source, "alpha") else source
-    assert (answer.table.alpha == given).all()
-    assert answer.reason is None
+    assert (answer.status, answer.added, answer.reason) == ("unchanged", 0, None)
+    assert (answer.table.alpha == getattr(source, "alpha", source)).all()
     assert str(answer).startswith("unchanged: ")
 
 
@@ -108,15 +99,10 @@ def test_paths_between_rows_bend_around_what_is_forbidden() -> None:
     block = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.9), (-0.7, 0.9)]
     rows = np.array([[-1.0, 0.7, -1.0, 0.7], [-0.2, 0.7, -0.2, 0.7]])
     answer = retarget(rows, keep_out=[block])
-    assert answer.unchanged == 2
-    assert answer.added == 4
+    assert (answer.status, answer.unchanged, answer.added, answer.total) == ("retargeted", 2, 4, 0)
     line = shapely.LineString(np.vstack([answer.table.alpha[:, :2], answer.table.alpha[:1, :2]]))
-    assert shapely.intersection(line, shapely.Polygon(block)).area == 0
     assert not shapely.crosses(line, shapely.Polygon(block).buffer(-1e-9))
-    expected = 2 * (2 * math.hypot(0.3, 0.2) + 0.2)
-    assert line.length == pytest.approx(expected, abs=1e-9)
-    assert answer.status == "retargeted"
-    assert answer.total == 0
+    assert line.length == pytest.approx(2 * (2 * math.hypot(0.3, 0.2) + 0.2), abs=1e-9)
 
 
 def test_a_margin_keeps_rows_and_paths_off_the_border() -> None:
@@ -125,9 +111,7 @@ def test_a_margin_keeps_rows_and_paths_off_the_border() -> None:
     borders = [part.boundary for part in admissible_region(PAPER).components]
     assert shapely.distance(shapely.union_all(borders), shapely.LineString(points)) >= 0.08 - 1e-9
     assert answer.total >= retarget(wave(1)).total
-    none = retarget(wave(1), margin=2.0)
-    assert not none
-    assert "allow a smaller margin" in str(none.reason)
+    assert "allow a smaller margin" in str(retarget(wave(1), margin=2.0).reason)
 
 
 def test_signs_choose_the_component() -> None:
@@ -140,8 +124,8 @@ def test_signs_choose_the_component() -> None:
         signs[sign] = answer.total
     assert retarget(rows).total == min(signs.values())
     turned = retarget(lift(FLYABLE, "red"), sign="positive")
-    assert turned.status == "retargeted"
-    assert turned.before.flyable
+    assert (turned.status, turned.before.flyable) == ("retargeted", True)
+    assert retarget(lift(FLYABLE, "red"), sign="negative").status == "unchanged"
 
 
 def test_times_stay_and_rates_are_judged() -> None:
@@ -155,7 +139,6 @@ def test_times_stay_and_rates_are_judged() -> None:
     slow = PAPER.replace(max_tilt_rate=0.01)
     limited = retarget(Table(columns=columns), vehicle=slow, sign="positive")
     assert not limited.after["tilt_rate"].ok
-    assert "it would do" in str(limited.reason)
     assert "it would do" in str(limited)
 
 
@@ -175,14 +158,8 @@ def test_whole_turns_are_taken_off_with_a_warning() -> None:
     answer = retarget(rows)
     np.testing.assert_allclose(answer.table.alpha, lift(FLYABLE, "red").alpha, atol=1e-15)
     assert answer.warnings == ("took whole turns off α3 or α4 in 3 rows",)
-
-
-def test_half_a_turn_is_far() -> None:
-    rows = lift(FLYABLE, "red").alpha.copy()
-    rows[:, 2] -= math.pi
-    answer = retarget(rows)
-    assert answer
-    assert answer.moved.min() > math.pi / math.sqrt(2) - 1e-9
+    rows[:, 2] -= 3 * math.pi  # half a turn is far
+    assert retarget(rows).moved.min() > math.pi / math.sqrt(2) - 1e-9
 
 
 def test_mirrored_spin_mirrors_the_answer() -> None:
@@ -199,18 +176,13 @@ def test_limits_of_the_vehicle_count() -> None:
     assert answer.after.flyable
     assert np.abs(answer.table.alpha).max() <= 0.5
     weak = Vehicle(drag_ratio=0.17, mass=0.4, max_thrust=0.27 * 0.4 * 9.80665)
-    answer = retarget(wave(0), vehicle=weak)
-    assert answer.after.flyable
+    assert retarget(wave(0), vehicle=weak).after.flyable
 
 
 def test_why_there_is_none() -> None:
     high = retarget(wave(0), floor=1.3)
-    assert not high
-    assert high.status == "infeasible"
-    assert "this vehicle's most is 1.1710" in str(high.reason)
-    assert str(high).startswith("no gait: ")
-    assert not high.before.flyable
-    assert high.as_mapping()["path"] == []
+    assert (bool(high), high.status, high.as_mapping()["path"]) == (False, "infeasible", [])
+    assert "this vehicle's most is 1.1710" in str(high)
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
             getattr(high, name)
@@ -248,10 +220,8 @@ def test_the_command_reads_writes_and_says_no(tmp_path: Path, capsys: pytest.Cap
     write_tables(Table(columns=dict(zip(ANGLES, rows.T, strict=True))), [source])
     assert retarget_command.main([str(source), "--json", "--output", str(output)], standalone_mode=False) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["status"] == "retargeted"
-    assert answer["rows"] == 12
-    assert answer["largest"] == max(answer["moved"])
-    assert answer["flyable"]
+    assert (answer["status"], answer["rows"], answer["flyable"]) == ("retargeted", 12, True)
+    assert answer["largest"] == max(answer["moved"]) == answer["moved"][answer["largest_row"] - 1]
     assert validate(read_table(output)).flyable
     saved = tmp_path / "answer.json"
     saved.write_text(json.dumps(answer))
