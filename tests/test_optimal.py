@@ -35,7 +35,7 @@ from gaitgraph.optimization.least_effort import (
     power_pieces,
 )
 from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES
-from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.admissible import admissible_region, hover_region
 from gaitgraph.surface.region import Zones
 from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate
@@ -137,7 +137,7 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.2f}")
-@pytest.mark.parametrize("share", [0.05, 0.4, 0.9])
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.4, 1.0])
 def test_least_share_region_is_where_the_shares_are(vehicle: Vehicle, share: float) -> None:
     rng = np.random.default_rng(3)
     region = least_share_region(share, vehicle, accuracy=1e-5)
@@ -154,6 +154,7 @@ def test_least_share_region_is_where_the_shares_are(vehicle: Vehicle, share: flo
     outside = ~shapely.intersects(region.outer, shapely.points(points))
     assert not ((inside & ~enough) | (outside & enough)).any()
     assert (inside == enough).mean() > 0.8
+    assert share or region.area == pytest.approx(hover_region(vehicle).area, abs=1e-4)
 
 
 def bottleneck(value: Callable[..., Any], region: Any, discs: Discs, size: int) -> float:
@@ -224,6 +225,8 @@ def test_the_bound_of_points_bends_around_obstacles() -> None:
     around = 2 * (2 * math.hypot(0.3, 0.2) + 0.2)
     assert least_loop_length(discs, region) == pytest.approx(around, abs=1e-9)
     assert least_loop_length(discs) == pytest.approx(1.6, abs=1e-9)
+    discs = Discs(centers=discs.centers, radii=np.array([0.0, 0.1]))  # with a radius the region takes no part
+    assert least_loop_length(discs, region) == pytest.approx(1.4, abs=1e-6)
 
 
 # Results

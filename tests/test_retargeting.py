@@ -126,6 +126,8 @@ def test_signs_choose_the_component() -> None:
     turned = retarget(lift(FLYABLE, "red"), sign="positive")
     assert (turned.status, turned.before.flyable) == ("retargeted", True)
     assert retarget(lift(FLYABLE, "red"), sign="negative").status == "unchanged"
+    beside = retarget(np.add(lift(FLYABLE, "red").alpha, [0, 0, 0.05, 0]), sign="negative")
+    assert (beside.status, beside.after.flyable) == ("retargeted", True)
 
 
 def test_times_stay_and_rates_are_judged() -> None:
@@ -200,7 +202,7 @@ def test_why_there_is_none() -> None:
         ([["a", 0, 0, 0]], {}, "gait must be rows of four angles, a table, a gait or a path, got [['a'"),
         (object(), {}, "gait must be rows of four angles, a table, a gait or a path, got <object"),
         (np.zeros((MOST_ROWS + 1, 4)), {}, "gait must have at most 200000 rows, got 200001"),
-        ([[0, 0, 0, 0]], {"margin": -1}, "margin must be a finite number ≥ 0 (rad), got -1"),
+        ([[0, 0, 0, 0]], {"margin": -1}, "margin must be a finite number ≥ 0, got -1"),
         ([[0, 0, 0, 0]], {"sign": "both"}, "sign must be 'positive', 'negative' or None, got 'both'"),
         ([[0, 0, 0, 0]], {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
         ([[0, 0, 0, 0]], {"keep_in": [[(0, 0)]]}, "keep_in polygon 1"),

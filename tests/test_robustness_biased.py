@@ -282,7 +282,7 @@ class TestWrongInput:
             ("scale", (0, 1.0001, math.inf), "scale must be a number in (0, 1], got η = "),
             ("tilt", (math.pi / 2, -0.1, math.nan), "tilt must be at least 0 and less than π/2 rad, got "),
             ("tolerance", (0, -1, math.nan, math.inf, "x"), "tolerance must be a finite number above 0, got "),
-            ("angle_rounding", (-1, math.nan, math.inf, "x"), "angle_rounding must be a finite number ≥ 0 (rad), got "),
+            ("angle_rounding", (-1, math.nan, math.inf, "x"), "angle_rounding must be a finite number ≥ 0, got "),
             ("curves", (-1, 10_001, 1.5, True, "x"), "curves must be a whole number from 0 to 10000, got "),
             ("coefficients", ("rough",), "coefficients must be 'published' or 'exact', got 'rough'"),
         ],

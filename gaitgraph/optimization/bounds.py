@@ -106,9 +106,6 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
 
 def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
     """Return where the first share is below c, for α1 < δ and α2 > −δ."""
-    if share == 0:
-        return shapely.Polygon()
-
     def root(x: FloatArray) -> FloatArray:
         sine = np.sin(x - delta)
         lift = 1 - 2 * share * (np.cos(x) - sine * math.sin(delta))
@@ -214,10 +211,6 @@ def highest_level(
         low = guess * (1 - _CLOSE)
         if not joined(beyond):
             high = beyond
-        elif objective == "hover_reserve" and most is None:
-            low, high = beyond, 2 * beyond
-            while high < top and joined(high):
-                low, high = high, 2 * high
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
         low, high = (middle, high) if joined(middle) else (low, middle)

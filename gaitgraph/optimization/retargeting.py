@@ -22,7 +22,6 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
@@ -243,9 +242,7 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    checked_limits(floor=floor)
-    if not 0 <= number_of(margin) < math.inf:
-        raise InputError(f"margin must be a finite number ≥ 0 (rad), got {shown(margin)}")
+    checked_limits(floor=floor, margin=margin)
     if sign not in (None, "positive", "negative"):
         hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
         raise InputError(f"sign must be 'positive', 'negative' or None, got {shown(sign)}{hint}")

@@ -83,19 +83,8 @@ class SingularCurve:
 
 
 def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> SingularCurve:
-    """Return the attitudes at which a configuration is singular.
+    """Return the attitudes at which tilt angles, shape (4,) [rad], are singular; `angle_rounding` is their error [rad].
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (4,) [rad].
-    coefficients
-        Those of formula (1).
-    angle_rounding
-        Assumed error of each angle [rad].
-
-    Examples
-    --------
     >>> from gaitgraph.invertibility.matrices import coefficients_of
     >>> singular_curve([0.4, -1.1, 0.4, -1.1], coefficients_of()).kind
     'none'
@@ -131,8 +120,6 @@ class AcceptableAttitudes:
     reason
         Why no attitude around (0, 0) is acceptable, or "".
 
-    Notes
-    -----
     Not guaranteed: that the matrix is well conditioned there; see
     :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
     """
@@ -177,11 +164,6 @@ def acceptable_attitudes(
         is met. If it cannot be met, :attr:`AcceptableAttitudes.error` states the bound that was reached.
     angle_rounding
         Assumed error of each angle [rad]; it decides where v cannot be distinguished from zero.
-
-    Raises
-    ------
-    InputError
-        If the angles are not finite or the tolerance is no positive number.
 
     Examples
     --------

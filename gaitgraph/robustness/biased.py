@@ -34,7 +34,7 @@ from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.rules import Segments, segments_of
+from gaitgraph.validation.rules import Segments, checked_limits, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
@@ -138,17 +138,7 @@ class Robustness:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobustnessReport:
-    """The robustness of a gait and of the same gait scaled.
-
-    Parameters
-    ----------
-    gait
-        Robustness of the gait itself.
-    sweep
-        Robustness of the biased gaits, then of the scaled ones, each in the given order.
-    vehicle, coefficients
-        Vehicle and coefficients of the report.
-    """
+    """The robustness of a gait, and of its biased gaits, then of the scaled ones, each in the given order."""
 
     gait: Robustness
     sweep: tuple[Robustness, ...]
@@ -274,8 +264,7 @@ def robustness_of(
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     if type(curves) is not int or not 0 <= curves <= _MOST_CURVES:
         raise InputError(f"curves must be a whole number from 0 to {_MOST_CURVES}, got {shown(curves)}")
-    if angle_rounding is not None and not 0 <= number_of(angle_rounding) < math.inf:
-        raise InputError(f"angle_rounding must be a finite number ≥ 0 (rad), got {shown(angle_rounding)}")
+    checked_limits(angle_rounding=angle_rounding)
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
         raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
     segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)
@@ -291,7 +280,9 @@ def robustness_of(
         where = moved.place(margin.segment, margin.fraction)
         nearest = nearest_singular_attitude(where.alpha, numbers)
         direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
-        value, singular_where, attitude = _singular_value(moved, margin, where, direction, tilt, vehicle)
+        value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
+        if margin.exists and margin.upper > tilt:
+            value, singular_where, attitude = _least_singular_value(moved, tilt, vehicle)
         places = _spread(moved, curves)
         found.append(
             Robustness(
@@ -343,17 +334,10 @@ def _closed_segments(
     return segments, points.vehicle, rounding, noun
 
 
-def _singular_value(
-    segments: Segments,
-    margin: LeastMargin,
-    where: Place,
-    direction: tuple[float, float] | None,
-    tilt: float,
-    vehicle: Vehicle,
+def _least_singular_value(
+    segments: Segments, tilt: float, vehicle: Vehicle
 ) -> tuple[tuple[float, float], Place, tuple[float, float]]:
-    """Return the bracket of the least singular value within a tilt, where, and the attitude."""
-    if not margin.exists or margin.upper <= tilt:
-        return (0.0, 0.0), where, direction or (0.0, 0.0)
+    """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
 
     def value(alpha: FloatArray) -> FloatArray:
         return least_singular_value_within(alpha, tilt, vehicle)[0]
@@ -372,9 +356,7 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
 
     Values at a few rows, then at more, exclude most segments: most rows of a long table are near others.
     """
-    starts, ends = segments.starts, segments.ends
-    rows = np.arange(len(starts))
-    least = math.inf
+    starts, rows, least = segments.starts, np.arange(len(segments.starts)), math.inf
     for stride in (4096, 512, 64, 8):
         anchors = np.unique(rows - rows % stride)
         if len(anchors) * 2 > len(rows):
@@ -383,7 +365,7 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
         least = min(least, float(found.min()))
         nearest = np.searchsorted(anchors, rows - rows % stride)
         at, zero = starts[anchors][nearest], np.zeros(len(rows))
-        lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, ends)]
+        lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, segments.ends)]
         rows = rows[np.minimum(*lower) <= least]
     return rows
 
