@@ -281,12 +281,31 @@ def test_effort_is_not_less_than_its_bound_and_scales_with_the_period(swift: Any
     assert slower.value == pytest.approx(swift.value / 2, rel=1e-6)
 
 
-def test_no_small_change_needs_less_effort(swift: Any) -> None:
+def square_problem() -> tuple[LeastEffort, SmoothLoop]:
     discs = discs_of(SQUARE, 0.1)
     within: Any = component_meeting(admissible_region(PAPER, sign="negative").inner, discs)
-    problem = LeastEffort(within, discs, CLEARANCE)
     points, knots = control_points_along(np.array(SQUARE), 32)
-    loop, history = problem.solve(SmoothLoop(points=points, passes=knots.astype(float)))
+    return LeastEffort(within, discs, CLEARANCE), SmoothLoop(points=points, passes=knots.astype(float))
+
+
+def test_a_programme_gives_the_best_loop_in_its_cells() -> None:
+    problem, start = square_problem()
+    program, rng = problem.program(start, 0.2), np.random.default_rng(5)
+    best: Any = program.projected(0.0)
+    assert problem.keeps_inside(best)
+    assert problem.discs.misses(best.passed()) <= 1e-9
+    for number in range(50):  # no step towards another loop within the cells and the polygons in the discs is better
+        other = SmoothLoop(points=start.points + rng.normal(size=(32, 2)) * 3e-2 * (number > 0), passes=start.passes)
+        assert (program.offsets >= np.sum(program.normals * (program.rows @ other.points), axis=1)).all()
+        assert problem.discs.misses(other.passed()) < -5e-3
+        step = SmoothLoop(points=best.points + 1e-4 * (other.points - best.points), passes=best.passes)
+        assert step.effort >= best.effort * (1 - 1e-9)
+
+
+def test_no_small_change_needs_less_effort(swift: Any) -> None:
+    problem, start = square_problem()
+    discs = problem.discs
+    loop, history = problem.solve(start)
     assert loop.effort == pytest.approx(swift.value, rel=1e-6)  # over 2 s and twice for two pairs of arms
     assert history == sorted(history, reverse=True)
     rng = np.random.default_rng(4)

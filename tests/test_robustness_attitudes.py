@@ -163,9 +163,9 @@ class TestSingularCurve:
         through = singular_curve([ON_ZERO, -0.4, 0.5, 0.3], EXACT)
         assert shapely.LineString(through.points(1001)).distance(shapely.Point(0, 0)) < 1e-5
 
-    @pytest.mark.parametrize("alpha", [[math.nan, 0, 0, 0], [0, 0, math.inf, 0], [0, 0, 0], [[0, 0, 0, 0]], "x"])
+    @pytest.mark.parametrize("alpha", [[math.nan, 0, 0, 0], [0, 0, 0]], ids=["nan", "three"])
     def test_wrong_angles_are_refused(self, alpha: Any) -> None:
-        with pytest.raises((InputError, ValueError)):
+        with pytest.raises(InputError, match="alpha must be four finite tilt angles"):
             singular_curve(alpha, EXACT)
 
 

@@ -76,26 +76,16 @@ class TestThePaper:
         assert scaled.tilt_margin == math.pi / 2
         names = [one.name for one in report_of_3.sweep]
         assert names == ["biased by 1", "biased by 0.9", "biased by 0.8", "scaled by 0.5"]
-        assert all(len(one.curves) == 3 for one in (plain, *report_of_3.sweep))
         assert plain.direction is None
-        assert {curve.kind for _, curve in plain.curves} == {"none"}
-        assert {curve.kind for _, curve in biased.curves} == {"curve"}
-
-    def test_gait_4_biased(self) -> None:
-        biased = report_of(red(G4), bias=0.8).sweep[0]
-        assert math.degrees(biased.tilt_margin or 0.0) == pytest.approx(61.66, abs=5.1e-3)
+        assert [curve.kind for _, curve in plain.curves + biased.curves] == ["none"] * 3 + ["curve"] * 3
 
     def test_gaits_1_and_2_have_no_margin(self, report_of_2: RobustnessReport) -> None:
         published = quick(lift(G2.angles, "blue"), curves=2)
         for none in (report_of_2.gait, report_of_2.sweep[2], published):
-            assert none.tilt_margin is None
-            assert none.direction is None
-            assert none.acceptable.fraction == 0.0
+            assert (none.tilt_margin, none.direction, none.acceptable.fraction) == (None, None, 0.0)
             assert none.singular_value == (0.0, 0.0)
             assert "singular at every attitude" in none.margin.reason
             assert {curve.kind for _, curve in none.curves} == {"everywhere"}
-        found = [math.degrees(one.tilt_margin or 0.0) for one in report_of_2.sweep[:2]]
-        assert found == pytest.approx([41.74, 44.99], abs=6e-3)
         first = report_of(lift(G1.angles, "blue", coefficients=EXACT), bias=0.8)
         assert first.gait.tilt_margin is None
         assert first.sweep[0].tilt_margin == 0.0
@@ -139,9 +129,8 @@ class TestAgainstSampling:
         alpha = along(points, 200)
         R, margin = level_determinant(alpha, EXACT), tilt_margin(alpha, EXACT)
         if R.min() * R.max() < 0:
-            assert found.tilt_margin == 0.0
+            assert (found.tilt_margin, found.singular_value) == (0.0, (0.0, 0.0))
             assert abs(level_determinant(found.where.alpha, EXACT)) < 1e-12
-            assert found.singular_value == (0.0, 0.0)
             return
         assert found.margin.lower <= margin.min() + 1e-12
         assert found.tilt_margin == pytest.approx(tilt_margin(found.where.alpha, EXACT), abs=1e-12)
@@ -150,17 +139,14 @@ class TestAgainstSampling:
         if found.margin.upper > tilt:
             dense = least_singular_value_within(alpha, tilt)[0].min()
             lower, upper = found.singular_value
-            assert lower <= dense + 1e-12
+            assert upper - 5.01e-4 <= lower <= dense + 1e-12
             assert upper <= dense + 5.01e-4
-            assert upper - lower <= 5.01e-4
             at = least_singular_value(found.singular_where.alpha, gg.PAPER, *found.singular_attitude)
             assert at == pytest.approx(upper, abs=1e-12)
 
     def test_a_long_table_is_searched_like_a_short_one(self) -> None:
         """Rows far from the least are left out, none that matters."""
-        random = np.random.default_rng(1)
-        corners = lift(G4.angles, "red").biased(0.9).alpha
-        rows = along(corners, 201) + random.normal(0, 2e-4, (4 * 201, 4))
+        rows = along(red(G4).biased(0.9).alpha, 201) + np.random.default_rng(1).normal(0, 2e-4, (4 * 201, 4))
         found = quick(table(rows), tolerance=1e-2)
         dense = least_singular_value_within(rows, math.radians(30))[0].min()
         assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
