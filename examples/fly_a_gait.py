@@ -5,6 +5,7 @@ Fly a gait
 A gait in the physics engine MuJoCo, with feedback linearisation of altitude, roll, pitch and yaw by the thrusts alone.
 """
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import gaitgraph as gg
@@ -38,7 +39,11 @@ print(anyway.reason)
 # %%
 # Side by side. Thrusts are multiples of a quarter of the weight.
 
-plots.flights_side_by_side({"red": flight, "biased by 0.8": biased, "blue": anyway})
+panels = ("attitude", "thrusts", "singular_value")
+axes = plt.figure(figsize=(13, 6), layout="constrained").subplots(3, 3)
+for column, one, name in zip(axes.T, (flight, biased, anyway), ("red", "biased by 0.8", "blue"), strict=True):
+    plots.plot_flight(one, axes=column, panels=panels)[0].set_title(name, pad=26)
+    column[1].get_legend().remove()  # wider than a column; curves are rotors 1 to 4
 
 # %%
 # Gait 4 has R > 0 as hover has, and can be entered from it; Gait 3 has R < 0, and cannot.

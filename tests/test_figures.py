@@ -72,7 +72,6 @@ def test_every_figure_of_the_paper_is_there_and_two_more() -> None:
 def test_names_of_figures() -> None:
     assert names_of_figures([16, "3"]) == ("3", "16")
     assert names_of_figures([" 9 - 11 , regions", "GAIT", "03", 3]) == ("3", "9", "10", "11", "regions", "gait")
-    assert names_of_figures([]) == ()
 
 
 @pytest.mark.parametrize(
@@ -83,8 +82,6 @@ def test_names_that_are_none(text: Any) -> None:
         gg.InputError, match=r"^only must be some of 1 to 22, ranges such as 9-14, regions and gait, got "
     ):
         names_of_figures([text])
-    with pytest.raises(gg.InputError):
-        draw(text)
 
 
 def test_a_name_that_is_nearly_one() -> None:
@@ -92,6 +89,8 @@ def test_a_name_that_is_nearly_one() -> None:
         names_of_figures(["region"])
     with pytest.raises(gg.InputError, match=r"^name must be one of 1, 2, .*, got '3,4'"):
         draw("3,4")
+    with pytest.raises(gg.InputError, match=r"^only must be some of .*, got 'none'"):
+        names_of_figures([])
 
 
 def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
@@ -264,8 +263,8 @@ def test_files_that_exist_are_kept_without_force(folder: Path) -> None:
         write_figures(".", only=["2"], force=True)
 
 
-@pytest.mark.parametrize("out", ["file", "file/inside", "nul\0", "x" * 300, "", None, "link"])
-def test_places_that_are_no_folder(folder: Path, out: Any) -> None:
+@pytest.mark.parametrize("out", ["file", "file/inside", "nul\0", "x" * 300, "link"])
+def test_places_that_are_no_folder(folder: Path, out: str) -> None:
     Path("file").write_text("mine")
     Path("link").symlink_to("nowhere")
     with pytest.raises(gg.GaitgraphError, match=r"^out must be ") as caught:
@@ -274,16 +273,13 @@ def test_places_that_are_no_folder(folder: Path, out: Any) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["file", "link"]
 
 
-@pytest.mark.parametrize("formats", [["tiff"], [], "gif", [1]])
-def test_formats_that_are_none(folder: Path, formats: Any) -> None:
-    with pytest.raises(gg.InputError, match=r"^format must be one of png, svg, pdf, got "):
-        write_figures("out", only=["2"], formats=formats)
-    assert not Path("out").exists()
-
-
-def test_nothing_to_draw(folder: Path) -> None:
-    with pytest.raises(gg.InputError, match=r"^only must be some of .*, got none"):
-        write_figures("out", only=[])
+def test_settings_that_are_refused(folder: Path) -> None:
+    for formats in (["tiff"], [], "gif", [1]):
+        with pytest.raises(gg.InputError, match=r"^format must be one of png, svg, pdf, got "):
+            write_figures("out", only=["2"], formats=formats)  # type: ignore[arg-type]
+    with pytest.raises(gg.InputError, match="gait has an effect on the figure gait only"):
+        write_figures("out", only=["2"], gait=GAIT4)
+    assert not list(folder.iterdir())
 
 
 # The command
@@ -316,12 +312,17 @@ def test_command_says_what_to_install(run: Any, tmp_path: Path, monkeypatch: pyt
         draw("2")
 
 
-def test_matplotlib_is_imported_only_when_drawing() -> None:
+def test_matplotlib_is_imported_only_when_drawing(tmp_path: Path) -> None:
+    """And the backend of a notebook, which may be missing here, does not matter to the command."""
+    arguments = ["figures", "--only", "2", "--format", "png", "--out", str(tmp_path)]
     code = (
-        "import sys, gaitgraph.plots.figures, gaitgraph.plots, gaitgraph.plots.axes; print('matplotlib' in sys.modules)"
+        "import sys, gaitgraph.__main__, gaitgraph.plots.figures; print('matplotlib' in sys.modules);"
+        f"sys.argv[1:] = {arguments!r}; gaitgraph.__main__.main()"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
+    env = {**os.environ, "MPLBACKEND": "module://no.such.backend"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("False\nwrote ")
 
 
 @pytest.mark.parametrize(("name", "shown"), [("16", "type_map"), ("21", "roll_pitch")])
@@ -330,16 +331,3 @@ def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_
     made.write_bytes(picture_bytes(draw(name), "png"))
     found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(made), tol=8.0)
     assert found is None
-
-
-def test_a_notebooks_backend_is_no_matter(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "gaitgraph", "figures", "--only", "2", "--format", "png", "--out", str(tmp_path)]
-    env = {**os.environ, "MPLBACKEND": "module://no.such.backend"}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_a_gait_that_would_not_be_drawn_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(gg.InputError, match="gait has an effect on the figure gait only"):
-        write_figures(tmp_path, only=["2"], gait=GAIT4)
-    assert not list(tmp_path.iterdir())

@@ -23,8 +23,10 @@ from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.plots.axes import BLUE, GREY, RED, SINGULAR, STYLE, paper_style, text_of_multiple
-from gaitgraph.surface.adjacency import PLANE_TYPES
+from gaitgraph.plots.axes import BLUE, GREY, RED, STYLE, paper_style, text_of_multiple
+from gaitgraph.plots.gaits import axes_of_a_gait
+from gaitgraph.plots.planes import interior_roots, root_counts
+from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
@@ -43,11 +45,6 @@ GAIT3 = gg.lift(GAITS[2].angles, "red")
 @pytest.fixture
 def ax() -> Axes:
     return Figure().add_subplot()
-
-
-@pytest.fixture
-def space() -> Any:
-    return Figure().add_subplot(projection="3d")
 
 
 @pytest.fixture(autouse=True)
@@ -84,103 +81,103 @@ def legend_of(ax: Any) -> list[str]:
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-# Roots on the grid
+# Roots on the grid, as Figures 2 to 14 draw them
 
 
-def test_root_counts_hold_650_roots(ax: Axes) -> None:
-    assert plots.root_counts(ax=ax) is ax
+def space_of(name: str, **options: Any) -> Any:
+    """Return the axes of a figure of one plot."""
+    (ax,) = plots.draw(name, **options).axes
+    return ax
+
+
+def test_root_counts_hold_650_roots() -> None:
+    ax = space_of("2")
     counted = {one.get_label(): len(np.asarray(one.get_offsets())) for one in scatters(ax)}
     assert counted == {"2 roots, 225 nodes": 225, "3 roots, 60 nodes": 60, "5 roots, 4 nodes": 4}
-    assert sum(int(str(label)[0]) * count for label, count in counted.items()) == 650
     corners = np.asarray(scatters(ax)[2].get_offsets())
     np.testing.assert_allclose(np.abs(corners), HALF_PI)
 
 
 def test_interior_roots_are_those_of_each_node() -> None:
-    found = plots.interior_roots()
-    assert len(found.R) == 450
-    assert Counter(map(tuple, found.node.tolist())) == {(i, j): 2 for i in range(1, 16) for j in range(1, 16)}
-    np.testing.assert_allclose(found.alpha[:, :2], found.node * STEP - HALF_PI, atol=1e-12)
-    for k in range(0, 450, 37):
-        known = sorted(gg.roots(*found.alpha[k, :2]), key=lambda root: (root.alpha3, root.alpha4))
-        root = known[found.number[k]]
-        assert (root.types, root.color) == (found.types[k], "red" if found.sheet[k] > 0 else "blue")
-        np.testing.assert_allclose(found.alpha[k], root.alpha, atol=1e-12)
-        assert found.sign[k] == np.sign(root.R)
-    first, other = (found.alpha[found.chosen(which)] for which in ("first", "other"))
-    assert (first[:, 2] < other[:, 2] + 1e-12).all()
-    assert found.chosen("both").all()
+    found, signs = interior_roots(PUBLISHED, 16)
+    assert (found.sheet != 0).sum() == 2 * len(found.sheet) == 450
+    places = np.array([(i, j) for i in range(1, 16) for j in range(1, 16)]) * STEP - HALF_PI
+    np.testing.assert_allclose(found.alpha[:, 0, :2], places, atol=1e-12)
+    for node in range(0, 225, 19):
+        known = sorted(gg.roots(*places[node]), key=lambda root: (root.alpha3, root.alpha4))
+        for k, root in enumerate(known):
+            assert ("red" if found.sheet[node, k] > 0 else "blue") == root.color
+            assert text_from_types(*found.types[node, k]) == root.types
+            np.testing.assert_allclose(found.alpha[node, k], root.alpha, atol=1e-12)
+            assert signs[node, k] == np.sign(root.R)
 
 
-def test_signs_of_the_interior_roots() -> None:
-    """128 red and 28 blue nodes have R > 0 with four digits; with exact coefficients blue has no sign."""
-    published, exact = plots.interior_roots(PUBLISHED), plots.interior_roots(EXACT)
-    assert Counter(zip(published.sheet.tolist(), published.sign.tolist(), strict=True)) == {
-        (1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197,
-    }  # fmt: skip
-    assert Counter(zip(exact.sheet.tolist(), exact.sign.tolist(), strict=True)) == {
-        (1, 1): 128,
-        (1, -1): 97,
-        (-1, 0): 225,
-    }
+@pytest.mark.parametrize(
+    ("coefficients", "counts"),
+    [
+        (PUBLISHED, {(1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197}),
+        (EXACT, {(1, 1): 128, (1, -1): 97, (-1, 0): 225}),
+    ],
+    ids=["published", "exact"],
+)
+def test_signs_of_the_interior_roots(coefficients: Any, counts: dict[tuple[int, int], int]) -> None:
+    """With exact coefficients blue has no sign."""
+    found, signs = interior_roots(coefficients, 16)
+    there = found.sheet != 0
+    assert Counter(zip(found.sheet[there].tolist(), signs[there].tolist(), strict=True)) == counts
 
 
-@pytest.mark.parametrize("angle", ["alpha3", "alpha4"])
-def test_both_roots_lie_on_two_planes(space: Any, angle: Any) -> None:
-    assert plots.root_angle(angle, ax=space) is space
+@pytest.mark.parametrize(("name", "over", "shift"), [("7", 0, 2), ("8", 1, -2)])
+def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
+    space = space_of(name)
     points = by_label(space)
     assert {label: len(rows) for label, rows in points.items()} == {"+ plane": 225, "− plane": 225}
-    over = 0 if angle == "alpha3" else 1
-    shift = 2 * PUBLISHED.delta * (1 if angle == "alpha3" else -1)
     plus, minus = points["+ plane"], points["− plane"]
     np.testing.assert_allclose(plus[:, 2], plus[:, over], atol=1e-12)
-    np.testing.assert_allclose(minus[:, 2], wrapped(shift - minus[:, over]), atol=1e-12)
-    assert [one.get_facecolor()[0].tolist() for one in scatters(space)] == [
-        list(mpl.colors.to_rgba(color)) for color in (RED, BLUE)
-    ]
+    np.testing.assert_allclose(minus[:, 2], wrapped(shift * PUBLISHED.delta - minus[:, over]), atol=1e-12)
+    assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
 
 
-@pytest.mark.parametrize(("sign", "total"), [("positive", 156), ("negative", 294)])
-def test_signed_roots(sign: Any, total: int) -> None:
+@pytest.mark.parametrize(("names", "sign", "total"), [(("9", "11"), 1, 156), (("13", "14"), -1, 294)])
+def test_signed_roots(names: tuple[str, str], sign: int, total: int) -> None:
+    """The first and the other root of each node, with one sign of R."""
     count = 0
-    for which in ("first", "other"):
-        space = plots.signed_roots(sign, which=which, ax=Figure().add_subplot(projection="3d"))
+    for name in names:
+        space = space_of(name)
         points = list(by_label(space).values())
         assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
         np.testing.assert_allclose(points[0][:, :2], points[1][:, :2])
         count += len(points[0])
-        alpha = np.column_stack([points[0][:, :2], points[0][:, 2], points[1][:, 2]])
-        assert (
-            np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == (1 if sign == "positive" else -1)
-        ).all()
+        alpha = np.column_stack([points[0], points[1][:, 2]])
+        assert (np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == sign).all()
         assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
     assert count == total
 
 
-def test_values_of_R_are_those_of_the_roots(space: Any) -> None:
-    plots.level_determinants("positive", which="both", ax=space)
-    points = by_label(space)
-    assert {label: len(rows) for label, rows in points.items()} == {"red sheet": 128, "blue sheet": 28}
-    red = points["red sheet"]
-    np.testing.assert_allclose(
-        red[:, 2], gg.invertibility.level_determinant(np.column_stack([red[:, :2], red[:, :2]]), PUBLISHED)
-    )
-    assert 0 < points["blue sheet"][:, 2].max() < 3e-4
+def test_values_of_R_are_those_of_the_roots() -> None:
+    points = [by_label(space_of(name)) for name in ("10", "12")]
+    red, blue = (np.concatenate([one[f"{color} sheet"] for one in points]) for color in ("red", "blue"))
+    assert (len(red), len(blue)) == (128, 28)
+    alpha = np.column_stack([red[:, :2], red[:, :2]])
+    np.testing.assert_allclose(red[:, 2], gg.invertibility.level_determinant(alpha, PUBLISHED))
+    assert 0 < blue[:, 2].max() < 3e-4
 
 
-@pytest.mark.parametrize("draw", [plots.signed_roots, plots.level_determinants])
-@pytest.mark.parametrize("sign", ["positive", "negative"])
-def test_roots_without_sign_are_grey_and_hollow(space: Any, draw: Callable[..., Any], sign: str) -> None:
-    draw(sign, coefficients=EXACT, ax=space)
-    grey = [one for one in scatters(space) if to_hex(one.get_edgecolor()[0]) == GREY]
-    painted = [
-        one for one in scatters(space) if to_hex(one.get_facecolor()[0] if len(one.get_facecolor()) else GREY) != GREY
-    ]
-    assert grey
-    assert all(len(points_of(one)) == 225 and not len(np.asarray(one.get_facecolor())) for one in grey)
-    count = 128 if sign == "positive" else 97
-    assert [len(points_of(one)) for one in painted] == ([count] * 2 if draw is plots.signed_roots else [count])
-    assert SINGULAR in legend_of(space)
+@pytest.mark.parametrize(
+    ("first", "other", "marks", "count"), [("9", "11", 2, 128), ("13", "14", 2, 97), ("10", "12", 1, 128)]
+)
+def test_roots_without_sign_are_grey_and_hollow(first: str, other: str, marks: int, count: int) -> None:
+    grey, signed = 0, 0
+    for name in (first, other):
+        space = space_of(name, coefficients="exact")
+        for one in scatters(space):
+            if to_hex(one.get_edgecolor()[0]) == GREY:
+                assert not len(np.asarray(one.get_facecolor()))
+                grey += len(points_of(one))
+            else:
+                signed += len(points_of(one))
+        assert "R = 0 to rounding: singular" in legend_of(space)
+    assert (grey, signed) == (225 * marks, count * marks)
 
 
 # Types and the rule
@@ -316,7 +313,7 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
 
 def test_gait_in_four_dimensions() -> None:
     timed = GAIT3.parametrize(2.0, samples=40)
-    axes = plots.gait_in_four_dimensions(timed, axes=plots.axes_of_a_gait(Figure()))
+    axes = plots.gait_in_four_dimensions(timed, axes=axes_of_a_gait(Figure()))
     assert axes.shape == (5,)
     for k, line in enumerate(axes[0].lines):
         np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
@@ -334,7 +331,7 @@ def test_gait_in_four_dimensions() -> None:
 def test_gait_in_four_dimensions_of_tables() -> None:
     timed = GAIT3.parametrize(2.0, samples=40)
     drawn = [
-        plots.gait_in_four_dimensions(one, axes=plots.axes_of_a_gait(Figure()))
+        plots.gait_in_four_dimensions(one, axes=axes_of_a_gait(Figure()))
         for one in (
             timed,
             table_of(timed),
@@ -416,57 +413,36 @@ def test_figure_1_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> Non
 
 # What drawing leaves alone, and what it refuses
 
-ON_A_PLANE: list[Callable[..., Any]] = [
-    plots.vehicle_figure,
-    plots.root_counts,
-    plots.adjacency_rule,
-    plots.type_map,
-    lambda ax=None: plots.gait_loop(GAIT3, ax=ax),
-    plots.regions_map,
-    plots.singular_value_map,
-    lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
-]
-IN_SPACE: list[Callable[..., Any]] = [
-    lambda ax=None: plots.root_angle("alpha3", ax=ax),
-    lambda ax=None: plots.signed_roots("positive", ax=ax),
-    lambda ax=None: plots.level_determinants("positive", ax=ax),
-]
+PLOTS: dict[str, Callable[..., Any]] = {
+    "vehicle_figure": plots.vehicle_figure,
+    "adjacency_rule": plots.adjacency_rule,
+    "type_map": plots.type_map,
+    "gait_loop": lambda ax=None: plots.gait_loop(GAIT3, ax=ax),
+    "regions_map": plots.regions_map,
+    "singular_value_map": plots.singular_value_map,
+    "roll_pitch_diagram": lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
+}
 
 
-@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
-def test_given_axes_are_returned_and_nothing_else_changes(draw: Callable[..., Any]) -> None:
-    before = dict(mpl.rcParams)
-    given = Figure().add_subplot(projection="3d" if draw in IN_SPACE else None)
-    assert draw(ax=given) is given
+@pytest.mark.parametrize("name", PLOTS)
+def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None:
+    draw, before = PLOTS[name], dict(mpl.rcParams)
+    assert draw(ax=ax) is ax
     assert pyplot.get_fignums() == []
     assert dict(mpl.rcParams) == before
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
-def test_without_axes_there_is_one_new_figure(draw: Callable[..., Any]) -> None:
     drawn = draw()
     assert pyplot.get_fignums() == [1]
     assert drawn.figure is pyplot.figure(1)
-    pyplot.figure(1).canvas.draw()
-
-
-@pytest.mark.parametrize("draw", [*ON_A_PLANE, *IN_SPACE])
-def test_wrong_axes_are_refused(draw: Callable[..., Any]) -> None:
-    wrong = Figure().add_subplot(projection=None if draw in IN_SPACE else "3d")
-    for value in (wrong, Figure(), 3):
+    for wrong in (Figure().add_subplot(projection="3d"), Figure(), 3):
         with pytest.raises(gg.InputError, match=r"^ax must be None or .*, got "):
-            draw(ax=value)
+            draw(ax=wrong)
 
 
-def test_wrong_values_are_refused(ax: Axes, space: Any) -> None:
+def test_wrong_values_are_refused(ax: Axes) -> None:
     cases: list[tuple[str, Callable[[], Any]]] = [
-        ("angle", lambda: plots.root_angle("alpha1", ax=space)),  # type: ignore[arg-type]
-        ("which", lambda: plots.root_angle("alpha3", which="second", ax=space)),  # type: ignore[arg-type]
-        ("sign", lambda: plots.signed_roots("zero", ax=space)),  # type: ignore[arg-type]
         ("sign", lambda: plots.type_map(1, ax=ax)),  # type: ignore[arg-type]
         ("of", lambda: plots.adjacency_rule("loop", ax=ax)),  # type: ignore[arg-type]
-        ("divisions", lambda: plots.root_counts(divisions=1, ax=ax)),
+        ("divisions", lambda: plots.type_map(divisions=1, ax=ax)),
         ("angles", lambda: plots.gait_loop(GAIT3, angles=(1, 1), ax=ax)),
         ("angles", lambda: plots.gait_loop(GAIT3, angles=(0, 1), ax=ax)),
         ("count", lambda: plots.roll_pitch_diagram(GAIT3, count=0, ax=ax)),
@@ -497,7 +473,7 @@ def test_the_style_holds_inside_alone() -> None:
 
 PICTURES: dict[str, Callable[[Axes], Any]] = {
     "vehicle": lambda ax: plots.vehicle_figure(ax=ax),
-    "root_counts": lambda ax: plots.root_counts(ax=ax),
+    "root_counts": lambda ax: root_counts(ax, PUBLISHED, 16),
     "adjacency_rule": lambda ax: plots.adjacency_rule(ax=ax),
     "type_map": lambda ax: plots.type_map(ax=ax),
     "gait_loop": lambda ax: plots.gait_loop(GAIT3, ax=plots.type_map(labels=False, ax=ax)),

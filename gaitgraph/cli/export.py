@@ -48,6 +48,7 @@ def export_command(
     polyline through the rows gets a new clock. With --servos it holds the positions of the vehicle's joints: order,
     sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
+    from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import FormatOptions, read_pieces
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.films import check_films, write_films
@@ -75,7 +76,7 @@ def export_command(
         if films:
             with TemporaryDirectory() as folder:
                 export(gait_file, [rows := f"{folder}/rows.npz"], **given)
-                write_films(lambda: read_pieces(rows), films, force=force)
+                write_films(merged(read_pieces(rows)), films, force=force)
     if as_json:
         answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
         if servo_map:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option
+from gaitgraph.cli.options import LAWS, Kind, command, file, films_in, flag, named_in_errors, one_of, option
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -129,7 +129,6 @@ def fly_command(
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.plots.films import is_film
     from gaitgraph.plots.flights import check_flight_outputs, write_flight
     from gaitgraph.vehicle import PAPER
 
@@ -147,7 +146,7 @@ def fly_command(
     with named_in_errors(asked):
         start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
     mujoco_library()
-    if render and not any(map(is_film, outputs)):
+    if render and not films_in(outputs):
         raise InputError("--render needs a film, got no --output FILE.gif")
     if render:
         check_rendering(PAPER)

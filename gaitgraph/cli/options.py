@@ -246,9 +246,9 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
 
 def films_in(paths: Sequence[str]) -> list[str]:
     """Return those of some outputs that are films."""
-    from gaitgraph.plots.films import is_film
+    from gaitgraph.io.formats import FILMS
 
-    return [path for path in paths if is_film(path)]
+    return [path for path in paths if Path(path).suffix.lower() in FILMS]
 
 
 def check_outputs(paths: Sequence[str], *, force: bool) -> None:
@@ -263,9 +263,11 @@ def check_outputs(paths: Sequence[str], *, force: bool) -> None:
 
 def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Sequence[str], *, force: bool) -> None:
     """Write a gait that comes piece by piece to files, tables and films."""
+    from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import write_pieces
     from gaitgraph.plots.films import write_films
 
     films = films_in(paths)
     write_pieces(pieces, [path for path in paths if path not in films], force=force)
-    write_films(pieces, films, force=force)
+    if films:
+        write_films(merged(pieces()), films, force=force)

@@ -10,7 +10,6 @@ from gaitgraph.cli.options import check_outputs, command, flag, one_of, option, 
 
 if TYPE_CHECKING:
     from gaitgraph.cli.options import Paths
-    from gaitgraph.planning.request import PlanRequest
 
 
 @command(
@@ -41,7 +40,7 @@ def plan_command(
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     check_outputs(outputs, force=force)
-    request, sampling = _request(request_file, given)
+    request, sampling = request_of(request_file, given)
     checked_clock(request.period, request.law, **sampling)
     with Working("planning") as progress:
         found = plan(request, progress=progress)
@@ -51,20 +50,3 @@ def plan_command(
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
     show(found, as_json=as_json, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])
     return 0 if found else 1
-
-
-def _request(file: str | None, given: dict[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
-    """Return the request of a file and options, and its sampling; a film's comment holds the request too."""
-    if file is None or not file.lower().endswith(".gif"):
-        return request_of(file, given)
-    from gaitgraph.gait.table import about_from_text
-    from gaitgraph.io.formats import naming_file
-    from gaitgraph.planning.request import request_from_mapping
-    from gaitgraph.plots.films import provenance_of_gif
-
-    with naming_file(file):
-        stated = about_from_text(provenance_of_gif(file), required=True).get("request", {})
-    sampling = {"samples", "rate"}
-    if sampling & set(given):
-        stated = {name: value for name, value in stated.items() if name not in sampling}
-    return request_from_mapping({**stated, **given})

@@ -215,7 +215,7 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
         if suffix == _FILM:
-            write_films(lambda: [table], [path])
+            write_films(table, [path])
         else:
             write_tables(table, [path])
         if not path.is_dir():

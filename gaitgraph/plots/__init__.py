@@ -12,30 +12,18 @@ if TYPE_CHECKING:
     from gaitgraph.plots.films import write_films as write_films, write_flight_film as write_flight_film
     from gaitgraph.plots.flights import (
         basin_map as basin_map,
-        basins_figure as basins_figure,
-        flights_side_by_side as flights_side_by_side,
         plot_flight as plot_flight,
         write_basins as write_basins,
         write_flight as write_flight,
     )
     from gaitgraph.plots.gaits import (
-        at_face_value as at_face_value,
-        axes_of_a_gait as axes_of_a_gait,
         gait_in_four_dimensions as gait_in_four_dimensions,
         gait_loop as gait_loop,
         roll_pitch_diagram as roll_pitch_diagram,
-        singular_attitudes as singular_attitudes,
     )
-    from gaitgraph.plots.notebook import html_of as html_of
     from gaitgraph.plots.planes import (
-        InteriorRoots as InteriorRoots,
         adjacency_rule as adjacency_rule,
-        interior_roots as interior_roots,
-        level_determinants as level_determinants,
         regions_map as regions_map,
-        root_angle as root_angle,
-        root_counts as root_counts,
-        signed_roots as signed_roots,
         singular_value_map as singular_value_map,
         type_map as type_map,
     )

@@ -10,9 +10,7 @@ import io
 import math
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, needs_extra, shown
@@ -23,11 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
-    from matplotlib.path import Path
 
 Format = Literal["png", "svg", "pdf"]
 
-FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
+FORMATS: tuple[Format, ...] = get_args(Format)
 """What a picture can be saved as."""
 
 RED = "#e0301e"
@@ -41,8 +38,8 @@ COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
 """Markers that tell the colors apart: a square is red, a disc blue."""
 
-SINGULAR = "R = 0 to rounding: singular"
-"""How legends call roots that have no sign of R."""
+INCH = 25.4
+"""Millimetres of an inch, in which matplotlib states sizes."""
 
 STYLE: Any = {
     # These fonts come with matplotlib: the same letters on every machine.
@@ -72,7 +69,6 @@ STYLE: Any = {
 }
 """rcParams of the figures, over matplotlib's defaults; sizes in points, for widths of 85 and 170 mm."""
 
-_MILLIMETRES = 25.4
 _NO_STAMPS = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
@@ -100,29 +96,31 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def blank_figure(width: float, height: float, *, apart: float = 0.02) -> Figure:
-    """Return an empty figure of a size [mm], with panels a fraction of their width apart, and without pyplot."""
+def blank_figure(width: float, height: float, layout: Any = "constrained") -> Figure:
+    """Return an empty figure of a size [mm], without pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    size = (width / _MILLIMETRES, height / _MILLIMETRES)
-    return Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=apart))
+    return Figure(figsize=(width / INCH, height / INCH), layout=layout)
 
 
-def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0), in_space: bool = False) -> Any:
-    """Return the axes given, or those of a new pyplot figure of a size [mm]; InputError if they are not such axes."""
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of pyplot, of a size [mm]."""
+    require_matplotlib()
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width / INCH, height / INCH), layout="constrained")
+
+
+def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0)) -> Any:
+    """Return the plane axes given, or those of a new pyplot figure of a size [mm]; InputError if they are no such."""
+    if ax is None:
+        return new_figure(*size).add_subplot()
     require_matplotlib()
     from matplotlib.axes import Axes
 
-    if ax is None:
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(size[0] / _MILLIMETRES, size[1] / _MILLIMETRES), layout="constrained")
-        return figure.add_subplot(projection="3d" if in_space else None)
-    if not isinstance(ax, Axes) or (ax.name == "3d") != in_space:
-        allowed = "axes with projection='3d'" if in_space else "matplotlib's plane axes"
-        raise InputError(f"ax must be None or {allowed}, got {shown(ax)}")
+    if not isinstance(ax, Axes) or ax.name == "3d":
+        raise InputError(f"ax must be None or matplotlib's plane axes, got {shown(ax)}")
     return ax
 
 
@@ -154,44 +152,15 @@ def angle_axis(axis: Axis, label: str, *, divisor: int = 4, end: float = HALF_PI
 
 
 def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, end: float = HALF_PI, grid: bool = True) -> None:
-    r"""Make both axes those of angles to the same scale.
+    r"""Make both axes those of angles from −end to end [rad], to the same scale.
 
-    Parameters
-    ----------
-    ax
-        Plane axes.
-    x, y
-        Symbols in mathtext, such as ``"\alpha_1"``.
-    divisor
-        Ticks at multiples of π/divisor.
-    end
-        Half the range [rad].
-    grid
-        Whether lines are drawn at the ticks.
+    `x` and `y` are symbols in mathtext, such as ``"\alpha_1"``; ticks, and lines with `grid`, are at multiples of
+    π/divisor.
     """
     angle_axis(ax.xaxis, x, divisor=divisor, end=end)
     angle_axis(ax.yaxis, y, divisor=divisor, end=end)
     ax.set_aspect("equal", adjustable="box")
     ax.grid(grid)
-
-
-def space_axes(ax: Any, *, columns: int = 2) -> Any:
-    """Return axes whose x and y are α1 and α2, seen from where no plane of roots is on edge, with a legend above."""
-    from matplotlib.ticker import FixedLocator
-
-    for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
-        angle_axis(axis, symbol)
-        # At the ends the labels of two axes would meet.
-        axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
-    ax.view_init(elev=14, azim=-125)
-    ax.set_box_aspect((1, 1, 0.9), zoom=0.82)
-    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
-    ax.zaxis.set_rotate_label(False)
-    ax.zaxis.label.set_rotation(90)
-    ax.tick_params(pad=0)
-    legend_above(ax, columns=columns, over=-16.0)
-    return ax
 
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
@@ -220,13 +189,12 @@ def legend_below(ax: Axes, **options: Any) -> None:
 
 
 def draw_arrow(
-    ax: Axes, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, zorder: float = 5.0,
-    gid: str | None = None,
-) -> Any:  # fmt: skip
+    ax: Axes, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any
+) -> Any:
     """Draw an arrow between two places; width and head size in points."""
     style = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
     arrow = style | {"mutation_scale": size}
-    return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=zorder, gid=gid)
+    return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
 
 
 def draw_label(ax: Axes, place: Any, text: str, color: str = "black", offset: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -234,23 +202,14 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black", offset: tu
     ax.text(place[0] + offset[0], place[1] + offset[1], text, color=color, ha="center", va="center", zorder=6)
 
 
-def half_markers() -> tuple[Path, Path]:
-    """Return the left half of a square and the right half of a disc: together a mark half red, half blue."""
-    from matplotlib.path import Path
-
-    square = Path(np.array([[0.0, -1.0], [-1.0, -1.0], [-1.0, 1.0], [0.0, 1.0], [0.0, -1.0]]), closed=True)
-    arc = Path.arc(-90, 90)
-    vertices = np.concatenate([np.asarray(arc.vertices), [[0.0, -1.0]]])
-    return square, Path(vertices, [*np.asarray(arc.codes).tolist(), Path.CLOSEPOLY])
-
-
 def picture_bytes(figure: Figure, kind: Format) -> bytes:
     """Return a figure as the bytes of a file, without time stamps: the same figure gives the same bytes."""
     stream = io.BytesIO()
     with paper_style():
         # The figure is laid out once: in another format it does not differ a little.
-        if figure.get_layout_engine() is not None:
-            figure.draw_without_rendering()
+        engine = figure.get_layout_engine()
+        if engine is not None:
+            engine.execute(figure)
             figure.set_layout_engine("none")
         figure.savefig(stream, format=kind, metadata=_NO_STAMPS[kind])
     return stream.getvalue()

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -24,6 +24,7 @@ from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of
 from gaitgraph.plots.axes import (
     FORMATS,
+    INCH,
     Format,
     blank_figure,
     legend_above,
@@ -61,14 +62,28 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
 
+class _Setting(NamedTuple):
+    """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a timed gait or a table."""
+
+    vehicle: Vehicle
+    coefficients: Coefficients
+    divisions: int
+    timed: TimedGait | Table
+    polyline: Gait | None  # of the table
+
+
+_Drawing: TypeAlias = "Callable[[Figure, _Setting], Any]"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperFigure:
-    """A figure: its number in the paper or its name, its title, the title with what it shows, and what draws it."""
+    """A figure: its number in the paper or its name, its title, and the title with what it shows."""
 
     name: str
     title: str
     caption: str
-    draw: _Drawing
+    size: tuple[float, float]  # mm
+    drawing: _Drawing
 
     @property
     def stem(self) -> str:
@@ -76,94 +91,53 @@ class PaperFigure:
         return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Setting:
-    """What figures are drawn for: a vehicle and a kind of coefficients as asked for, or None; a grid; a gait."""
-
-    asked: Vehicle | None
-    kind: Kind | None
-    divisions: int
-    gait: Gait | TimedGait | Table | None
-
-    @property
-    def vehicle(self) -> Vehicle:
-        return self.asked or PAPER
-
-    @property
-    def coefficients(self) -> Coefficients:
-        return coefficients_of(self.vehicle, self.kind)
+def _in_space(figure: Figure, of: _Setting, function: Callable[..., None], **options: Any) -> None:
+    function(figure.add_subplot(projection="3d"), of.coefficients, of.divisions, **options)
 
 
-_Drawing: TypeAlias = "Callable[[_Setting], Figure]"
-
-
-def _on_one(width: float, height: float, function: Callable[..., Any], *first: Any, **options: Any) -> _Drawing:
-    """Return what draws a figure of one plot over the grid; the roots in space, all others on a plane."""
-
-    def drawn(setting: _Setting) -> Figure:
-        figure = blank_figure(width, height)
-        in_space = function in (root_angle, signed_roots, level_determinants)
-        ax = figure.add_subplot(projection="3d" if in_space else None)
-        function(*first, ax=ax, coefficients=setting.coefficients, divisions=setting.divisions, **options)
-        return figure
-
-    return drawn
-
-
-def _vehicle(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 98)
-    vehicle_figure(setting.vehicle, ax=figure.add_subplot())
-    return figure
-
-
-def _rule(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 68)
+def _rule(figure: Figure, of: _Setting) -> None:
     left, right = figure.subplots(1, 2)
-    adjacency_rule("angle", ax=left)
-    adjacency_rule("pair", ax=right)
-    left.set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
-    right.set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
-    return figure
+    adjacency_rule("angle", ax=left).set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
+    adjacency_rule("pair", ax=right).set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
-def _loops(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 177)
-    ax = figure.add_subplot()
-    type_map("negative", coefficients=setting.coefficients, divisions=setting.divisions, ax=ax)
+def _types(figure: Figure, of: _Setting) -> Axes:
+    return type_map("negative", coefficients=of.coefficients, divisions=of.divisions, ax=figure.add_subplot())
+
+
+def _loops(figure: Figure, of: _Setting) -> None:
+    ax = _types(figure, of)
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
-    for number, width in ((1, 18.0), (2, 18.0), (3, 10.0)):
-        gait = paper_gait(number, setting.vehicle, setting.coefficients)
+    for number, width, name in ((1, 18.0, "Gait 1"), (2, 18.0, "Gaits 2 and 3"), (3, 10.0, "")):
+        gait = paper_gait(number, of.vehicle, of.coefficients)
         gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
-        if number != 3:
-            x, y = gait.alpha[:, :2].mean(axis=0)
-            name = "Gait 1" if number == 1 else "Gaits 2 and 3"
+        x, y = gait.alpha[:, :2].mean(axis=0)
+        if name:
             ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
     legend_above(ax, columns=3)
-    return figure
 
 
-def _attitudes(number: int, eta: float, claim: str, setting: _Setting) -> Figure:
+def _attitudes(figure: Figure, of: _Setting, number: int, eta: float, claim: str) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding."""
-    vehicle, numbers = setting.vehicle, setting.coefficients
-    own = vehicle.carries_published_coefficients
-    if number > 2 or not own:
-        figure = blank_figure(85, 108)
-        gait = paper_gait(number, vehicle, numbers if number > 2 else coefficients_of(vehicle, "exact"))
+    exact = coefficients_of(of.vehicle, "exact")
+    if number > 2 or not of.vehicle.carries_published_coefficients:
+        gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
         digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
-        _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", claim if own else "")
-        return figure
-    exact = coefficients_of(vehicle, "exact")
-    rounded = paper_gait(number, vehicle, coefficients_of(vehicle, "published"))
+        known = claim if of.vehicle.carries_published_coefficients else ""
+        _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", known)
+        return
+    figure.set_size_inches(170 / INCH, 216 / INCH)
+    layout: Any = figure.get_layout_engine()
+    layout.set(wspace=0.08)
+    rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
     readings = (
-        ("(a) exact coefficients", paper_gait(number, vehicle, exact)),
+        ("(a) exact coefficients", paper_gait(number, of.vehicle, exact)),
         ("(b) four-digit coefficients", rounded),
         ("(c) printed vertices", printed_gait(number, exact)),
-        ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=vehicle, coefficients=exact)),
+        ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)),
     )
-    figure = blank_figure(170, 216, apart=0.08)
     for ax, (title, one) in zip(figure.subplots(2, 2).flat, readings, strict=True):
         _diagram(ax, one, number, eta, title, claim)
-    return figure
 
 
 def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: str) -> None:
@@ -185,24 +159,14 @@ def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: s
     ax.set_title("\n".join(lines))
 
 
-def _regions(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 93)
+def _regions(figure: Figure, of: _Setting) -> None:
     left, right = figure.subplots(1, 2)
-    regions_map(setting.vehicle, ax=left)
-    singular_value_map(setting.vehicle, ax=right)
-    return figure
+    regions_map(of.vehicle, ax=left)
+    singular_value_map(of.vehicle, ax=right)
 
 
-def _gait(setting: _Setting) -> Figure:
-    figure = blank_figure(170, 120)
-    axes = axes_of_a_gait(figure)
-    given = setting.gait if setting.gait is not None else paper_gait(3, setting.vehicle, setting.coefficients)
-    if isinstance(given, Table):
-        polyline = gait_of(given, vehicle=setting.asked, coefficients=setting.kind)
-        gait_in_four_dimensions(given, gait=polyline, axes=axes)
-    else:
-        gait_in_four_dimensions(given.parametrize() if isinstance(given, Gait) else given, axes=axes)
-    return figure
+def _gait(figure: Figure, of: _Setting) -> None:
+    gait_in_four_dimensions(of.timed, gait=of.polyline, axes=axes_of_a_gait(figure))
 
 
 def _figures() -> dict[str, PaperFigure]:
@@ -212,6 +176,68 @@ def _figures() -> dict[str, PaperFigure]:
         "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones it is singular, "
         "grey and hollow here."
     )
+    table: dict[str, tuple[str, str, tuple[float, float], _Drawing]] = {
+        "1": (
+            "The tilt-rotor with its arms, tilt axes and signs",
+            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the "
+            "outward arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are "
+            "spins seen from above.",
+            (170, 98),
+            lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
+        ),
+        "2": (
+            "Number of roots (α3, α4) at each node (α1, α2)",
+            "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end "
+            "too.",
+            (85, 92),
+            lambda figure, of: root_counts(figure.add_subplot(), of.coefficients, of.divisions),
+        ),
+    }
+    words: dict[Any, str] = {"first": "the first root", "other": "the other root", "both": "both roots"}
+    for number, (which, angle) in enumerate(product(words, (3, 4)), start=3):
+        caption = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane. {inner}"
+        caption += f" {order}" if which != "both" else ""
+        drawing = partial(_in_space, function=root_angle, angle=angle, which=which)
+        table[str(number)] = f"α{angle} of {words[which]}", caption, (85, 74), drawing
+    both_angles = "α3 and α4 of the {which} root where R {relation} 0", "Red squares are α3, blue discs α4."
+    value = (
+        "R of the {which} root where it is positive",
+        "Red squares lie on the red sheet, blue discs on the blue one.",
+    )
+    for number, function, sign, which in (
+        (9, signed_roots, "positive", "first"),
+        (10, level_determinants, "positive", "first"),
+        (11, signed_roots, "positive", "other"),
+        (12, level_determinants, "positive", "other"),
+        (13, signed_roots, "negative", "first"),
+        (14, signed_roots, "negative", "other"),
+    ):
+        title, squares = both_angles if function is signed_roots else value
+        title = title.format(which=which, relation=">" if sign == "positive" else "<")
+        drawing = partial(_in_space, function=function, sign=sign, which=which)
+        table[str(number)] = title, f"{squares} {inner} {order} {rounded}", (85, 74), drawing
+    table |= {
+        "15": (
+            "Which types may be neighbours",
+            "Lined types may; each type may also follow itself. (a) one angle; (b) the pair, without (?,?), which may "
+            "be a neighbour of every type.",
+            (170, 68),
+            _rule,
+        ),
+        "16": (
+            "Types of the roots with R < 0",
+            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? "
+            f"are written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
+            (170, 173),
+            _types,
+        ),
+        "17": (
+            "Gaits 1 to 3 on the map of types",
+            f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
+            (170, 177),
+            _loops,
+        ),
+    }
     readings = (
         "The blue sheet depends on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
         "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
@@ -224,62 +250,6 @@ def _figures() -> dict[str, PaperFigure]:
         "gait | biased gait, and whether the bordered regions are as the paper says, "
     )
     claims = {"farther": "that the gait's is the wider one.", "alike": "that the gait has little advantage."}
-    table: dict[str, tuple[str, str, _Drawing]] = {
-        "1": (
-            "The tilt-rotor with its arms, tilt axes and signs",
-            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the "
-            "outward arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are "
-            "spins seen from above.",
-            _vehicle,
-        ),
-        "2": (
-            "Number of roots (α3, α4) at each node (α1, α2)",
-            "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end "
-            "too.",
-            _on_one(85, 92, root_counts),
-        ),
-    }
-    words = {"first": "the first root", "other": "the other root", "both": "both roots"}
-    for number, (which, angle) in enumerate(product(words, ("alpha3", "alpha4")), start=3):
-        symbol = angle.replace("alpha", "α")
-        caption = f"Red squares lie on the + plane of {symbol}, blue discs on its − plane. {inner}"
-        caption += "" if which == "both" else f" {order}"
-        table[str(number)] = f"{symbol} of {words[which]}", caption, _on_one(85, 74, root_angle, angle, which=which)
-    for number, function, sign, which in (
-        (9, signed_roots, "positive", "first"),
-        (10, level_determinants, "positive", "first"),
-        (11, signed_roots, "positive", "other"),
-        (12, level_determinants, "positive", "other"),
-        (13, signed_roots, "negative", "first"),
-        (14, signed_roots, "negative", "other"),
-    ):
-        if function is signed_roots:
-            title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
-            squares = "Red squares are α3, blue discs α4."
-        else:
-            title = f"R of the {which} root where it is positive"
-            squares = "Red squares lie on the red sheet, blue discs on the blue one."
-        drawing = _on_one(85, 74, function, sign, which=which)
-        table[str(number)] = title, f"{squares} {inner} {order} {rounded}", drawing
-    table |= {
-        "15": (
-            "Which types may be neighbours",
-            "Lined types may; each type may also follow itself. (a) one angle; (b) the pair, without (?,?), which may "
-            "be a neighbour of every type.",
-            _rule,
-        ),
-        "16": (
-            "Types of the roots with R < 0",
-            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? "
-            f"are written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
-            _on_one(170, 173, type_map, "negative"),
-        ),
-        "17": (
-            "Gaits 1 to 3 on the map of types",
-            f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
-            _loops,
-        ),
-    }
     for number, gait, eta, claim in (
         (18, 1, 0.8, "farther"),
         (19, 2, 0.99, "farther"),
@@ -289,32 +259,32 @@ def _figures() -> dict[str, PaperFigure]:
     ):
         title = f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}"
         caption = f"{readings if gait <= 2 else ''}{lines}{claims[claim]}"
-        table[str(number)] = title, caption, partial(_attitudes, gait, eta, claim)
+        table[str(number)] = title, caption, (85, 108), partial(_attitudes, number=gait, eta=eta, claim=claim)
     table |= {
         "regions": (
             "Exact regions of the (α1, α2) plane on the red sheet",
             "Left: signs of R, where hover takes positive thrusts alone (hatched), and contours of the largest thrust "
             "of a rotor in hover, in units of the weight. Right: the least singular value in level flight, "
             "dimensionless; black lines are R = 0, the cross is α = 0.",
+            (170, 93),
             _regions,
         ),
         "gait": (
             "A gait in four dimensions over its period",
             "Angles in time, the loop on the map of types, and three projections with the + planes (red) and − planes "
             "(blue, dashed) as thin lines; arrows show the direction. Gait 3 unless another is given.",
+            (170, 120),
             _gait,
         ),
     }
     return {
-        name: PaperFigure(name=name, title=title, caption=f"{title}. {caption}", draw=drawing)
-        for name, (title, caption, drawing) in table.items()
+        name: PaperFigure(name=name, title=title, caption=f"{title}. {caption}", size=size, drawing=drawing)
+        for name, (title, caption, size, drawing) in table.items()
     }
 
 
 FIGURES: dict[str, PaperFigure] = _figures()
 """Every figure by its name, in the order in which they are written."""
-
-_ALLOWED = "1 to 22, ranges such as 9-14, regions and gait"
 
 
 def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
@@ -323,21 +293,17 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
     >>> names_of_figures(["regions", "9-11,3", 3])
     ('3', '9', '10', '11', 'regions')
     """
+    parts = [part.strip().lower() for text in texts for part in str(text).split(",")]
     asked: set[str] = set()
-    for text in texts:
-        if isinstance(text, bool) or not isinstance(text, (str, int)):
-            raise InputError(f"only must be some of {_ALLOWED}, got {shown(text)}")
-        for part in (part.strip().lower() for part in str(text).split(",")):
-            span = re.fullmatch(r"(\d{1,3})\s*-\s*(\d{1,3})", part)
-            first, last = (int(span[1]), int(span[2])) if span else (0, 0)
-            name = str(int(part)) if re.fullmatch(r"[0-9]{1,3}", part) else part
-            if 1 <= first <= last <= 22:
-                asked.update(str(number) for number in range(first, last + 1))
-            elif name in FIGURES:
-                asked.add(name)
-            else:
-                hint = did_you_mean(part, ["regions", "gait"])
-                raise InputError(f"only must be some of {_ALLOWED}, got {shown(part)}{hint}")
+    for part in parts or ["none"]:
+        span = re.fullmatch(r"([0-9]{1,3})(?:\s*-\s*([0-9]{1,3}))?", part)
+        names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
+        if not names or not set(names) <= set(FIGURES):
+            hint = did_you_mean(part, ["regions", "gait"])
+            raise InputError(
+                f"only must be some of 1 to 22, ranges such as 9-14, regions and gait, got {shown(part)}{hint}"
+            )
+        asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
 
 
@@ -374,10 +340,16 @@ def draw(
     names = names_of_figures([name])
     if len(names) != 1:
         raise InputError(f"name must be one of {', '.join(FIGURES)}, got {shown(name)}")
-    setting = _Setting(asked=vehicle, kind=coefficients, divisions=divisions, gait=gait)
-    coefficients_of(setting.vehicle, coefficients)  # refuses what does not go together, whatever the figure
+    chosen = vehicle or PAPER
+    numbers = coefficients_of(chosen, coefficients)
+    given = paper_gait(3, chosen, numbers) if gait is None else gait
+    polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
+    timed = given.parametrize() if isinstance(given, Gait) else given
+    known = FIGURES[names[0]]
     with paper_style():
-        return FIGURES[names[0]].draw(setting)
+        figure = blank_figure(*known.size)
+        known.drawing(figure, _Setting(chosen, numbers, divisions, timed, polyline))
+    return figure
 
 
 def write_figures(
@@ -393,12 +365,14 @@ def write_figures(
 ) -> list[Path]:
     """Draw figures and write them to files named figure_01.png and so on, each whole or not at all.
 
+    The same request gives the same bytes, with the same version of matplotlib.
+
     Parameters
     ----------
     out
         A folder; it is made if it does not exist.
     only
-        Which, as for :func:`names_of_figures`; by default all.
+        Which, such as 16, "3", "9-14" or "2,regions"; by default all.
     vehicle, coefficients, gait
         As for :func:`draw`.
     formats
@@ -419,25 +393,16 @@ def write_figures(
         If matplotlib is missing, a name, a format or a setting is not allowed, or a file cannot be written.
     OutputExists
         If a file exists and `force` is not set; then none is written.
-
-    Notes
-    -----
-    The same request gives the same bytes, with the same version of matplotlib.
     """
     require_matplotlib()
     names = tuple(FIGURES) if only is None else names_of_figures(only)
-    if not names:
-        raise InputError(f"only must be some of {_ALLOWED}, got none")
     if gait is not None and "gait" not in names:
         raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
-    kinds: tuple[Any, ...] = tuple(dict.fromkeys((formats,) if isinstance(formats, str) else formats))
-    for kind in kinds or (None,):
+    kinds = tuple(dict.fromkeys(formats))
+    for kind in kinds or ("none",):
         if kind not in FORMATS:
-            hint = did_you_mean(kind, list(FORMATS)) if isinstance(kind, str) else ""
-            raise InputError(f"format must be one of {', '.join(FORMATS)}, got {shown(kind)}{hint}")
+            raise InputError(f"format must be one of {', '.join(FORMATS)}, got {shown(kind)}")
     coefficients_of(vehicle or PAPER, coefficients)
-    if not isinstance(out, (str, Path)) or not str(out):
-        raise InputError(f"out must be the name of a folder, got {shown(out)}")
     folder = Path(out)
     paths = {name: [folder / f"{FIGURES[name].stem}.{kind}" for kind in kinds] for name in names}
     try:

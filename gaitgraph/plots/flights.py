@@ -21,41 +21,41 @@ from gaitgraph.plots.axes import (
     COLOR_OF,
     FORMATS as PICTURES,
     GREY,
+    INCH,
     RED,
-    Format,
     axes_or_new,
     blank_figure,
     legend_above,
     legend_below,
+    new_figure,
     paper_style,
     picture_bytes,
     require_matplotlib,
 )
-from gaitgraph.plots.films import check_films, write_flight_film
-from gaitgraph.plots.gaits import ANGLE_LOOKS, singular_attitudes
+from gaitgraph.plots.films import check_films, quarter_of_weight, write_flight_film
+from gaitgraph.plots.gaits import ANGLE_LOOKS, draw_attitudes, finish_diagram
 from gaitgraph.plots.vehicles import INK
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.record import Flight, Outcome
 
-_MM = 1.0 / 25.4  # inch
 _HEIGHTS = {"attitude": 40.0, "place": 38.0, "thrusts": 42.0, "tilts": 38.0, "singular_value": 38.0}  # mm
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # above each panel, part of its height
-_WANTED = "#7b3294"  # references
+_SECOND = "#0072b2"
+_WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
-_MOST_DEGREES = 60.0  # of attitudes side by side, lest one that tumbles makes the others flat
 
 PANELS = tuple(_HEIGHTS)
 """The panels of a flight, from the top."""
 
 
-def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS, title: str | None = None) -> Any:
+def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS) -> Any:
     """Draw what happened in a flight over time.
 
     Parameters
@@ -68,41 +68,35 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
         Which of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter
         of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
         scaled decoupling matrix, with the value at which flight stops. References are dashed.
-    title
-        Of the first panel; by default what was flown, and the verdict.
 
     Returns
     -------
     array of axes
-        A red line at the time of a stop has "stop" as its ``gid``.
+        A red line at the time of a stop has "stop" as its ``gid``. The first title says what was flown, and the
+        verdict.
     """
     for name in panels:
         if name not in PANELS:
-            hint = did_you_mean(name, list(PANELS)) if isinstance(name, str) else ""
+            hint = did_you_mean(str(name), list(PANELS))
             raise InputError(f"panels must be some of {', '.join(PANELS)}, got {shown(name)}{hint}")
     if axes is None:
-        require_matplotlib()
-        from matplotlib import pyplot
-
-        axes = _panel_axes(pyplot.figure(), panels)
+        axes = _panel_axes(new_figure(_WIDTH, _WIDTH), panels)
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
     for ax, name in zip(axes, panels, strict=True):
-        axes_or_new(ax)
-        _DRAWN[name](ax, flight)
+        _DRAWN[name](axes_or_new(ax), flight)
         ax.grid(True)
+        ax.set(xlim=(0.0, max(_end_of(flight), 1e-9)))
         if not len(flight.rows):
             ax.text(0.5, 0.5, "nothing flown", color=GREY, ha="center", va="center", transform=ax.transAxes)
-            ax.set(xlim=(0.0, flight.settings.seconds))
             continue
-        ax.set(xlim=(0.0, max(_end_of(flight), 1e-9)))
         _mark_phases(ax, flight, named=ax is axes[0])
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
-    lines = [_name_of(flight), _verdict_of(flight)] if title is None else [title]
-    axes[0].set_title("\n".join(part for line in lines for part in wrap(line, 96)), pad=20.0)
+    lines = [part for line in (_name_of(flight), _verdict_of(flight)) for part in wrap(line, 96)]
+    axes[0].set_title("\n".join(lines), pad=20.0)
     return axes
 
 
@@ -112,16 +106,16 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
     Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
     """
     top = height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)
-    figure.set_size_inches(_WIDTH * _MM, height * _MM)
+    figure.set_layout_engine("none")
+    figure.set_size_inches(_WIDTH / INCH, height / INCH)
     axes: list[Any] = []
     top -= _TOP
     for name in panels:
         low = top - _HEIGHTS[name]
         box = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_HEIGHTS[name] - _LEGEND) / height)
         axes.append(figure.add_axes(box, sharex=axes[0] if axes else None))
+        axes[-1].tick_params(labelbottom=name == panels[-1])
         top = low
-    for ax in axes[:-1]:
-        ax.tick_params(labelbottom=False)
     return np.array(axes, dtype=object)
 
 
@@ -156,54 +150,6 @@ def _end_of(flight: Flight) -> float:
     return asked if not flight.failed else min(asked, max(1.25 * flight.flown, flight.flown + 0.02))
 
 
-def flights_side_by_side(
-    flights: Mapping[str, Flight], *, panels: Sequence[str] = ("attitude", "thrusts", "singular_value")
-) -> Any:
-    """Draw flights in columns of a new figure, each panel to one scale; attitudes beyond 60° are cut off.
-
-    Parameters
-    ----------
-    flights
-        The flights by the titles of their columns.
-    panels
-        As for :func:`plot_flight`.
-
-    Returns
-    -------
-    array of axes of shape (panels, flights)
-    """
-    if not flights:
-        raise InputError("flights must be at least one, got none")
-    require_matplotlib()
-    from matplotlib import pyplot
-
-    height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels) + 8.0
-    figure = pyplot.figure(figsize=(max(85.0, 57.0 * len(flights)) * _MM, height * _MM), layout="constrained")
-    axes = figure.subplots(len(panels), len(flights), sharex=True, sharey="row", squeeze=False)
-    ends: list[list[tuple[float, float]]] = [[] for _ in panels]
-    for k, (name, flight) in enumerate(flights.items()):
-        plot_flight(flight, axes=axes[:, k], panels=panels)
-        axes[0, k].set_title("\n".join([name, *wrap(_verdict_of(flight), 38)]), pad=5.0, fontsize=7.5)
-        if len(flight.rows):
-            for panel, own, ax in zip(panels, ends, axes[:, k], strict=True):
-                reach = np.clip(1.1 * ax.dataLim.intervaly, -_MOST_DEGREES, _MOST_DEGREES)
-                own.append(tuple(reach.tolist()) if panel == "attitude" else ax.get_ylim())
-    for own, ax in zip(ends, axes[:, 0], strict=True):
-        if own:
-            ax.set(ylim=(min(low for low, _ in own), max(high for _, high in own)))
-    axes[0, 0].set(xlim=(0.0, max(_end_of(flight) for flight in flights.values())))
-    for ax in axes[:, 1:].flat:
-        ax.set(ylabel="")
-    # Legends of panels are wider than columns; one below all serves them.
-    named: dict[str, Any] = {}
-    for ax in axes.flat:
-        named |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-        if ax.get_legend() is not None:
-            ax.get_legend().remove()
-    figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=6)
-    return axes
-
-
 def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
     """Shade every other phase of a flight from hover."""
     course = flight.course
@@ -223,39 +169,33 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
 
 def _draw_attitude(ax: Axes, flight: Flight) -> None:
     t = flight.column("t")
-    looks = {"roll": (INK, "-", 1.4), "pitch": ("#0072b2", "-", 1.4), "yaw": (GREY, (0, (1, 1)), 1.1)}
+    looks = {"roll": (INK, "-", 1.4), "pitch": (_SECOND, "-", 1.4), "yaw": (GREY, (0, (1, 1)), 1.1)}
     for wanted in () if flight.settings.reference == "attitude" else ("roll_wanted", "pitch_wanted"):
-        ax.plot(t, np.degrees(flight.column(wanted)), color=_WANTED, linestyle="--", linewidth=0.8, label="asked for")
+        ax.plot(t, np.degrees(flight.column(wanted)), **_WANTED)
     for name, (color, dash, width) in looks.items():
         angle = np.degrees(flight.column(name))
         angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan  # it wraps there
         ax.plot(t, angle, color=color, linestyle=dash, linewidth=width, label=name)
-    low, high = ax.get_ylim()
-    ax.set(ylabel="attitude (°)", ylim=(min(low, -1.0), max(high, 1.0)))  # lest rounding be drawn large
-    legend_above(ax, columns=4)
+    _finish(ax, "attitude (°)", least=1.0)
 
 
 def _draw_place(ax: Axes, flight: Flight) -> None:
     t = flight.column("t")
-    looks = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
+    looks = {"x": (INK, "-"), "y": (_SECOND, "-"), "z": ("#d55e00", (0, (5, 1.5)))}
     held = ("z",) if flight.settings.reference == "attitude" else tuple(looks)
     for name in held:
-        ax.plot(t, flight.column(f"{name}_wanted"), color=_WANTED, linestyle="--", linewidth=0.8, label="asked for")
+        ax.plot(t, flight.column(f"{name}_wanted"), **_WANTED)
     for name, (color, dash) in looks.items():
         label, width = (f"${name}$", 1.4) if name in held else (f"${name}$, free", 0.9)
         ax.plot(t, flight.column(name), color=color, linestyle=dash, linewidth=width, label=label)
-    low, high = ax.get_ylim()
-    ax.set(ylabel="place (m)", ylim=(min(low, -0.01), max(high, 0.01)))
-    legend_above(ax, columns=4)
+    _finish(ax, "place (m)", least=0.01)
 
 
 def _draw_thrusts(ax: Axes, flight: Flight) -> None:
-    (mass,) = flight.vehicle.require("mass", purpose="a share of the weight")
-    quarter = mass * flight.vehicle.gravity / 4.0
-    t, shares = flight.column("t"), flight.thrusts / quarter
+    quarter, settings = quarter_of_weight(flight), flight.settings
+    shares = flight.thrusts / quarter
     for k, look in enumerate(ANGLE_LOOKS):
-        ax.plot(t, shares[:, k], label=f"rotor {k + 1}", **look)
-    settings = flight.settings
+        ax.plot(flight.column("t"), shares[:, k], label=f"rotor {k + 1}", **look)
     most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
     for limit in (0.0, most) if settings.saturation else ():
         if limit is not None:
@@ -266,16 +206,14 @@ def _draw_thrusts(ax: Axes, flight: Flight) -> None:
         ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
         ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
     ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
-    ax.set(ylabel="thrust\n(weight / 4)")
-    legend_above(ax, columns=5)
+    _finish(ax, "thrust\n(weight / 4)", columns=5)
 
 
 def _draw_tilts(ax: Axes, flight: Flight) -> None:
     for k, look in enumerate(ANGLE_LOOKS):
         tilt = np.degrees(flight.column(f"alpha{k + 1}"))
         ax.plot(flight.column("t"), tilt, label=rf"$\alpha_{k + 1}$", **look)
-    ax.set(ylabel="tilt (°)")
-    legend_above(ax, columns=4)
+    _finish(ax, "tilt (°)")
 
 
 def _draw_singular_value(ax: Axes, flight: Flight) -> None:
@@ -286,8 +224,17 @@ def _draw_singular_value(ax: Axes, flight: Flight) -> None:
         ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
     ax.set_yscale("log")
     lowest = min([*near[-1:], near.min(initial=np.inf), *([floor] if floor > 0 else [])], default=0.01)
-    ax.set(ylabel="least singular\nvalue (1)", ylim=(max(0.6 * float(lowest), 1e-10), 3.0))
-    legend_above(ax, columns=2)
+    ax.set(ylim=(max(0.6 * float(lowest), 1e-10), 3.0))
+    _finish(ax, "least singular\nvalue (1)", columns=2)
+
+
+def _finish(ax: Axes, label: str, *, columns: int = 4, least: float | None = None) -> None:
+    """Label an axis that reaches ±`least` at least, lest rounding be drawn large, with a legend above."""
+    if least is not None:
+        low, high = ax.get_ylim()
+        ax.set(ylim=(min(low, -least), max(high, least)))
+    ax.set(ylabel=label)
+    legend_above(ax, columns=columns)
 
 
 _DRAWN: dict[str, Callable[[Axes, Flight], None]] = {
@@ -334,10 +281,11 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     """
     ax = axes_or_new(ax, size=(85, 105))
     gait = basin.timed.gait
-    exact = replace(gait, coefficients=coefficients_of(gait.vehicle, "exact"))
+    exact = coefficients_of(gait.vehicle, "exact")
     label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
     color = COLOR_OF.get(gait.color or "", GREY)
-    singular_attitudes(exact, basin.acceptable, label=label, color=color, count=24, ax=ax)
+    draw_attitudes(ax, replace(gait, coefficients=exact), exact, basin.acceptable, label=label, color=color, count=24)
+    finish_diagram(ax)
     smaller = min(1.0, _FULL_SIZE / len(basin.angles))
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
         roll, pitch = (basin.worst == code).nonzero()
@@ -350,22 +298,19 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     return ax
 
 
-def basins_figure(basins: Sequence[Basin]) -> Figure:
-    """Return a figure of basins side by side, four in a row at most; InputError if there are none."""
-    if not basins:
-        raise InputError("basins must be at least one, got none")
+def _basins_figure(basins: Sequence[Basin]) -> Figure:
+    """Return a figure of basins side by side, four in a row at most."""
     width, height, legend_line = 68.0, 73.0, 4.2  # mm
-    with paper_style():
-        columns = min(len(basins), 4)
-        figure = blank_figure(width * columns, height)
-        panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
-        for ax, basin in zip(panels.flat, basins, strict=False):
-            basin_map(basin, ax=ax)
-        for ax in panels.flat[len(basins) :]:
-            ax.set_axis_off()
-        legends = [[ax.get_legend() for ax in row] for row in panels]
-        lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
-        figure.set_size_inches(width * columns * _MM, sum(height + legend_line * count for count in lines) * _MM)
+    columns = min(len(basins), 4)
+    figure = blank_figure(width * columns, height)
+    panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
+    for ax, basin in zip(panels.flat, basins, strict=False):
+        basin_map(basin, ax=ax)
+    for ax in panels.flat[len(basins) :]:
+        ax.set_axis_off()
+    legends = [[ax.get_legend() for ax in row] for row in panels]
+    lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
+    figure.set_size_inches(width * columns / INCH, sum(height + legend_line * count for count in lines) / INCH)
     return figure
 
 
@@ -418,8 +363,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
 
     def plotted() -> Figure:
-        figure = blank_figure(_WIDTH, _WIDTH)
-        figure.set_layout_engine("none")
+        figure = blank_figure(_WIDTH, _WIDTH, layout=None)
         plot_flight(flight, axes=_panel_axes(figure, PANELS))
         return figure
 
@@ -433,12 +377,12 @@ def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force:
     Parameters
     ----------
     basins
-        Of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them.
+        Of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them; one at least.
     paths, force
         As for :func:`write_flight`, which raises the same errors; there are no films.
     """
     check_flight_outputs(paths, of="basin", force=force)
-    table, figure = partial(table_of_basins, basins), partial(basins_figure, basins)
+    table, figure = partial(table_of_basins, basins), partial(_basins_figure, basins)
     write_whole([(Path(path), _content(path, table, figure)) for path in paths], force=force)
 
 
@@ -448,7 +392,6 @@ def _content(path: str | Path, table: Callable[[], Any], figure: Callable[[], Fi
     if suffix in FILMS:
         return film
     if suffix in _PLOTS:
-        kind: Format = suffix.removeprefix(".")  # type: ignore[assignment]  # one of the formats
         with paper_style():
-            return picture_bytes(figure(), kind)
+            return picture_bytes(figure(), suffix.removeprefix("."))  # type: ignore[arg-type]  # one of the formats
     return partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,17 +23,15 @@ from gaitgraph.plots.axes import (
     draw_arrow,
     legend_above,
     legend_below,
+    new_figure,
     plane_axes,
-    require_matplotlib,
 )
 from gaitgraph.plots.planes import FINE, type_map
-from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
-from gaitgraph.surface.sheets import COLORS, sheet_angles
+from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes, singular_curve
+from gaitgraph.surface.sheets import COLORS, RELATION, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
 
     from gaitgraph.gait.gait import Gait
@@ -48,6 +47,8 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
 )
+_DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none" is off the surfaces
+_PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
 
 
 def gait_loop(
@@ -82,59 +83,49 @@ def gait_loop(
         raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
     fresh = ax is None
     ax = axes_or_new(ax)
-    columns = [angles[0] - 1, angles[1] - 1]
+    columns = [angle - 1 for angle in angles]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
     colors = gait.colors or ("none",) * len(starts)
+    ink = [COLOR_OF.get(color, "black") for color in colors]
     if len(starts) == 1:
-        look = _line_look(colors[0], band=band)
-        ax.plot(*starts[0], marker=MARKER_OF.get(colors[0], "D"), color=look["color"], linestyle="none", label=label)
-    closed = len(set(colors)) == 1
-    breaks = [k for k in range(len(colors)) if k == 0 or colors[k] != colors[k - 1]]
-    for k, stop in zip(breaks, [*breaks[1:], len(colors)], strict=True):
+        ax.plot(*starts[0], marker=MARKER_OF.get(colors[0], "D"), color=ink[0], linestyle="none", label=label)
+    closed, k = len(set(colors)) == 1, 0
+    for color, run in groupby(colors):
+        stop = k + len(list(run))
+        look = {"color": ink[k], "linestyle": _DASHES.get(color, "-"), "zorder": 4}
+        if band:
+            joints = {"solid_joinstyle": "round", "solid_capstyle": "butt"}
+            look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2, **joints}
         # The second point again, where all is one line, so that its first corner is joined too.
         points = np.concatenate([starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]])
-        ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **_line_look(colors[k], band=band))
-    lengths = np.linalg.norm(ends - starts, axis=1)
+        ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **look)
+        k = stop
+    steps = ends - starts
+    lengths = np.linalg.norm(steps, axis=1)
     if lengths.max() > 0:
         # On the first of the long segments, off its middle, where a grid node may be.
         longest = int(np.argmax(lengths > 0.75 * lengths.max()))
-        step = (ends - starts)[longest]
-        tail, color = starts[longest] + 0.36 * step, _line_look(colors[longest], band=False)["color"]
-        draw_arrow(ax, tail, tail + 0.03 * step, color, width=0.0, size=14 if band else 10)
+        tail = starts[longest] + 0.36 * steps[longest]
+        draw_arrow(ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 10)
     if fresh:
         plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
     return ax
-
-
-def _line_look(color: str, *, band: bool) -> dict[str, Any]:
-    """Return how a gait's segments of a color are drawn; "none" is off the surfaces; fibres are black."""
-    if band:
-        pale = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
-        return {
-            "color": pale.get(color, "0.8"),
-            "linestyle": "-",
-            "solid_joinstyle": "round",
-            "solid_capstyle": "butt",
-            "zorder": 1.2,
-        }
-    dash: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
-    return {"color": COLOR_OF.get(color, "black"), "linestyle": dash.get(color, "-"), "zorder": 4}
 
 
 def roll_pitch_diagram(
     gait: Gait,
     *,
     eta: float | None = None,
-    coefficients: Coefficients | None = None,
     name: str = "gait",
     count: int = 48,
-    tolerance: float = 1e-5,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
     As in the paper the gait is red, solid, and its biased gait blue, dashed: thin lines are the singular attitudes at
-    even times of a period, thick ones border the attitudes around level flight that are never singular.
+    even times of a period, thick ones border the attitudes around level flight that are never singular. The gait's
+    coefficients are taken at face value, as if all their further digits were zero: published ones then give the blue
+    sheet a sign of R.
 
     Parameters
     ----------
@@ -142,15 +133,10 @@ def roll_pitch_diagram(
         The closed polyline.
     eta
         The biased gait's η, equations (14) and (15); without it there is none.
-    coefficients
-        Those of formula (1); by default the gait's own. They are taken at face value, as if all their further digits
-        were zero: published ones then give the blue sheet a sign of R.
     name
         What the legend calls the gait.
     count
         Number of singular curves of each gait.
-    tolerance
-        Largest fraction of the diagram that the bordered attitudes may lack.
     ax
         Plane axes; by default those of a new figure. Singular curves have "singular" as their ``gid``, borders
         "acceptable".
@@ -158,33 +144,14 @@ def roll_pitch_diagram(
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise InputError(f"count must be a whole number from 1, got {shown(count)}")
     ax = axes_or_new(ax, size=(85, 95))
-    numbers = at_face_value(coefficients or gait.coefficients)
+    numbers = at_face_value(gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
     if eta is not None:
         gaits.append((gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", BLUE, (0, (3, 1.5))))
     for one, label, color, dash in gaits:
-        around = acceptable_attitudes(one.alpha, numbers, tolerance=tolerance)
-        curves = _singular_curves(one, numbers, count)
-        if any(curve.kind == "everywhere" for curve in curves):
-            words = "singular at every attitude"
-        elif all(curve.kind == "none" for curve in curves):
-            words = "no singular attitude"
-        elif around.polygon.is_empty:
-            words = "level flight singular at times"
-        else:
-            words = f"{100 * around.fraction:.1f} % acceptable"
-        _draw_attitudes(ax, around, curves, color, dash, f"{label}:\n{words}")
-    _finish(ax)
-    return ax
-
-
-def singular_attitudes(
-    gait: Gait, around: AcceptableAttitudes, *, label: str, color: str, count: int = 48, ax: Axes | None = None
-) -> Axes:
-    """Draw the attitudes at which a gait is singular as :func:`roll_pitch_diagram` does, and the border of others."""
-    ax = axes_or_new(ax, size=(85, 95))
-    _draw_attitudes(ax, around, _singular_curves(gait, at_face_value(gait.coefficients), count), color, "-", label)
-    _finish(ax)
+        around = acceptable_attitudes(one.alpha, numbers)
+        draw_attitudes(ax, one, numbers, around, label=label, color=color, count=count, dash=dash, verdict=True)
+    finish_diagram(ax)
     return ax
 
 
@@ -193,17 +160,31 @@ def at_face_value(coefficients: Coefficients) -> Coefficients:
     return replace(coefficients, kind="exact")
 
 
-def _singular_curves(gait: Gait, numbers: Coefficients, count: int) -> list[SingularCurve]:
-    """Return the singular attitudes at even times of a period."""
-    alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
-    return [singular_curve(row, numbers) for row in alpha]
-
-
-def _draw_attitudes(
-    ax: Axes, around: AcceptableAttitudes, curves: Sequence[SingularCurve], color: str, dash: Any, label: str
+def draw_attitudes(
+    ax: Axes,
+    gait: Gait,
+    numbers: Coefficients,
+    around: AcceptableAttitudes,
+    *,
+    label: str,
+    color: str,
+    count: int,
+    dash: Any = "-",
+    verdict: bool = False,
 ) -> None:
-    """Draw singular curves and a border, or hatch the square of a gait that is singular at every attitude."""
-    if any(curve.kind == "everywhere" for curve in curves):
+    """Draw the singular attitudes of a gait at even times of a period, and the border of the acceptable ones.
+
+    The square is hatched if the gait is singular at every attitude. With `verdict` the label says what was found.
+    """
+    alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
+    curves = [singular_curve(row, numbers) for row in alpha]
+    kinds = {curve.kind for curve in curves}
+    empty = around.polygon.is_empty
+    if verdict:
+        words = f"{100 * around.fraction:.1f} % acceptable" if not empty else "level flight singular at times"
+        words = "no singular attitude" if kinds == {"none"} else words
+        label += f":\n{'singular at every attitude' if 'everywhere' in kinds else words}"
+    if "everywhere" in kinds:
         corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx"}
         ax.fill(*corners.T, **look, linewidth=0.0, gid="singular", label=label)
@@ -211,11 +192,11 @@ def _draw_attitudes(
     for curve in curves:
         if curve.kind == "curve":
             ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
-    corners = np.zeros((0, 2)) if around.polygon.is_empty else np.asarray(around.polygon.exterior.coords)
+    corners = np.zeros((0, 2)) if empty else np.asarray(around.polygon.exterior.coords)
     ax.plot(*corners.T, color=color, linestyle=dash, linewidth=2.0, gid="acceptable", label=label, zorder=3)
 
 
-def _finish(ax: Axes) -> None:
+def finish_diagram(ax: Axes) -> None:
     """Mark level flight, and make axes those of roll and pitch."""
     ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
     plane_axes(ax, r"\phi", r"\theta", grid=False)
@@ -248,10 +229,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
         clock = timed if isinstance(timed, TimedGait) else gait.parametrize()
         time, alpha = clock.t, clock.alpha
     if axes is None:
-        require_matplotlib()
-        from matplotlib import pyplot
-
-        axes = axes_of_a_gait(pyplot.figure(figsize=(170 / 25.4, 118 / 25.4), layout="constrained"))
+        axes = axes_of_a_gait(new_figure(170, 118))
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != 5:
         raise InputError(f"axes must be five, got {len(axes)}")
@@ -261,7 +239,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     sign: Sign = "positive" if gait.R[np.argmax(np.abs(gait.R))] > 0 else "negative"
     type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
     gait_loop(gait, ax=axes[1])
-    axes[1].set_title(f"nodes with $R {'>' if sign == 'positive' else '<'} 0$")
+    axes[1].set_title(f"nodes with ${RELATION[sign]}$")
     axis = np.linspace(-HALF_PI, HALF_PI, FINE)
     for k, (ax, angles) in enumerate(zip(axes[2:], ((1, 3), (2, 4), (3, 4)), strict=True)):
         for color in COLORS if k < 2 else ():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -26,244 +27,111 @@ from gaitgraph.plots.axes import (
     GREY,
     MARKER_OF,
     RED,
-    SINGULAR,
     angle_axis,
     axes_or_new,
     draw_label,
-    half_markers,
     legend_above,
     legend_below,
     plane_axes,
-    space_axes,
 )
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS, Sign, red_label, root_arrays
+from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int8]
+BoolArray = npt.NDArray[np.bool_]
 Which = Literal["first", "other", "both"]
 
 FINE = 201
 """Points along each axis of a contoured region; curves and borders themselves are drawn in closed form."""
 _SHEET = {"red": 1, "blue": -1}
+_SIGN = {"positive": 1, "negative": -1}
+_SINGULAR = "R = 0 to rounding: singular"  # roots that have no sign of R, in legends
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0, in no color of a sheet
+_ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InteriorRoots:
-    """The roots at the interior nodes of a grid, one row each, node by node, ordered by α3, then α4.
+# ---------------------------------------------------------------- roots at the nodes of the grid
 
-    Parameters
-    ----------
-    node
-        Grid indices (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n, shape (m, 2).
-    number
-        0 for a node's first root, then 1 and so on, shape (m,).
-    alpha
-        Tilt angles, shape (m, 4) [rad].
-    sheet
-        +1 red, −1 blue, shape (m,).
-    types
-        Labels such as ``(+,?)``, length m.
-    R
-        Equation (6), shape (m,).
-    sign
-        +1 or −1, and 0 where R is zero to rounding, as on all of the blue sheet with exact coefficients; shape (m,).
+
+def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArrays, IntArray]:
+    """Return the roots of the (n − 1)² interior nodes, each node's by α3, then α4, and the signs of R, (m, 5).
+
+    Node (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n is row (i − 1)(n − 1) + j − 1. A sign is 0 where R is zero to
+    rounding, as on all of the blue sheet with exact coefficients, and where there is no root.
     """
-
-    node: npt.NDArray[np.int64]
-    number: npt.NDArray[np.int64]
-    alpha: FloatArray
-    sheet: npt.NDArray[np.int8]
-    types: tuple[str, ...]
-    R: FloatArray
-    sign: npt.NDArray[np.int8]
-
-    def chosen(self, which: Which) -> npt.NDArray[np.bool_]:
-        """Return which rows are a node's first root, a further one, or either, shape (m,)."""
-        if which not in ("first", "other", "both"):
-            raise InputError(f"which must be 'first', 'other' or 'both', got {shown(which)}")
-        chosen: npt.NDArray[np.bool_] = self.number == 0 if which == "first" else self.number > 0
-        return np.ones_like(chosen) if which == "both" else chosen
-
-
-def interior_roots(coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS) -> InteriorRoots:
-    """Return every root at the interior nodes of the grid, as the paper lists them for Figures 3 to 14.
-
-    Parameters
-    ----------
-    coefficients
-        Those of formula (1); by default the paper's published ones, whose plain sign of R counts.
-    divisions
-        Pieces n into which [−π/2, π/2] is cut.
-
-    Examples
-    --------
-    >>> found = interior_roots()
-    >>> len(found.R), int((found.sign > 0).sum()), round(float(found.alpha[0, 2]), 4), found.types[0]
-    (450, 156, -1.4329, '(?,-)')
-    """
-    coefficients = coefficients or coefficients_of()
     axis = grid_axis(checked_divisions(divisions))[1:-1]
-    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
     found = root_arrays(a1, a2, coefficients, crossing_tolerance=math.pi / (2 * divisions))
-    i, j, k = np.nonzero(found.sheet)
-    alpha, sheet, value = found.alpha[i, j, k], found.sheet[i, j, k], found.R[i, j, k]
-    order = np.lexsort((np.round(alpha[:, 3], _TIE), np.round(alpha[:, 2], _TIE), j, i))
-    cell = (i * len(axis) + j)[order]
-    first = np.concatenate([[True], cell[1:] != cell[:-1]])
-    number = np.arange(len(cell)) - np.maximum.accumulate(np.where(first, np.arange(len(cell)), 0))
-    sign = np.where(np.abs(value) > noise_of(coefficients), np.sign(value), 0.0)
+    order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
+    at = np.arange(len(order))[:, None], order
+    found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
+    signed = (np.abs(found.R) > noise_of(coefficients)) & (found.sheet != 0)
     if coefficients.kind == "exact":
-        sign = np.where(sheet < 0, 0.0, sign)  # R = 0 there: floating-point noise is not a sign
-    return InteriorRoots(
-        node=np.column_stack([i, j])[order] + 1,
-        number=number,
-        alpha=alpha[order],
-        sheet=sheet[order],
-        types=tuple(text_from_types(*pair) for pair in found.types[i, j, k][order].tolist()),
-        R=value[order],
-        sign=sign[order].astype(np.int8),
-    )
+        signed &= found.sheet > 0  # R = 0 on blue: floating-point noise is not a sign
+    return found, np.where(signed, np.sign(found.R), 0).astype(np.int8)
 
 
-def _checked_sign(sign: Any) -> int:
-    """Return +1 for "positive" and −1 for "negative", or raise InputError."""
-    if sign not in ("positive", "negative"):
-        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
-    return 1 if sign == "positive" else -1
+def _chosen(found: RootArrays, which: Which) -> BoolArray:
+    """Return which roots are a node's first, further ones, or either, (m, 5)."""
+    number = np.arange(found.sheet.shape[1])
+    wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
+    return np.asarray((found.sheet != 0) & wanted)
 
 
-def root_counts(
-    coefficients: Coefficients | None = None, *, divisions: int = DEFAULT_DIVISIONS, ax: Axes | None = None
-) -> Axes:
-    """Draw how many roots each node of the grid has (Figure 2): two inside, three on a side, five in a corner.
-
-    Parameters
-    ----------
-    coefficients, divisions
-        As for :func:`interior_roots`.
-    ax
-        Plane axes; by default those of a new figure. Each count is one scatter.
-    """
-    coefficients = coefficients or coefficients_of()
+def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
+    """Draw how many roots each node of the grid has (Figure 2); each count is one scatter."""
     axis = grid_axis(checked_divisions(divisions))
-    ax = axes_or_new(ax)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = root_arrays(a1, a2, coefficients).count
     # Markers that differ in shape and darkness, in no color of a sheet.
     looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
     for number in np.unique(count).tolist():
-        here = count == number
-        marker, face = looks[number]
+        here, (marker, face) = count == number, looks[number]
+        look: dict[str, Any] = {"s": 16, "marker": marker, "facecolor": face, "edgecolor": "black", "linewidth": 0.6}
         label = f"{number} roots, {int(here.sum())} nodes"
-        ax.scatter(
-            a1[here], a2[here], s=16, marker=marker, facecolor=face, edgecolor="black", linewidth=0.6, label=label,
-            clip_on=False, zorder=3,
-        )  # fmt: skip
+        ax.scatter(a1[here], a2[here], label=label, clip_on=False, zorder=3, **look)
     plane_axes(ax, r"\alpha_1", r"\alpha_2")
     legend_above(ax, columns=2)
-    return ax
 
 
-def root_angle(
-    angle: Literal["alpha3", "alpha4"],
-    *,
-    which: Which = "both",
-    coefficients: Coefficients | None = None,
-    divisions: int = DEFAULT_DIVISIONS,
-    ax: Any = None,
-) -> Any:
-    """Draw α3 or α4 over the interior nodes, for one root, the other, or both (Figures 3 to 8).
-
-    Red squares are on the + plane, blue discs on the − plane: both show that two planes are all there is.
-
-    Parameters
-    ----------
-    angle
-        "alpha3" or "alpha4".
-    which
-        "first" is each node's root with the smaller α3 (then α4), "other" any further one.
-    coefficients, divisions
-        As for :func:`interior_roots`.
-    ax
-        Three-dimensional axes; by default those of a new figure.
-    """
-    if angle not in ("alpha3", "alpha4"):
-        raise InputError(f"angle must be 'alpha3' or 'alpha4', got {shown(angle)}")
-    found = interior_roots(coefficients, divisions=divisions)
-    chosen = found.chosen(which)
-    ax = axes_or_new(ax, size=(85, 74), in_space=True)
+def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: int, which: Which) -> None:
+    """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
+    found, _ = interior_roots(coefficients, divisions)
     for color, label in (("red", "+ plane"), ("blue", "− plane")):
-        points = found.alpha[chosen & (found.sheet == _SHEET[color])]
-        _scatter(ax, points[:, [0, 1, int(angle[-1]) - 1]], COLOR_OF[color], MARKER_OF[color], label)
-    angle_axis(ax.zaxis, rf"\alpha_{angle[-1]}")
-    return space_axes(ax)
+        points = found.alpha[_chosen(found, which) & (found.sheet == _SHEET[color])]
+        _scatter(ax, points[:, [0, 1, angle - 1]], COLOR_OF[color], MARKER_OF[color], label)
+    angle_axis(ax.zaxis, rf"\alpha_{angle}")
+    _space_axes(ax)
 
 
-def signed_roots(
-    sign: Sign,
-    *,
-    which: Which = "both",
-    coefficients: Coefficients | None = None,
-    divisions: int = DEFAULT_DIVISIONS,
-    ax: Any = None,
-) -> Any:
+def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
     """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
 
     As in the paper, and here alone, red squares are α3, blue discs α4. Roots without a sign of R are grey and hollow.
-
-    Parameters
-    ----------
-    sign
-        "positive" or "negative", the sign of R.
-    which, coefficients, divisions, ax
-        As for :func:`root_angle`.
     """
-    wanted = _checked_sign(sign)
-    found = interior_roots(coefficients, divisions=divisions)
-    chosen = found.chosen(which)
-    ax = axes_or_new(ax, size=(85, 74), in_space=True)
-    grey, signed = found.alpha[chosen & (found.sign == 0)], found.alpha[chosen & (found.sign == wanted)]
-    _scatter(ax, grey[:, :3], GREY, "s", SINGULAR)
+    found, signs = interior_roots(coefficients, divisions)
+    chosen = _chosen(found, which)
+    grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
+    _scatter(ax, grey[:, :3], GREY, "s", _SINGULAR)
     _scatter(ax, grey[:, [0, 1, 3]], GREY, "o", "_")
     for column, color, marker in ((2, RED, "s"), (3, BLUE, "o")):
-        label = rf"$\alpha_{column + 1}$, $R {'>' if wanted > 0 else '<'} 0$"
-        _scatter(ax, signed[:, [0, 1, column]], color, marker, label)
+        _scatter(ax, signed[:, [0, 1, column]], color, marker, rf"$\alpha_{column + 1}$, ${RELATION[sign]}$")
     angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    return space_axes(ax, columns=2 if len(grey) else 3)
+    _space_axes(ax, columns=2 if len(grey) else 3)
 
 
-def level_determinants(
-    sign: Sign,
-    *,
-    which: Which = "both",
-    coefficients: Coefficients | None = None,
-    divisions: int = DEFAULT_DIVISIONS,
-    ax: Any = None,
-) -> Any:
-    """Draw the value of R of the roots with one sign of it over the interior nodes (Figures 10 and 12).
-
-    Red squares are on the red sheet, blue discs on the blue one; roots without a sign of R are grey and hollow.
-
-    Parameters
-    ----------
-    sign, which, coefficients, divisions, ax
-        As for :func:`signed_roots`.
-    """
-    wanted = _checked_sign(sign)
-    found = interior_roots(coefficients, divisions=divisions)
-    chosen = found.chosen(which)
-    ax = axes_or_new(ax, size=(85, 74), in_space=True)
-    points = np.column_stack([found.alpha[:, :2], found.R])
-    _scatter(ax, points[chosen & (found.sign == 0)], GREY, MARKER_OF["blue"], SINGULAR)
-    signed = chosen & (found.sign == wanted)
+def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
+    """Draw R of the roots with one sign of it over the interior nodes, each sheet in its color (Figures 10 and 12)."""
+    found, signs = interior_roots(coefficients, divisions)
+    chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
+    _scatter(ax, points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)
+    signed = chosen & (signs == _SIGN[sign])
     # Stems, one line with gaps, show which node a value belongs to.
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
@@ -272,7 +140,7 @@ def level_determinants(
         here = points[signed & (found.sheet == _SHEET[color])]
         _scatter(ax, here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
     ax.set_zlabel("$R$ (dimensionless)")
-    return space_axes(ax)
+    _space_axes(ax)
 
 
 def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
@@ -282,6 +150,27 @@ def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -
         look = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
         width = 0.6 if grey else 0.25
         ax.scatter(*points.T, s=11, marker=marker, linewidth=width, depthshade=False, label=label, **look)
+
+
+def _space_axes(ax: Any, *, columns: int = 2) -> None:
+    """Make x and y those of α1 and α2, seen from where no plane of roots is on edge, with a legend above."""
+    from matplotlib.ticker import FixedLocator
+
+    for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
+        angle_axis(axis, symbol)
+        # At the ends the labels of two axes would meet.
+        axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
+    ax.view_init(elev=14, azim=-125)
+    ax.set_box_aspect((1, 1, 0.9), zoom=0.82)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
+    ax.zaxis.set_rotate_label(False)
+    ax.zaxis.label.set_rotation(90)
+    ax.tick_params(pad=0)
+    legend_above(ax, columns=columns, over=-16.0)
+
+
+# ---------------------------------------------------------------- types
 
 
 def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
@@ -300,24 +189,23 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     if of not in ("angle", "pair"):
         raise InputError(f"of must be 'angle' or 'pair', got {shown(of)}")
     ax = axes_or_new(ax, size=(85, 75))
-    # A type of one angle is judged beside a ? of the other, which forbids nothing.
-    names = {label: label for label in PLANE_TYPES} if of == "pair" else {t: f"({t},?)" for t in "+?-"}
-    places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
-    if of == "pair":
+    if of == "angle":  # judged beside a ? of the other angle, which forbids nothing
+        names = {kind: f"({kind},?)" for kind in "+?-"}
+        places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
+    else:
+        names = {kind: kind for kind in PLANE_TYPES}
         degrees = {"(+,+)": 180, "(+,?)": 120, "(?,-)": 60, "(-,-)": 0, "(-,?)": 300, "(?,+)": 240}
         places = {kind: (math.cos(math.radians(at)), math.sin(math.radians(at))) for kind, at in degrees.items()}
-    labels = list(places)
-    for k, first in enumerate(labels):
-        for second in labels[k + 1 :]:
-            if types_may_be_adjacent(names[first], names[second]):
-                line = np.array([places[first], places[second]])
-                ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=f"{first} {second}")
-    for label, place in places.items():
-        color = {"(+,+)": RED, "+": RED, "(-,-)": BLUE, "-": BLUE}.get(label, "0.35")
-        shape = "square,pad=0.5" if color == RED else "round,pad=0.5,rounding_size=0.6"
+    for pair in combinations(places, 2):
+        if types_may_be_adjacent(*(names[kind] for kind in pair)):
+            line = np.array([places[kind] for kind in pair])
+            ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
+    for kind, place in places.items():
+        color = {"(+,+)": RED, "+": RED, "(-,-)": BLUE, "-": BLUE}.get(kind, "0.35")
         face, ink = ("white", "black") if color == "0.35" else (color, "white")
+        shape = "square,pad=0.5" if color == RED else _ROUNDED_BOX
         box = {"boxstyle": shape, "edgecolor": color, "facecolor": face, "linewidth": 1.0}
-        ax.text(*place, label.replace("-", "−"), color=ink, bbox=box, ha="center", va="center", zorder=3)
+        ax.text(*place, kind.replace("-", "−"), color=ink, bbox=box, ha="center", va="center", zorder=3)
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
@@ -342,7 +230,7 @@ def type_map(
     sign
         "positive" or "negative", the sign of R.
     coefficients
-        Those of formula (1); by default the paper's published ones.
+        Those of formula (1); by default the paper's published ones, whose plain sign of R counts.
     divisions
         Pieces n into which [−π/2, π/2] is cut.
     labels
@@ -351,41 +239,41 @@ def type_map(
         Plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node is one
         scatter; a written type has the node's (i, j) as its ``gid``.
     """
-    wanted = _checked_sign(sign)
-    coefficients = coefficients or coefficients_of()
-    found = interior_roots(coefficients, divisions=divisions)
+    if sign not in RELATION:
+        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    found, signs = interior_roots(coefficients or coefficients_of(), divisions)
     ax = axes_or_new(ax, size=(170, 176))
+    shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     marked: dict[tuple[str, ...], list[FloatArray]] = {}
-    starts = np.flatnonzero(found.number == 0).tolist()
-    for start, stop in zip(starts, [*starts[1:], len(found.R)], strict=True):
-        rows = [k for k in range(start, stop) if found.sign[k] in (wanted, 0)]
-        place = found.alpha[start, :2]
-        if labels and any("?" in found.types[k] for k in rows):
-            _write_types(ax, place, rows, found)
+    for number, place in enumerate(found.alpha[:, 0, :2]):
+        # A type on more than one root counts once; red ones are first.
+        roots = sorted(
+            {
+                (-int(found.sheet[number, k]), text_from_types(*found.types[number, k]), int(signs[number, k]) == 0)
+                for k in np.flatnonzero(shows[number])
+            }
+        )
+        if labels and any("?" in kind for _, kind, _ in roots):
+            node = ",".join(str(k + 1) for k in divmod(number, divisions - 1))
+            for k, (sheet, kind, singular) in enumerate(roots):
+                lift = 7.0 * ((len(roots) - 1) / 2 - k)
+                ax.annotate(
+                    kind.replace("-", "−"), (place[0], place[1]), xytext=(0, lift), textcoords="offset points",
+                    color=GREY if singular else RED if sheet < 0 else BLUE, fontsize=6.0, ha="center", va="center",
+                    gid=node, annotation_clip=False,
+                )  # fmt: skip
         else:
-            signs = [{int(found.sign[k]) for k in rows if found.sheet[k] == sheet} for sheet in (1, -1)]
-            state = tuple("yes" if wanted in one else "singular" if 0 in one else "no" for one in signs)
-            marked.setdefault(state, []).append(place)
-    size = 42.0 if labels else 5.0
-    for state in sorted(marked, reverse=True):
-        _mark_nodes(ax, np.array(marked[state]), state, size, "R > 0" if wanted > 0 else "R < 0")
+            state = []
+            for sheet in (-1, 1):
+                without = [singular for at, _, singular in roots if at == sheet]
+                state.append("no" if not without else "singular" if all(without) else "yes")
+            marked.setdefault(tuple(state), []).append(place)
+    for kinds in sorted(marked, reverse=True):
+        _mark_nodes(ax, np.array(marked[kinds]), kinds, 42.0 if labels else 5.0, RELATION[sign])
     plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
     if labels:
         legend_above(ax, columns=3)
     return ax
-
-
-def _write_types(ax: Axes, place: FloatArray, rows: Sequence[int], found: InteriorRoots) -> None:
-    """Write the types of a node's roots, red ones above, a line each; a type on more than one root once."""
-    node = ",".join(map(str, found.node[rows[0]]))
-    lines = sorted({(-int(found.sheet[k]), found.types[k], int(found.sign[k]) == 0) for k in rows})
-    for number, (sheet, kind, singular) in enumerate(lines):
-        color = GREY if singular else RED if sheet < 0 else BLUE
-        drop = (len(lines) - 1) / 2 - number
-        ax.annotate(
-            kind.replace("-", "−"), (place[0], place[1]), xytext=(0, 7.0 * drop), textcoords="offset points",
-            color=color, fontsize=6.0, ha="center", va="center", gid=node, annotation_clip=False,
-        )  # fmt: skip
 
 
 def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: float, sign: str) -> None:
@@ -399,11 +287,24 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: floa
     x, y = places.T
     if not types:
         ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, **(look | {"linewidth": 0.0}))
-    markers: tuple[Any, Any] = half_markers() if len(types) == 2 else (MARKER_OF["red"], MARKER_OF["blue"])
+    markers = _half_markers() if len(types) == 2 else (MARKER_OF["red"], MARKER_OF["blue"])
     for color, is_there, marker in zip(COLORS, state, markers, strict=True):
         if is_there != "no":
             face, edge = (COLOR_OF[color],) * 2 if is_there == "yes" else ("white", GREY)
             ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, **look)
+
+
+def _half_markers() -> tuple[Any, Any]:
+    """Return the left half of a square and the right half of a disc: together a mark half red, half blue."""
+    from matplotlib.path import Path
+
+    square = Path(np.array([[0.0, -1.0], [-1.0, -1.0], [-1.0, 1.0], [0.0, 1.0], [0.0, -1.0]]), closed=True)
+    arc = Path.arc(-90, 90)
+    vertices = np.concatenate([np.asarray(arc.vertices), [[0.0, -1.0]]])
+    return square, Path(vertices, [*np.asarray(arc.codes).tolist(), Path.CLOSEPOLY])
+
+
+# ---------------------------------------------------------------- regions
 
 
 def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -411,14 +312,9 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
 
     R = 0 on the lines α1 = δ ∓ π/2 and α2 = ±π/2 − δ and on the curve tan α1 − tan α2 = 2κ. Hover with every thrust
     positive, hatched, takes α1 < δ and α2 > −δ, or both reversed. Contours are the largest thrust of a rotor there, in
-    units of the weight.
+    units of the weight. The physics is exact, whatever coefficients a gait is planned with.
 
-    Parameters
-    ----------
-    vehicle
-        The physics is exact, whatever coefficients a gait is planned with.
-    ax
-        Plane axes; by default those of a new figure. Each curve has its equation as its ``gid``.
+    `ax` are plane axes, by default those of a new figure. Each curve has its equation as its ``gid``.
     """
     ax = axes_or_new(ax, size=(85, 96))
     from matplotlib.lines import Line2D
@@ -431,11 +327,12 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
-        corners = np.array([[first[k], second[m]] for k, m in ((0, 0), (1, 0), (1, 1), (0, 1))])
+        corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
         ax.fill(*corners.T, facecolor="none", edgecolor="0.6", hatch="///", linewidth=0.0, gid="hover")
         _contour_thrust(ax, first, second, vehicle)
-    ax.axvline(delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
-    ax.axhline(-delta, color="0.25", linewidth=0.8, linestyle=(0, (4, 2)))
+    idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
+    ax.axvline(delta, **idle)
+    ax.axhline(-delta, **idle)
     _draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="black", linestyle="none", zorder=6)
     mirror = math.copysign(1.0, delta)
@@ -449,7 +346,7 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
         Patch(facecolor="white", edgecolor="0.6", hatch="///", linewidth=0.0, label="hover, thrusts > 0"),
         Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
-        Line2D([], [], color="0.25", linewidth=0.8, linestyle=(0, (4, 2)), label="a pair of rotors idles"),
+        Line2D([], [], label="a pair of rotors idles", **idle),
         Line2D([], [], color="black", marker="+", linestyle="none", label="all upright"),
     ]
     legend_below(ax, handles=handles, ncols=2)
@@ -493,12 +390,7 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
 def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw contours of the least singular value on the red sheet, level, exact physics: how well it can be inverted.
 
-    Parameters
-    ----------
-    vehicle
-        The vehicle.
-    ax
-        Plane axes; by default those of a new figure. A color bar is drawn beside them.
+    `ax` are plane axes, by default those of a new figure; a color bar is drawn beside them.
     """
     ax = axes_or_new(ax, size=(95, 85))
     axis = np.linspace(-HALF_PI, HALF_PI, FINE)

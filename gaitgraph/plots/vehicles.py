@@ -34,46 +34,25 @@ FROM_ABOVE = (math.pi, math.pi / 2)
 
 INK, LINE_GREY = "#23262b", "#767b85"
 
-# In units of the arm's length.
-_DISC = 0.5
-_STALK = 0.1
-_THRUST = 0.62
-_NOSE = 0.34
-_LABEL = 0.24
+_DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm lengths
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleView:
     """A vehicle seen from one direction, for n samples of its tilt angles.
 
-    Lengths are in arm lengths, x to the right and y upwards on the screen, from the centre of mass.
-
-    Parameters
-    ----------
-    discs
-        Images of the unit disc, shape (n, 4, 6): a, b, c, d, e, f of each rotor's affine map. The disc's x axis is
-        the outward arm axis, its y axis turns with the tilt.
-    thrusts
-        Ends of the lines of thrust, shape (n, 4, 2), from the disc's centre (e, f).
-    facing
-        Whether the viewer sees the side of the disc that the thrust leaves from, shape (n, 4).
-    arms
-        Outer ends of the arms, shape (4, 2).
-    nose
-        End of an arrow from the centre that points forward, shape (2,).
-    order
-        Rotors from the farthest to the nearest, counted from 0: draw them in this order.
-    clockwise
-        Whether each rotor turns clockwise seen from above.
+    Lengths are in arm lengths, x to the right and y upwards on the screen, from the centre of mass. A disc is the
+    affine map a, b, c, d, e, f of the unit disc, whose x axis is the outward arm axis and whose y axis turns with the
+    tilt; its line of thrust begins at the centre (e, f).
     """
 
-    discs: FloatArray
-    thrusts: FloatArray
-    facing: npt.NDArray[np.bool_]
-    arms: FloatArray
-    nose: FloatArray
-    order: tuple[int, ...]
-    clockwise: tuple[bool, ...]
+    discs: FloatArray  # (n, 4, 6)
+    thrusts: FloatArray  # (n, 4, 2), ends of the lines of thrust
+    facing: npt.NDArray[np.bool_]  # (n, 4), whether the viewer sees the side that the thrust leaves from
+    arms: FloatArray  # (4, 2), outer ends
+    nose: FloatArray  # (2,), end of an arrow from the centre that points forward
+    order: tuple[int, ...]  # rotors from the farthest to the nearest, counted from 0: draw them in this order
+    clockwise: tuple[bool, ...]  # whether each rotor turns clockwise seen from above
 
     @property
     def labels(self) -> FloatArray:
@@ -99,12 +78,11 @@ class VehicleView:
         hub = np.array(size) / 2 - flip * (low + high) / 2
 
         def pixels(values: FloatArray) -> list[Any]:
-            # Adding zero writes a negative zero as zero.
-            rounded: list[Any] = (np.round(values, decimals) + 0.0).tolist()
-            return rounded
+            return list((np.round(values, decimals) + 0.0).tolist())  # without negative zeros
 
-        discs = self.discs * np.tile(flip, 3) + [0.0, 0.0, 0.0, 0.0, *hub]
-        arms, labels = hub + flip * self.arms, hub + flip * self.labels
+        discs = pixels(np.swapaxes(self.discs * np.tile(flip, 3) + [0.0, 0.0, 0.0, 0.0, *hub], 0, 1))
+        thrusts = pixels(np.swapaxes(hub + flip * self.thrusts, 0, 1))
+        arms, labels = pixels(hub + flip * self.arms), pixels(hub + flip * self.labels)
         return {
             "size": list(size),
             "frames": len(self.discs),
@@ -113,11 +91,11 @@ class VehicleView:
             "nose": pixels(hub + flip * self.nose),
             "rotors": [
                 {
-                    "disc": pixels(discs[:, k]),
-                    "thrust": pixels(hub + flip * self.thrusts[:, k]),
+                    "disc": discs[k],
+                    "thrust": thrusts[k],
                     "facing": self.facing[:, k].tolist(),
-                    "arm": [*pixels(hub), *pixels(arms[k])],
-                    "label": pixels(labels[k]),
+                    "arm": [*pixels(hub), *arms[k]],
+                    "label": labels[k],
                     "clockwise": self.clockwise[k],
                     "color": ROTOR_COLORS[k],
                 }
@@ -161,11 +139,6 @@ def vehicle_view(
     disc
         Radius of a rotor in arm lengths.
 
-    Raises
-    ------
-    InputError
-        If an angle is not finite or a shape is not allowed.
-
     Examples
     --------
     >>> seen = vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE)
@@ -178,10 +151,8 @@ def vehicle_view(
     lines of thrust can be drawn over what they are behind.
     """
     angles = np.atleast_2d(np.asarray(alpha, dtype=float))
-    if angles.ndim != 2 or angles.shape[1] != 4:
-        raise InputError(f"alpha must have the shape (n, 4), got {np.shape(alpha)}")
-    if not np.isfinite(angles).all():
-        raise InputError(f"alpha must be finite angles in radians, got {shown(float(angles[~np.isfinite(angles)][0]))}")
+    if angles.ndim != 2 or angles.shape[1] != 4 or not np.isfinite(angles).all():
+        raise InputError(f"alpha must be finite angles in radians, of the shape (n, 4), got {shown(alpha)}")
     turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
     right, up = screen_axes(view)
     screen = turned.T @ np.stack([right, up], axis=-1)
@@ -195,15 +166,9 @@ def vehicle_view(
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
     centre = outward + _STALK * thrust
     clockwise = vehicle.first_rotor_spin == "clockwise"
+    across = np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2))
     return VehicleView(
-        discs=np.concatenate(
-            [
-                np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2)),
-                disc * np.cross(thrust, outward) @ screen,
-                centre @ screen,
-            ],
-            axis=-1,
-        ),
+        discs=np.concatenate([across, disc * np.cross(thrust, outward) @ screen, centre @ screen], axis=-1),
         thrusts=(centre + _THRUST * length[:, None] * thrust) @ screen,
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=outward @ screen,
@@ -215,7 +180,7 @@ def vehicle_view(
 
 
 def underside(color: str) -> str:
-    """Return the color of a disc's underside: half way to the ink.
+    """Return the color of a disc's underside: mixed with the ink, 11 to 9.
 
     >>> underside("#ffffff")
     '#9c9d9f'
@@ -234,33 +199,38 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool 
     With `outline` arms and discs alone are drawn, in grey, for a picture with labels of its own.
     """
     drawn: list[Any] = []
-
-    def line(start: Any, end: Any, color: str, width: float, order: float) -> None:
-        drawn.extend(ax.plot(*np.array([start, end]).T, color=color, linewidth=width, zorder=order))
-
+    rims = (seen.discs[sample, :, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE) + seen.discs[sample, :, 4:, None]
     for arm in seen.arms:
-        line((0.0, 0.0), arm, "0.35" if outline else LINE_GREY, 2.5 if outline else 3.6, 1)
-    if not outline:
-        drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
-        drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
+        look: dict[str, Any] = (
+            {"color": "0.35", "linewidth": 2.5} if outline else {"color": LINE_GREY, "linewidth": 3.6}
+        )
+        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, **look))
+    if outline:
+        for rim in rims[list(seen.order)]:
+            drawn.extend(ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2))
+        return drawn
+    drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
+    drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
     for place, rotor in enumerate(seen.order):
-        image, facing, order = seen.discs[sample, rotor], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
-        centre, rim = image[4:], (image[:4].reshape(2, 2).T @ _CIRCLE).T + image[4:]
-        if outline:
-            drawn.extend(ax.fill(*rim.T, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=order))
-            continue
+        centre, facing, order = seen.discs[sample, rotor, 4:], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
         color = ROTOR_COLORS[rotor] if facing else underside(ROTOR_COLORS[rotor])
-        line(seen.arms[rotor], centre, LINE_GREY, 2.9, order)
-        drawn.extend(ax.fill(*rim.T, facecolor=color, edgecolor=INK, linewidth=0.9, zorder=order + 0.02))
+        drawn.extend(_line(ax, seen.arms[rotor], centre, color=LINE_GREY, linewidth=2.9, zorder=order))
+        drawn.extend(ax.fill(*rims[rotor], facecolor=color, edgecolor=INK, linewidth=0.9, zorder=order + 0.02))
         drawn.extend(ax.plot(*centre, "o", markersize=3.6, markeredgewidth=0.0, color=INK, zorder=order + 0.03))
         tip, above = seen.thrusts[sample, rotor], order + (0.04 if facing else 0.01)
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
-    for rotor, place in enumerate(() if outline else seen.labels):
+    for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        look = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
+
+def _line(ax: Axes, start: Any, end: Any, **look: Any) -> list[Any]:
+    return list(ax.plot(*np.array([start, end]).T, **look))
+
+
+# ---------------------------------------------------------------- Figure 1
 
 _PAPER_DISC = 0.42
 _LEAN = "#b35900"  # of tilts and what follows from them
@@ -283,9 +253,8 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
     seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE, disc=_PAPER_DISC)
     draw_vehicle(ax, seen, outline=True)
-    for number, outward in enumerate(seen.arms, start=1):
+    for number, (outward, clockwise) in enumerate(zip(seen.arms, seen.clockwise, strict=True), start=1):
         leaning = np.array([outward[1], -outward[0]])  # of the thrust, for a positive tilt
-        clockwise = seen.clockwise[number - 1]
         arc = (20, 340) if clockwise else (200, 520)
         _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, "0.35", 7, backwards=clockwise, linewidth=0.9, zorder=3)
         draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
@@ -298,10 +267,9 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     corner = np.array([-2.2, -2.2])
     draw_arrow(ax, corner, corner + np.array([0.0, 0.75]), "black")
     draw_arrow(ax, corner, corner + np.array([-0.5, 0.0]), "black")
-    draw_label(ax, corner, "$x$ forward", offset=(0.0, 0.92))
-    draw_label(ax, corner, "$y$ left", offset=(-0.3, -0.2))
+    for text, offset in (("$x$ forward", (0.0, 0.92)), ("$y$ left", (-0.3, -0.2)), ("$z$ up", (0.38, 0.0))):
+        draw_label(ax, corner, text, offset=offset)
     _draw_axis_out_of_the_page(ax, corner, 5.0, 2.5)
-    draw_label(ax, corner, "$z$ up", offset=(0.38, 0.0))
     _draw_from_the_tip(ax)
     return ax
 
@@ -327,13 +295,12 @@ def _draw_arc(
 
 def _draw_from_the_tip(ax: Axes) -> None:
     """Draw a rotor with a positive tilt, seen from outside along its arm."""
-    hub, tilt = np.array([4.2, -0.75]), math.radians(32)
-    up, lean = np.array([0.0, 1.0]), np.array([-math.sin(tilt), math.cos(tilt)])
-    across = np.array([math.cos(tilt), math.sin(tilt)])
-    ax.plot(*np.array([hub, hub + 2.0 * up]).T, color="0.35", linewidth=0.8, linestyle=(0, (4, 3)))
+    hub, tilt, up = np.array([4.2, -0.75]), math.radians(32), np.array([0.0, 1.0])
+    lean, across = np.array([-math.sin(tilt), math.cos(tilt)]), np.array([math.cos(tilt), math.sin(tilt)])
     rotor = hub + 0.45 * lean
-    ax.plot(*np.array([hub, rotor]).T, color="0.35", linewidth=2.0)
-    ax.plot(*np.array([rotor - 0.6 * across, rotor + 0.6 * across]).T, color="0.35", linewidth=3.0)
+    _line(ax, hub, hub + 2.0 * up, color="0.35", linewidth=0.8, linestyle=(0, (4, 3)))
+    _line(ax, hub, rotor, color="0.35", linewidth=2.0)
+    _line(ax, rotor - 0.6 * across, rotor + 0.6 * across, color="0.35", linewidth=3.0)
     draw_arrow(ax, rotor, hub + 1.9 * lean, _LEAN, width=1.8)
     draw_label(ax, hub + 2.12 * lean, "thrust", _LEAN)
     _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), _LEAN, 8, shrinkA=0, shrinkB=0)

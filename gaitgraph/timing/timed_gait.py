@@ -267,7 +267,7 @@ class TimedGait:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.films.write_films`."""
         from gaitgraph.plots.films import write_films
 
-        write_films(lambda: pieces_of(self), paths, force=force)
+        write_films(table_of(self), paths, force=force)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
