@@ -248,7 +248,7 @@ def films_in(paths: Sequence[str]) -> list[str]:
     """Return those of some outputs that are films."""
     from gaitgraph.io.formats import FILMS
 
-    return [path for path in paths if Path(path).suffix.lower() in FILMS]
+    return [path for path in paths if path.lower().endswith(FILMS)]
 
 
 def check_outputs(paths: Sequence[str], *, force: bool) -> None:
