@@ -213,7 +213,7 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     export(path, [tmp_path / "whole.csv", tmp_path / "whole.parquet"])
     monkeypatch.setattr(files, "_BLOCK", 2000)
     monkeypatch.setattr(binary_tables, "ROWS_OF_A_PIECE", 50)
-    monkeypatch.setattr(timed_gait, "_ROWS_KEPT", 60)
+    monkeypatch.setattr(timed_gait, "_BYTES_HELD", 60)
     seen: list[float] = []
     count = len(list(read_pieces(path, progress=seen.append)))
     assert count == 1 if suffix == ".json" else count > 5

@@ -18,7 +18,9 @@ from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
 
 angle = st.floats(-1.4, 1.4)
-points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True)
+points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(
+    lambda loop: np.linalg.norm(np.diff([*loop, loop[0]], axis=0), axis=1).min() > 1e-3
+)
 RING = [(0.8 + 0.4 * np.cos(t), -0.8 + 0.4 * np.sin(t)) for t in np.arange(8) * pi / 4]
 
 
@@ -29,15 +31,9 @@ def curve_through(plane: npt.ArrayLike, color: str = "red", **options: Any) -> C
     return Curve(breaks=breaks, pieces=CubicSpline(breaks, closed, bc_type="periodic").c, color=color, **options)
 
 
-def apart(loop: list[tuple[float, float]]) -> bool:
-    return float(np.linalg.norm(np.diff([*loop, loop[0]], axis=0), axis=1).min()) > 1e-3
-
-
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(loop=points, color=st.sampled_from(["red", "blue"]))
 def test_a_spline_closes_and_is_smooth_at_every_break(loop: list[tuple[float, float]], color: str) -> None:
-    if not apart(loop):
-        return
     curve = curve_through(loop, color)
     np.testing.assert_allclose(curve.at(curve.breaks[:-1])[:, :2], loop, atol=1e-12)
     h = 1e-7 * curve.span
@@ -50,11 +46,9 @@ def test_a_spline_closes_and_is_smooth_at_every_break(loop: list[tuple[float, fl
     np.testing.assert_allclose(curve.at(s), curve.at(np.mod(s, curve.span)), atol=1e-12)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(loop=points, color=st.sampled_from(["red", "blue"]))
 def test_a_curve_stays_on_its_sheet_without_wrapping(loop: list[tuple[float, float]], color: str) -> None:
-    if not apart(loop):
-        return
     curve = curve_through(loop, color)
     alpha = curve.at(np.linspace(0, curve.span, 501))
     assert np.abs(gg.invertibility.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
@@ -64,11 +58,9 @@ def test_a_curve_stays_on_its_sheet_without_wrapping(loop: list[tuple[float, flo
     np.testing.assert_allclose(np.abs(step[:, 2:]), np.abs(step[:, :2]), atol=1e-12)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=15)
 @given(loop=points, tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]))
 def test_chords_are_within_the_tolerance(loop: list[tuple[float, float]], tolerance: float) -> None:
-    if not apart(loop):
-        return
     curve = curve_through(loop)
     s = np.append(curve.chord_parameters(tolerance), curve.span)
     share = np.linspace(0, 1, 9)[:, None]
@@ -81,26 +73,21 @@ def test_chords_are_within_the_tolerance(loop: list[tuple[float, float]], tolera
     np.testing.assert_allclose(gait.alpha, curve.at(s[:-1]), atol=0)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=15)
 @given(loop=points)
 def test_extremes_are_those_of_a_dense_sampling(loop: list[tuple[float, float]]) -> None:
-    if not apart(loop):
-        return
     curve = curve_through(loop)
-    alpha = curve.at(np.linspace(0, curve.span, 20001))
-    low, high = curve.extremes()
-    assert (alpha.min(axis=0) >= low - 1e-12).all()
-    assert (alpha.max(axis=0) <= high + 1e-12).all()
-    np.testing.assert_allclose(alpha.min(axis=0), low, atol=1e-4)
-    np.testing.assert_allclose(alpha.max(axis=0), high, atol=1e-4)
+    alpha = curve.at(np.linspace(0, curve.span, 5001))
+    for found, sampled, sense in zip(curve.extremes(), (alpha.min(axis=0), alpha.max(axis=0)), (-1, 1), strict=True):
+        assert (sense * (found - sampled) >= -1e-12).all()
+        np.testing.assert_allclose(sampled, found, atol=1e-3)
 
 
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
     assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
-    s = np.linspace(0, curve.span, 200_001)
-    chords = np.linalg.norm(np.diff(curve.at(s), axis=0), axis=1).sum()
-    assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-8)
+    chords = np.linalg.norm(np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1).sum()
+    assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-6)
 
 
 @settings(deadline=None, max_examples=20)
@@ -151,7 +138,7 @@ def test_a_coarse_chord_refuses_what_a_fine_one_passes_and_never_the_other_way()
     assert not curve.check(floor=floor + 1e-6, chord=1e-6)["least_singular_value"].ok
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(
     coefficients=st.lists(st.floats(-3, 3), min_size=1, max_size=8), width=st.floats(0.1, 3), order=st.integers(0, 3)
 )

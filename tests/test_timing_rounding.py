@@ -26,7 +26,7 @@ def distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(corners + along[..., None] * step - points[:, None], axis=2).min(axis=1))
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=30)
 @given(loop=loops, tolerance=tolerances, color=st.sampled_from(["red", "blue"]))
 def test_curve_and_polyline_are_within_the_tolerance_both_ways(
     loop: list[tuple[float, float]], tolerance: float, color: str
@@ -55,7 +55,7 @@ def test_a_corner_passes_at_the_stated_distance() -> None:
         rounding = rounded(lift(legs, "red"), 1e-3)
         corner = next(one for one in rounding.corners if one.corner == 1)
         assert corner.turn == pytest.approx(turn)
-        points = rounding.curve.at(np.linspace(0, rounding.curve.span, 400_001))[:, :2]
+        points = rounding.curve.at(np.linspace(0, rounding.curve.span, 40_001))[:, :2]
         assert np.linalg.norm(points, axis=1).min() == pytest.approx(1e-3, rel=1e-3)
 
 
@@ -89,7 +89,7 @@ def test_straight_runs_need_no_blend_and_legs_are_shared() -> None:
     assert rounded(gait, 1e-3).merged == ()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=25)
 @given(loop=loops, tolerance=st.floats(1e-3, 0.2))
 def test_rounding_is_smooth_however_the_corners_lie(loop: list[tuple[float, float]], tolerance: float) -> None:
     # The constructor of Curve refuses jumps of the curve and of its first two derivatives; here by differences.
@@ -103,11 +103,10 @@ def test_rounding_is_smooth_however_the_corners_lie(loop: list[tuple[float, floa
 
 def test_bad_input_is_refused() -> None:
     gait = lift(GAITS[2].angles, "red")
-    for tolerance in (0.0, -1.0, float("nan"), "big"):
+    for tolerance in (0.0, 0.9e-5, float("nan"), "big"):
         with pytest.raises(gg.InputError, match="tolerance"):
             rounded(gait, tolerance)
-    with pytest.raises(gg.InputError, match="color"):
-        rounded(gait.biased(0.8), 0.01)
-    with pytest.raises(gg.InputError, match="color"):
-        rounded(lift(GAITS[2].angles, ["red", "blue", "red", "blue"]), 0.01)
-    assert rounded(gait, 0.01).as_mapping()["shrunk"] == []
+    for other in (gait.biased(0.8), lift(GAITS[2].angles, ["red", "blue", "red", "blue"])):
+        with pytest.raises(gg.InputError, match="color"):
+            rounded(other, 0.01)
+    assert rounded(gait, 1e-5).as_mapping()["shrunk"] == []

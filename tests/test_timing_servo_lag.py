@@ -67,11 +67,11 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
         curve = rate * tau - (rate * tau + edge) * np.exp(-t / tau)
         np.testing.assert_allclose(response.error[:half, 0], curve, atol=1e-12)
         assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
-        closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 2_000_001) / tau)) ** 2)
+        closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 200_001) / tau)) ** 2)
         assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=12)
 @given(
     points=st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=5),
     lag=st.floats(0.005, 3.0),
@@ -137,20 +137,17 @@ def test_the_vehicle_states_the_lag() -> None:
         servo_response(SQUARE.parametrize(1.0))
 
 
-@pytest.mark.parametrize("lag", [0.0, -1.0, float("nan"), "slow", [0.1, 0.2], True])
-def test_bad_lags_are_refused(lag: object) -> None:
-    with pytest.raises(gg.InputError, match="lag"):
+@pytest.mark.parametrize(
+    ("lag", "message"),
+    [(lag, "lag must be a positive") for lag in (0.0, -1.0, float("nan"), "slow", [0.1, 0.2], True)]
+    + [(lag, "lag must be from 3.2.* to 1e.06 s for the period 1 s") for lag in (1e300, [0.1, 0.1, 2e6, 0.1], 3e-5)],
+)
+def test_bad_lags_are_refused(lag: object, message: str) -> None:
+    with pytest.raises(gg.InputError, match=message):
         servo_response(SQUARE.parametrize(1.0), lag)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("lag", [1e300, [0.1, 0.1, 2e6, 0.1]])
-def test_a_lag_of_millions_of_periods_is_refused(lag: object) -> None:
-    timed = SQUARE.parametrize(1.0)
-    with pytest.raises(gg.InputError, match="lag must be at most"):
-        servo_response(timed, lag)  # type: ignore[arg-type]
-    assert np.ptp(servo_response(timed, 1e6).actual, axis=0).max() < 1e-5
-
-
-def test_a_gait_without_time_is_refused() -> None:
+def test_the_longest_lag_is_allowed_and_a_gait_without_time_is_not() -> None:
+    assert np.ptp(servo_response(SQUARE.parametrize(1.0), 1e6).actual, axis=0).max() < 1e-5
     with pytest.raises(gg.InputError, match="timed must be .*parametrize"):
         servo_response(SQUARE, 0.02)  # type: ignore[arg-type]

@@ -64,7 +64,7 @@ def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
     return Table(columns=timed.columns())
 
 
-@pytest.mark.parametrize("samples", [4, 37, 100])
+@pytest.mark.parametrize("samples", [4, 37])
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 def test_the_four_gaits_as_tables(gait: PublishedGait, samples: int) -> None:
     report = validate(sampled(gait, samples))
@@ -120,7 +120,7 @@ def verdicts(report: Report) -> list[Any]:
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=70, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
 def test_where_a_table_is_cut_makes_no_difference(
     monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
@@ -138,7 +138,7 @@ def test_where_a_table_is_cut_makes_no_difference(
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(table=tables())
 def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
     if "color" not in table:
@@ -153,7 +153,7 @@ def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(table=tables())
 def test_what_is_reported_holds_between_the_rows(table: Table) -> None:
     """Against dense sampling of the closed polyline, with formulas of their own."""
@@ -233,12 +233,14 @@ def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
 def test_closing(open_: bool) -> None:
     table = sampled(G3, 40, law="constant-speed")
     report = validate(part_of(table, 0, 40) if open_ else table)
-    assert report.valid
-    assert report.flyable
+    assert (report.valid, report.flyable, report.notes) == (True, True, ())
     step = np.abs(np.diff(table.alpha, axis=0)).max()
     assert report["closed"].value == pytest.approx(step if open_ else 0.0)
     assert ("closed by a straight segment" in report["closed"].message) is open_
-    assert report.notes == ()
+    single = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
+    assert single.flyable is lift([(0.4, -0.4)], "red").check().flyable
+    assert single["closed"].message == "a single row is a gait that is a point"
+    assert single["tilt_rate"].value == 0
 
 
 @pytest.mark.parametrize(("first", "noted"), [([0.5, 0.6, 0.7, 0.8], False), ([0.5, 0.6, 0.7, 0.8, 0.805], True)])
@@ -246,13 +248,6 @@ def test_a_closing_segment_of_more_than_three_steps_is_suspicious(first: list[fl
     report = validate(table_from(lift([(a, -0.9) for a in first], "red").alpha))
     assert report["closed"].value == pytest.approx(first[-1] - 0.5)
     assert any("is the end of the table missing?" in note for note in report.warnings) is noted
-
-
-def test_a_single_row_is_a_gait() -> None:
-    report = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
-    assert report.flyable is lift([(0.4, -0.4)], "red").check().flyable
-    assert report["closed"].message == "a single row is a gait that is a point"
-    assert report["tilt_rate"].value == 0
 
 
 class TestClock:
@@ -272,7 +267,7 @@ class TestClock:
             assert report[name].ok
             assert 0.999 * peak <= value_of(report, name) <= peak * (1 + 1e-9)
 
-    @pytest.mark.parametrize("cut", [1, *range(109, 117)])  # among them those that put the kick at the seam
+    @pytest.mark.parametrize("cut", [1, *range(110, 116)])  # among them those that put the kick at the seam
     def test_the_seam_is_seen(self, cut: int) -> None:
         """A kick of one row has the same peaks wherever the table begins."""
         table = self.table(120)
@@ -289,14 +284,20 @@ class TestClock:
                 values.append((value_of(report, "tilt_rate"), value_of(report, "tilt_acceleration")))
         np.testing.assert_allclose(values, np.broadcast_to(values[0], (4, 2)), rtol=1e-6)
 
-    def test_stated_rates_count_if_they_are_larger(self) -> None:
-        stated: dict[str, Any] = {f"{name}_rate": np.full(401, 0.0) for name in NAMES}
-        stated["alpha2_rate"] = np.where(np.arange(401) == 200, 5.0, 0.0)
-        report = validate(self.table(**stated))
-        assert report["tilt_rate"].value == 5.0
-        assert report["tilt_rate"].where is not None
-        assert report["tilt_rate"].where["row"] == 201
-        assert any("the stated rates do not fit the rows" in warning for warning in report.warnings)
+    @pytest.mark.parametrize(
+        ("joint", "row", "value", "name"), [(2, 201, 5.0, "tilt_rate"), (3, 8, -50.0, "tilt_acceleration")]
+    )
+    def test_stated_rates_and_accelerations_count_if_they_are_larger(
+        self, joint: int, row: int, value: float, name: str
+    ) -> None:
+        kind = name.removeprefix("tilt_")
+        stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in NAMES}
+        stated[f"alpha{joint}_{kind}"][row - 1] = value
+        report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
+        check = report[name]
+        assert (check.ok, check.value, check.where and check.where["row"]) == (kind == "rate", abs(value), row)
+        assert f"(α{joint})" in check.message
+        assert any("the stated rates do not fit the rows" in note for note in report.warnings) is (kind == "rate")
 
     def test_what_is_said_of_limits(self) -> None:
         """Times count from anywhere; rates scale with the time, accelerations with its square."""
@@ -320,7 +321,7 @@ class TestClock:
         assert acceleration.message.endswith("; run over at least 6 s instead of 2 s it would do")
 
     @pytest.mark.no_cover
-    @pytest.mark.parametrize("factor", [0.0, 0.2, 0.9, 1.0, 1.1, 3.0, -1.0, 57.3])
+    @pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0, 57.3])
     def test_stated_rates_are_compared_whatever_the_pieces(
         self, monkeypatch: pytest.MonkeyPatch, factor: float
     ) -> None:
@@ -331,28 +332,18 @@ class TestClock:
         stated = {f"{name}_rate": sign * rate for name, sign in zip(NAMES, signs, strict=True)}
         table = Table(columns={**table.columns, **stated})
         told = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
-        for cuts in ([], [1], [5, 20], list(range(41))):
+        for cuts in ([], [5, 20], list(range(41))):
             report = judged_in_pieces(monkeypatch, table, cuts)
             assert bool(report.notes) is told, (factor, cuts)
             assert value_of(report, "tilt_rate") == pytest.approx(0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3)
 
-    def test_stated_accelerations_count_too(self) -> None:
-        stated: dict[str, Any] = {f"{name}_acceleration": np.zeros(401) for name in NAMES}
-        stated["alpha3_acceleration"] = np.where(np.arange(401) == 7, -50.0, 0.0)
-        report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
-        check = report["tilt_acceleration"]
-        assert (check.ok, check.value, check.where and check.where["row"]) == (False, 50.0, 8)
-        assert "(α3)" in check.message
-
     def test_two_rows_swing_to_and_fro(self) -> None:
         """Out in 1 s and back in one mean step, 1 s: the rate turns from 0.5 to −0.5 rad/s within 1 s, at both ends."""
-        rows = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha
-        report = validate(table_from(rows, t=[2.0, 3.0]), vehicle=gg.PAPER.replace(max_tilt_acceleration=9.0))
-        assert value_of(report, "tilt_rate") == pytest.approx(0.5)
-        assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
-        closed = table_from(np.vstack([rows, rows[:1]]), t=[2.0, 3.0, 4.0])
-        again = validate(closed, vehicle=gg.PAPER.replace(max_tilt_acceleration=9.0))
-        assert value_of(again, "tilt_acceleration") == pytest.approx(1.0)
+        rows, limited = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha, gg.PAPER.replace(max_tilt_acceleration=9.0)
+        for table in (table_from(rows, t=[2, 3]), table_from(np.vstack([rows, rows[:1]]), t=[2, 3, 4])):
+            report = validate(table, vehicle=limited)
+            assert value_of(report, "tilt_rate") == pytest.approx(0.5)
+            assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
 
 
 def test_stated_types_and_R_that_disagree_are_told() -> None:
@@ -425,8 +416,7 @@ def test_reports_of_tables_serialise() -> None:
     ("limits", "message"),
     [
         ({"tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
-        ({"floor": math.nan}, "floor must be .* got nan"),
-        ({"crossing_tolerance": -0.1}, "crossing_tolerance must be .* got -0.1"),
+        ({"crossing_tolerance": "x"}, "crossing_tolerance must be .* got 'x'"),
         ({"coefficients": "rough"}, "coefficients must be 'published' or 'exact', got 'rough'"),
     ],
 )
@@ -444,30 +434,23 @@ def test_what_is_no_gait_is_refused() -> None:
         validate(lift(G3.angles, "red"), vehicle=gg.PAPER)
 
 
-@pytest.mark.parametrize(
-    ("decimals", "rounding"), [(1, 0.0), (2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)]
-)
+@pytest.mark.parametrize(("decimals", "rounding"), [(2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)])
 @pytest.mark.parametrize("suffix", ["", "_deg"])
 def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     tmp_path: Path, decimals: int, rounding: float, suffix: str
 ) -> None:
     """Red, with tan α1 − tan α2 just beyond 2κ: R is about −4e-3, which three decimals do not carry."""
-    exact = coefficients_of(kind="exact")
     a2 = -0.2
     a1 = math.atan(2 * gg.PAPER.drag_ratio + math.tan(a2)) + 3e-4
-    R = float(level_determinant([a1, a2, a1, a2], exact))
-    assert -1e-2 < R < -1e-4
-    shown = (math.degrees(a1), math.degrees(a2)) if suffix else (a1, a2)
+    assert -1e-2 < float(level_determinant([a1, a2, a1, a2], coefficients_of(kind="exact"))) < -1e-4
+    shown = np.degrees([a1, a2, a1, a2]) if suffix else (a1, a2, a1, a2)
     path = tmp_path / "gait.csv"
-    texts = [f"{angle:.12f}" for angle in (*shown, *shown)]
-    path.write_text(",".join(f"{name}{suffix}" for name in NAMES) + "\n" + ",".join(texts) + "\n")
-    full = gg.validate(path, coefficients="exact")
-    assert full["R_sign"].decided
-    short = [f"{angle:.{decimals}f}" for angle in (*shown, *shown)]
-    path.write_text(",".join(f"{name}{suffix}" for name in NAMES) + "\n" + ",".join(short) + "\n")
-    told = read_table(path).rounding
-    assert told == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
-    if rounding == 5e-4 and not suffix:
+    rows = ",".join(f"{name}{suffix}" for name in NAMES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
+    path.write_text("\n".join(rows))
+    assert read_table(path).rounding == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
+    if decimals == 12:
+        assert gg.validate(path, coefficients="exact")["R_sign"].decided
+    if decimals == 3 and not suffix:
         assert not gg.validate(path, coefficients="exact")["R_sign"].decided
         assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
 
@@ -539,11 +522,6 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
         assert value_of(noisy, name) == pytest.approx(value_of(exact, name), rel=0.05)
 
 
-def test_paint_does_not_decide_what_hover_reaches() -> None:
-    rows = lift(G4.angles, "red").alpha
-    assert validate(table_from(rows, color=("blue",) * 4)).reachable_from_hover is True
-
-
 def test_what_a_file_says_of_its_vehicle_is_refused_with_its_name(tmp_path: Path) -> None:
     path = tmp_path / "gait.json"
     for about in ({"vehicle": "car"}, {"crossing_tolerance": -1}, {"coefficients": "rough"}):
@@ -567,7 +545,7 @@ def test_inserting_rows_on_segments_changes_nothing() -> None:
     assert verdicts(short) == verdicts(full)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(table=tables(), times=st.integers(2, 4))
 def test_refining_a_table_changes_no_verdict(table: Table, times: int) -> None:
     if "color" in table:  # without colors a row is judged by where it lies, and a new row may lie elsewhere

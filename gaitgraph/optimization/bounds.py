@@ -106,6 +106,7 @@ def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: floa
 
 def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
     """Return where the first share is below c, for α1 < δ and α2 > −δ."""
+
     def root(x: FloatArray) -> FloatArray:
         sine = np.sin(x - delta)
         lift = 1 - 2 * share * (np.cos(x) - sine * math.sin(delta))

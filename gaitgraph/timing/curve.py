@@ -405,13 +405,8 @@ class Touch:
     def as_mapping(self) -> dict[str, Any]:
         """Return it as plain values, ready for JSON."""
         where = {"t": self.t, "alpha": list(self.alpha)}
-        return {
-            "limit": self.kind,
-            "joints": list(self.joints),
-            "value": self.limit,
-            "share": self.share,
-            "where": where,
-        }
+        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
+        return {**head, "where": where}
 
     def __str__(self) -> str:
         joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.kind]

@@ -118,8 +118,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     Raises
     ------
     InputError
-        If a lag is not positive, so short beside the period that it takes millions of steps, or longer than a million
-        periods.
+        If a lag is not positive, takes millions of steps of the period, or is longer than a million periods.
     MissingConstant
         If neither a lag is given nor does the vehicle state one.
 
@@ -147,15 +146,11 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     knots = knots[np.append(np.diff(knots) > 0, True)]
     # An even number of steps between knots, for Simpson's rule.
     count = 2.0 * np.maximum(np.ceil(np.diff(knots) / (2.0 * _STEP * tau.min())), 1.0)
-    if count.sum() > _MOST_STEPS:
+    if count.sum() > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
         # Every interval may take two steps more than its share.
-        least = timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
-        raise InputError(
-            f"lag must be at least {1.001 * least:.4g} s for the period {timed.period:.4g} s, got {shown(lag)}, which "
-            f"takes more than {_MOST_STEPS} steps"
-        )
-    if tau.max() > _LONGEST * timed.period:
-        raise InputError(f"lag must be at most {_LONGEST * timed.period:.3g} s, a million periods, got {shown(lag)}")
+        least = 1.001 * timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
+        allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
+        raise InputError(f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}")
     t, h = divided(knots, count)
     # What the error gains on each interval, by Gauss's rule.
     gained = np.empty((len(h), 4))

@@ -65,7 +65,7 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
-_ROWS_KEPT = 2 * ROWS_OF_A_PIECE  # a file of no more rows is held, not read again
+_BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
 
 # Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
 _SMOOTH_PEAKS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)
@@ -102,13 +102,10 @@ class TimedGait:
     @property
     def corner_times(self) -> FloatArray:
         """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
-        n = len(self.gait.alpha)
         length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
         even = self.law == "equal-time" or not length.sum() > 0
-        share = np.full(n, 1.0 / n) if even else length / length.sum()
-        times = np.concatenate([[0.0], np.cumsum(share)]) * self.period
-        times[-1] = self.period
-        return times
+        share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
+        return np.concatenate([[0.0], np.cumsum(share)[:-1] * self.period, [self.period]])
 
     @property
     def t(self) -> FloatArray:
@@ -208,15 +205,15 @@ class TimedGait:
         return np.where(turns.any(axis=0), np.inf, 0.0)
 
     def peak_rates(self) -> FloatArray:
-        """Return the largest |dαᵢ/dt| over the period, between samples too, shape (4,) [rad/s]."""
+        """Return the largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""
         return self.peaks(1)
 
     def peak_accelerations(self) -> FloatArray:
-        """Return the largest |d²αᵢ/dt²| over the period, shape (4,) [rad/s²]; infinite at corners at full speed."""
+        """Return the largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return self.peaks(2)
 
     def peak_jerks(self) -> FloatArray:
-        """Return the largest |d³αᵢ/dt³| over the period, where it exists, shape (4,) [rad/s³]."""
+        """Return the largest |d³αᵢ/dt³| where it exists, as :meth:`peaks` does [rad/s³]."""
         return self.peaks(3)
 
     def check(
@@ -297,11 +294,8 @@ class TimedGait:
             peak = f"{acceleration:.4g}".replace("inf", "infinite")
             ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
             lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
-        limits = [
-            f"{value:.4g} {unit}"
-            for value, unit in ((vehicle.max_tilt_rate, "rad/s"), (vehicle.max_tilt_acceleration, "rad/s²"))
-            if value is not None
-        ]
+        known = ((vehicle.max_tilt_rate, "rad/s"), (vehicle.max_tilt_acceleration, "rad/s²"))
+        limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
 
@@ -441,9 +435,9 @@ def export(
     """Read a gait file and write it to other files, piece by piece.
 
     A table with times keeps its rows, counted from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.table.completed_pieces`. It is read twice or more, unless it is short, and only some rows are
-    held at a time. A table without times, one of a single row, or any of `period`, `law`, `samples`, `rate`, gets a new
-    timing on the closed polyline through the rows, which is held whole.
+    :func:`gaitgraph.gait.table.completed_pieces`. A long file is read twice or more, and only some rows are held at a
+    time. A table without times, one of a single row, or any of `period`, `law`, `samples`, `rate`, gets a new timing
+    on the closed polyline through the rows, which is held whole.
 
     Parameters
     ----------
@@ -455,17 +449,11 @@ def export(
         As for :func:`parametrize`; by default what the file states, else 1 s and smooth.
     joints
         What the columns of a servo table from elsewhere are.
-    servos, options
-        As for :func:`gaitgraph.io.formats.write_tables`; an option that none of the outputs has is refused.
-    force
-        Overwrite files that exist.
+    servos, options, force
+        As for :func:`gaitgraph.io.formats.write_tables`, which says what is raised.
     progress
         Called with the fraction of the work that is done.
 
-    Raises
-    ------
-    InputError, FileProblem, OutputExists
-        As :func:`gaitgraph.io.formats.read_table` and :func:`gaitgraph.io.formats.write_tables` do.
     """
     paths = list(outputs)
     formats = [known_format(path, "output") for path in paths]
@@ -481,22 +469,21 @@ def export(
             reached = share / parts
             progress(reached)
 
-    read = _replayed(source, partial(read_pieces, source, progress=report, joints=joints))
+    read: Callable[[], Iterator[Table]] = partial(read_pieces, source, progress=report, joints=joints)
+    if not Path(source).is_file() or Path(source).stat().st_size <= _BYTES_HELD:  # a pipe can be read once
+        read = partial(iter, list(read()))
     first = list(islice(read(), 2))
     retimed = "t" not in first[0] or sum(map(len, first)) == 1
     if retimed or any(choice is not None for choice in (period, law, samples, rate)):
         table = merged(read())
         with naming_file(source):
             gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
-        stated = table.about
-        stated_law = None if stated.get("made_by") == "pace" else stated.get("law")  # pacing follows no law
-        timed = parametrize(
-            gait,
-            next(value for value in (period, stated.get("period"), 1.0) if value is not None),
-            law=next(value for value in (law, stated_law, LAWS[0]) if value is not None),
-            samples=samples,
-            rate=rate,
-        )
+        # What is stated counts where nothing is asked for; pacing follows no law.
+        about = table.about if table.about.get("made_by") != "pace" else {**table.about, "law": None}
+        asked = {"period": period, "law": law, "samples": samples, "rate": rate}
+        stated: dict[str, Any] = {name: about.get(name) for name in ("period", "law")}
+        clock = stated | {name: value for name, value in asked.items() if value is not None}
+        timed = parametrize(gait, **{name: value for name, value in clock.items() if value is not None})
         pieces: Callable[[], Iterator[Table]] = partial(pieces_of, timed)
     else:
         with naming_file(source):
@@ -523,27 +510,3 @@ def export(
     if not done:  # formats that take the first piece alone have not counted the others
         deque(counted(), maxlen=0)
     return done[0]
-
-
-def _replayed(source: str | Path, read: Callable[[], Iterator[Table]]) -> Callable[[], Iterator[Table]]:
-    """Return what yields the pieces of a file as often as it is called; those of a short one are kept, not read again.
-
-    What is no regular file, a pipe for example, can be read once, and is kept whole.
-    """
-    kept = None if Path(source).is_file() else list(read())
-
-    def pieces() -> Iterator[Table]:
-        nonlocal kept
-        if kept is not None:
-            yield from kept
-            return
-        fresh: list[Table] | None = []
-        for piece in read():
-            if fresh is not None:
-                fresh.append(piece)
-                if len(fresh) > 1 and sum(map(len, fresh)) > _ROWS_KEPT:
-                    fresh = None
-            yield piece
-        kept = fresh
-
-    return pieces

@@ -8,7 +8,7 @@ positive and within limits, tilt angles and rates within limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -50,11 +50,11 @@ class Check:
     name: str
     kind: Literal["valid", "flyable"]
     ok: bool
-    message: str
+    decided: bool = True
     value: float | None = None
     limit: float | None = None
     where: dict[str, Any] | None = None
-    decided: bool = True
+    message: str
 
     @property
     def mark(self) -> str:
@@ -64,17 +64,10 @@ class Check:
         return "ok" if self.decided else "??"
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the check as plain values, ready for JSON."""
-        return {
-            "name": self.name,
-            "kind": self.kind,
-            "ok": self.ok,
-            "decided": self.decided,
-            "value": _finite_or_none(self.value),
-            "limit": _finite_or_none(self.limit),
-            "where": self.where,
-            "message": self.message,
-        }
+        """Return the check as plain values, ready for JSON, which has no infinities."""
+        numbers = {"value": self.value, "limit": self.limit}
+        finite = {name: None if x is None or not math.isfinite(x) else float(x) for name, x in numbers.items()}
+        return asdict(self) | finite
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,9 +150,8 @@ class Report:
     @property
     def reason(self) -> str:
         """The first reason why the gait is not flyable, or not valid; empty if it is both."""
-        broken = [check for check in self.checks if not check.ok]
-        undecided = [check for check in self.checks if check.ok and not check.decided]
-        first = [*sorted(broken, key=lambda check: check.kind == "flyable"), *undecided][:1]
+        broken = [check for check in self.checks if not (check.ok and check.decided)]
+        first = sorted(broken, key=lambda check: (check.ok, check.kind == "flyable"))[:1]
         return "".join(check.message for check in first)
 
     @property
@@ -169,10 +161,7 @@ class Report:
         return undecided + self.notes
 
     def __getitem__(self, name: str) -> Check:
-        for check in self.checks:
-            if check.name == name:
-                return check
-        raise KeyError(name)
+        return {check.name: check for check in self.checks}[name]
 
     def __bool__(self) -> bool:
         return self.valid
@@ -233,7 +222,3 @@ def lines_of_checks(checks: Iterable[Check]) -> list[str]:
 def _line(mark: str, name: str, message: str) -> str:
     head = f"  {mark}  {name:<22}"
     return fill(message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
-
-
-def _finite_or_none(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(value)
