@@ -28,12 +28,12 @@ from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
+    from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -47,7 +47,7 @@ _MOST_FLIGHTS = 100_000
 _AFTER = 2.0  # s beyond the period, where no duration is stated
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Basin:
     """Flights of one gait from a square grid of attitudes, at one or more moments of its period.
 
@@ -95,11 +95,6 @@ class Basin:
         return float(self.settled.mean())
 
     @property
-    def acceptable_fraction(self) -> float:
-        """Part of the grid's attitudes at which the gait is never singular."""
-        return float(self.inside.mean())
-
-    @property
     def cases(self) -> dict[str, int]:
         """Number of attitudes of each of :data:`CASES`."""
         counts = [(self.inside == here) & (self.settled == well) for here in (True, False) for well in (True, False)]
@@ -135,7 +130,6 @@ class Basin:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON; angles in radians."""
-        columns = self.columns()
         return {
             "eta": self.eta,
             "refused": bool(self.refusal),
@@ -144,14 +138,10 @@ class Basin:
             "period": self.timed.period,
             "law": self.timed.law,
             "fraction": self.fraction,
-            "acceptable_fraction": self.acceptable_fraction,
+            "acceptable_fraction": float(self.inside.mean()),
             **self.cases,
             "outcomes": self.outcomes,
-            "flights": {
-                name: list(values) if isinstance(values, tuple) else values.tolist()
-                for name, values in columns.items()
-                if name != "eta"
-            },
+            "flights": {name: np.asarray(values).tolist() for name, values in self.columns().items() if name != "eta"},
         }
 
     def __repr__(self) -> str:
@@ -164,7 +154,7 @@ class Basin:
             return f"{head}: refused before take-off: {self.refusal}"
         cases, counts = self.cases, [f"{count} {name}" for name, count in self.outcomes.items()]
         lines = [
-            f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable",
+            f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.inside.mean():.1f} % acceptable",
             f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
             f"  singular once {cases['outside_settled']} settled, {cases['outside_lost']} lost",
             f"  flights       {', '.join(counts)}",
@@ -228,26 +218,16 @@ def basins_of(
     """
     import shapely
 
-    if not isinstance(timed, TimedGait):
-        raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     etas = list(biases)
-    if not etas:
-        raise InputError("biases must be one or more numbers, got none")
-    for k, eta in enumerate(etas):
-        if not 0 < number_of(eta) <= 1:
-            raise InputError(f"bias must be a number above 0, up to 1, got {shown(eta)}")
-        if eta in etas[:k]:
-            raise InputError(f"bias must be given once, got {eta:g} twice")
+    if not etas or not all(0 < number_of(eta) <= 1 for eta in etas) or len(set(etas)) < len(etas):
+        raise InputError(f"bias must be different numbers above 0, up to 1, got {shown(etas)}")
     gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
     for name, count in (("resolution", resolution), ("begins", begins)):
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= _MOST_FLIGHTS:
             raise InputError(f"{name} must be a whole number from 1 to {_MOST_FLIGHTS}, got {shown(count)}")
     flights = len(etas) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
-        raise InputError(
-            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}: {resolution} by {resolution} "
-            f"attitudes, {begins} begins and {len(etas)} gaits"
-        )
+        raise InputError(f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}")
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
         raise InputError(f"extent must be an angle above 0 and below pi/2, got {shown(extent)}")
@@ -256,8 +236,7 @@ def basins_of(
         settings = replace(settings, duration=max(settings.seconds, timed.period + _AFTER))
     elif settings.duration < timed.period:
         raise InputError(
-            f"duration must be at least the gait's period, {timed.period:g} s, got {settings.duration!r} s: what holds "
-            "at one moment of it need not hold at another"
+            f"duration must be at least the gait's period, {timed.period:g} s, got {settings.duration!r} s"
         )
     if settings.reference != "attitude":
         raise InputError(f"reference must be attitude for a basin, got {settings.reference!r}")
@@ -288,28 +267,11 @@ def basins_of(
         sensitivities = attitude_sensitivities(gait.at(starts)[0], coefficients_of(gait.gait.vehicle, "exact"))
         x, y, z = (part[:, None, None] for part in sensitivities.T)
         tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
-        arrays: dict[str, Any] = {
-            "angles": angles.copy(),
-            "begins": starts.copy(),
-            "outcome": outcome,
-            "seconds": seconds,
-            "peak_share": peak,
-            "same_side": np.asarray(tilted * z > 0),
-            "inside": np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
-        }
-        for array in arrays.values():
+        same_side, inside = np.asarray(tilted * z > 0), np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
+        for array in (angles, starts, outcome, seconds, peak, same_side, inside):
             array.flags.writeable = False
-        found.append(
-            Basin(
-                timed=gait,
-                eta=eta,
-                settings=settings,
-                acceptable=acceptable,
-                refusal=refusal,
-                warnings=warnings,
-                **arrays,
-            )
-        )
+        of_flights = angles, starts, outcome, seconds, peak, same_side
+        found.append(Basin(gait, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
     return tuple(found)
 
 

@@ -1,4 +1,4 @@
-"""The course of a flight: the gait in a file, the commands to the tilt servos over time, the checks before take-off.
+"""The course of a flight: the gait in a file, the commands over time, the servos' answer, the checks before take-off.
 
 A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
 (:func:`from_hover`).
@@ -16,12 +16,10 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import ANGLES, Table, closed_rows
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import vehicle_named
@@ -73,27 +71,15 @@ class RowTimedGait(TimedGait):
         """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
         return self.times
 
-    def check(
-        self,
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,
-        floor: float = DEFAULT_FLOOR,
-        angle_rounding: float | None = None,
-    ) -> Report:
+    def check(self, **options: Any) -> Report:
         """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
-        columns |= {name: np.append(gait.alpha[:, k], gait.alpha[0, k]) for k, name in enumerate(ANGLES)}
+        columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        return validate(
-            Table(columns=columns),
-            vehicle=gait.vehicle,
-            coefficients=gait.coefficients.kind,
-            tolerance=tolerance,
-            floor=floor,
-            angle_rounding=angle_rounding,
-        )
+        table = Table(columns=columns)
+        return validate(table, vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
 
 
 def timed_gait_from_file(
@@ -104,21 +90,12 @@ def timed_gait_from_file(
     period: float | None = None,
     law: str | None = None,
 ) -> TimedGait:
-    """Return the timed gait in a file, ready to fly.
+    """Return the timed gait in a gait file of any format, or of a request, which is planned.
 
-    Parameters
-    ----------
-    path, vehicle, coefficients
-        A gait file of any format that is read, or a request, which is planned; by default with the vehicle and the
-        coefficients that it states.
-    period, law
-        A new period [s] and timing law. By default the file's own: where the times of its rows are those of a law to
-        1e-6 rad, that law; otherwise its rows are joined straight, each at its own time. A single row needs no times.
-
-    Raises
-    ------
-    InputError, FileProblem, Infeasible
-        If the file cannot be read, is a flight's, has no times and no `period`, or is a request that has no gait.
+    By default the vehicle and the coefficients are those that the file states, and so are period [s] and law: where the
+    times of its rows are those of a law to 1e-6 rad, that law; otherwise its rows are joined straight, each at its own
+    time. A single row needs no times. Raises InputError, FileProblem or Infeasible if the file cannot be read, is a
+    flight's, has no times and no `period`, or is a request that has no gait.
     """
     stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
     stated = {name: value for name, value in stated.items() if value is not None}
@@ -175,11 +152,10 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Course:
-    """Commands to the four tilt servos over a flight.
+    """Commands to the four tilt servos over a flight of a `duration` [s], infinite for a gait that is repeated.
 
     `pieces` are timed gaits in order, each with the time of the flight and the time of its own at which it begins [s],
-    and `phases` their names: "hover", "entry", "gait", "exit". `duration` is the length of the course [s], infinite for
-    a gait that is repeated.
+    and `phases` their names: "hover", "entry", "gait", "exit".
     """
 
     pieces: tuple[tuple[float, float, TimedGait], ...]
@@ -224,6 +200,63 @@ def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     return Course(pieces=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
 
 
+def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
+    """Return the angles of four servos that follow a command and begin on it, shape (n, 4) [rad].
+
+    The command is linear between even times, `step` apart [s]. `lag` is the time constant of a first-order lag [s],
+    `rate` the largest rate [rad/s]. Without a limit the response is exact; where the lag alone would ask for more than
+    the rate, the servo moves at that rate for the whole step.
+    """
+    command = np.asarray(command, dtype=float)
+    angles = command.copy()
+    keep, slope = 0.0, 1.0
+    if lag > 0.0:
+        from scipy.signal import lfilter
+
+        # The error e = command − angle obeys lag·ė = lag·(command's slope) − e, the slope constant within a step.
+        keep = math.exp(-step / lag)
+        slope = lag / step * (1.0 - keep)
+        angles[1:] -= lfilter([1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0)
+    most = rate * step
+    if not np.any(np.abs(np.diff(angles, axis=0)) > most):
+        return angles
+    # With the limit each angle depends on the one before it: step by step, in plain numbers.
+    columns = []
+    for commanded in command.T.tolist():
+        angle, before = commanded[0], commanded[0]
+        reached = [angle]
+        for target in commanded[1:]:
+            unlimited = target - slope * (target - before) + keep * (angle - before) if lag > 0.0 else target
+            angle += min(max(unlimited - angle, -most), most)
+            before = target
+            reached.append(angle)
+        columns.append(reached)
+    return np.asarray(columns).T
+
+
+def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
+    t = np.asarray(t, dtype=float)
+    kind, size, lap = settings.reference, settings.size, settings.lap
+    place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
+    part = np.clip(t / lap, 0.0, 1.0)
+    share = part**3 * (10 - 15 * part + 6 * part**2)
+    first = 30 * part**2 * (1 - part) ** 2 / lap
+    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
+    if kind == "step":
+        place[:, 0] = size
+    elif kind == "line":
+        place[:, 0], velocity[:, 0], acceleration[:, 0] = size * share, size * first, size * second
+    elif kind == "circle":
+        angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        place[:, 0], place[:, 1] = size * (1 - cosine), size * sine
+        velocity[:, 0], velocity[:, 1] = size * turn * sine, size * turn * cosine
+        acceleration[:, 0] = size * (faster * sine + turn**2 * cosine)
+        acceleration[:, 1] = size * (faster * cosine - turn**2 * sine)
+    return place, velocity, acceleration
+
+
 def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:
     """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
 
@@ -243,23 +276,23 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
     each reason against it is a warning.
     """
     timed, vehicle = course.timed, course.vehicle
-    limits = {
-        "max_thrust": (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None,
-        "max_tilt_rate": settings.servo_rate or vehicle.max_tilt_rate,
-    }
-    judged = replace(timed, gait=replace(timed.gait, vehicle=vehicle.replace(**limits)))
+    thrust = (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
+    limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
+    judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
     if isinstance(timed, RowTimedGait) and timed.gap:
         warnings.append(timed.gap)
     # Whether only a part of the course, the period or the lap is flown.
-    seconds = course.seconds(settings)
-    if math.isfinite(course.duration):
-        wholes = {"course": (course.duration, "what comes after it is not flown")}
-    else:
-        wholes = {"period": (course.moving_period, "what holds at one moment of it need not hold at another")}
-    if settings.reference in ("line", "circle"):
-        wholes["lap"] = settings.lap, "the reference is not followed to its end"
-    for name, (whole, meaning) in wholes.items():
+    seconds, is_finite = course.seconds(settings), math.isfinite(course.duration)
+    for name, whole, meaning in (
+        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
+        (
+            "period",
+            0.0 if is_finite else course.moving_period,
+            "what holds at one moment of it need not hold at another",
+        ),
+        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
+    ):
         if seconds < whole * (1 - 1e-9):
             warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
     if anyway:
@@ -297,8 +330,6 @@ def from_hover(
     >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
     'no flyable path from hover: R = +4 at th'
     """
-    if not isinstance(timed, TimedGait):
-        raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
         raise InputError(f"periods must be a whole number from 1 to {_MOST_PERIODS}, got {shown(periods)}")
     if not 0 <= number_of(pause) <= _LONGEST_PAUSE:

@@ -21,14 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from gaitgraph.flight.record import Flight
+    from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -37,7 +36,6 @@ _STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of
 _BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
 _MOST_ARM_MASS = 0.02  # of the vehicle's mass
 _LEAST_INERTIA = 1e-9  # kg m²; the engine takes no body of less than 1e-15, and arms have a millionth
-_STEPS = (1e-6, 1.0)  # s
 
 _WIDTH, _HEIGHT = 480, 360  # px of a rendered picture
 _CAMERA = 6.0  # arm lengths from the camera to the vehicle
@@ -90,30 +88,15 @@ def engine_warnings() -> Iterator[list[str]]:
 
 
 class Engine:
-    """A vehicle in the physics engine.
+    """A vehicle in the physics engine, with the `step` of its integrator [s], and `air` where there is wind.
 
     Its `model` and `data` are `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z)
     and the four tilt angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates;
     ``ctrl`` four thrusts [N] along the tilted axes, then four servo commands [rad].
 
-    Parameters
-    ----------
-    vehicle
-        With mass, inertia and arm length.
-    step
-        Of the engine's integrator (implicit in velocities), 1e-6 to 1 [s].
-    air
-        Whether there is air, for wind.
+    Raises MissingConstant if the vehicle states no mass, inertia or arm length, MissingExtra if mujoco is not
+    installed, and InputError if its moments of inertia cannot be those of a rigid body.
 
-    Raises
-    ------
-    MissingConstant, MissingExtra
-        If the vehicle lacks a constant that motion depends on, or mujoco is not installed.
-    InputError
-        If its moments of inertia cannot be those of a rigid body, or a value is not allowed.
-
-    Notes
-    -----
     Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
     are subtracted from the body's. A flat body, whose largest moment is the sum of the others, loses four millionths of
     the least moment about that axis, for the body without the arms must be rigid too.
@@ -179,11 +162,6 @@ def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     """Return a vehicle in the engine's own model format (MJCF); parameters and errors as for :class:`Engine`."""
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
-    if not _STEPS[0] <= number_of(step) <= _STEPS[1]:
-        raise InputError(f"step must be between {_STEPS[0]:g} and {_STEPS[1]:g} s, got {shown(step)}")
-    step = float(step)
     mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
     arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)

@@ -44,7 +44,7 @@ between half the least singular value of the scaled decoupling matrix and all of
 """
 
 TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
-"""Suffixes of the tables that flights are written to. Formats for robots and microcontrollers are of gaits alone."""
+"""Suffixes of the tables that flights are written to."""
 
 Outcome = Literal["settled", "not settled", "near singular", "sign change", "tumbling", "upended", "refused"]
 
@@ -58,7 +58,7 @@ _AT = {name: k for k, name in enumerate(COLUMNS)}
 _HELD_AT_LEAST = 0.2  # s within tolerance before the end, or a tenth of the flight if that is less
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Flight:
     """One flight, and whether it settled. Truthy when it did.
 
@@ -119,10 +119,8 @@ class Flight:
     @property
     def peak_tilt(self) -> float | None:
         """Largest angle between body z and the vertical [rad]."""
-        if not len(self.rows):
-            return None
         upright = np.cos(self.column("roll")) * np.cos(self.column("pitch"))
-        return float(np.arccos(np.clip(upright.min(), -1.0, 1.0)))
+        return float(np.arccos(np.clip(upright.min(), -1.0, 1.0))) if len(self.rows) else None
 
     @property
     def peak_thrust(self) -> float | None:
@@ -166,7 +164,7 @@ class Flight:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
-        last = self.rows[-1] if len(self.rows) else None
+        roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
         return {
             "settled": self.settled,
             "reason": self.reason,
@@ -181,8 +179,8 @@ class Flight:
             "least_singular_value": self.least_singular_value,
             "saturated_fraction": self.saturated_fraction,
             "energy": self.energy,
-            "final_roll": None if last is None else float(last[_AT["roll"]]),
-            "final_pitch": None if last is None else float(last[_AT["pitch"]]),
+            "final_roll": roll,
+            "final_pitch": pitch,
             "drift": self.drift,
             "tracking_error": self.tracking_error,
             "attitude": list(self.attitude),
@@ -208,18 +206,16 @@ class Flight:
         write_tables(self.table(), paths, force=force)
 
     def __repr__(self) -> str:
-        verdict = f"settled after {self.settling_time:.2f} s" if self.settled else self.reason
-        return f"<Flight: {self.flown:g} s, {verdict}>"
+        return f"<Flight: {self.flown:g} s, {self.reason or f'settled after {self.settling_time:.2f} s'}>"
 
     def __str__(self) -> str:
         roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
         head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}"
         if self.refused:
             return f"{head}: {self.reason}"
+        verdict = f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
         if self.settled:
             verdict = f"settled after {self.settling_time:.2f} s of {self.flown:g} s"
-        else:
-            verdict = f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
         lines = [f"{head}: {verdict}"]
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
@@ -231,10 +227,8 @@ class Flight:
             ]
             if self.energy is not None:
                 lines.append(f"  energy                {self.energy:.4g} J into the air")
-            place = f"{self.drift:.3g} m from the start"
-            if self.tracking_error is not None:
-                place += f", at most {self.tracking_error:.3g} m from the reference"
-            lines.append(f"  place                 ends {place}")
+            off = "" if self.tracking_error is None else f", at most {self.tracking_error:.3g} m from the reference"
+            lines.append(f"  place                 ends {self.drift:.3g} m from the start{off}")
         return "\n".join(lines)
 
 
@@ -250,23 +244,14 @@ def record_of(
     """Return the record of a flight: its rows, none if it was refused, and the outcome and the reason if it failed."""
     rows = np.empty((0, len(COLUMNS))) if rows is None else rows
     since, worst = settled_since(rows, settings)
-    outcome: Outcome = "settled"
-    reason = ""
     if failure is not None:
         (outcome, reason), since = failure, None
     elif since is None:
         outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
-    return Flight(
-        course=course,
-        settings=settings,
-        attitude=attitude,
-        rows=rows,
-        outcome=outcome,
-        reason=reason,
-        settling_time=since,
-        least_singular_value=_least_singular_value(rows, course.vehicle, settings) if len(rows) else None,
-        warnings=warnings,
-    )
+    else:
+        outcome, reason = "settled", ""
+    least = _least_singular_value(rows, course.vehicle, settings) if len(rows) else None
+    return Flight(course, settings, attitude, rows, outcome, reason, since, least, warnings)
 
 
 def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:

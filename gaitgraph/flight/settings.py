@@ -20,7 +20,6 @@ ARMS = ("served", "planned")
 MOST_STEPS = 1_000_000  # which take about 1.5 GB
 
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
-_MOST_WIND = 100.0  # m/s
 _SAMPLING = 1e-6  # by which control steps may miss a whole number of engine steps, as a fraction
 
 
@@ -31,7 +30,7 @@ def _number(default: float | None, least: float, most: float, unit: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightSettings:
-    """The settings of a flight; immutable, in SI units.
+    """The settings of a flight, immutable and in SI units; InputError if a value or a loop's gains are not allowed.
 
     Parameters
     ----------
@@ -72,11 +71,6 @@ class FlightSettings:
         Mean wind (x, y, z) [m/s], acting through the engine's fluid model on the box of equal inertia.
     gust, seed
         Standard deviation of the wind in each direction, correlated over one second [m/s]; seed of noise and gusts.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed, or gains and rates make an unstable loop.
 
     Examples
     --------
@@ -120,19 +114,17 @@ class FlightSettings:
             value = getattr(self, one.name)
             if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
                 raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
-        for name, known in (("reference", REFERENCES), ("arms", ARMS)):
-            value = getattr(self, name)
+        for name, value, known in (("reference", self.reference, REFERENCES), ("arms", self.arms, ARMS)):
             if value not in known:
-                hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
+                hint = did_you_mean(str(value), list(known))
                 raise InputError(f"{name} must be one of {', '.join(known)}, got {shown(value)}{hint}")
         if not isinstance(self.saturation, bool):
             raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 1 << 64:
             raise InputError(f"seed must be a whole number from 0 to {(1 << 64) - 1}, got {shown(self.seed)}")
         wind = self.wind if isinstance(self.wind, tuple) and len(self.wind) == 3 else (math.nan,)
-        if not all(abs(number_of(part)) <= _MOST_WIND for part in wind):
-            most = f"each from -{_MOST_WIND:g} to {_MOST_WIND:g} (m/s)"
-            raise InputError(f"wind must be two or three numbers, {most}, got {shown(self.wind)}")
+        if not all(abs(number_of(part)) <= 100.0 for part in wind):
+            raise InputError(f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}")
         between = 1.0 / (self.control_rate * self.step)
         if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
             raise InputError(
@@ -174,21 +166,17 @@ class FlightSettings:
             stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
             # the poles are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a
-            # margin. Both c = 1/2 (thrusts held exactly) and c = 1 must be stable, and so every c between is:
-            # stability does not depend on the engine's step.
+            # margin for c = 1/2 (thrusts held exactly) and c = 1, and so for every c between: whatever the step.
             least = 1.025 * stiffness * interval / 2.0
             largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
             stiffest = 1.95 / interval**2  # where the least damping is the largest
+            wanted = f"to be stable at {self.control_rate:g} Hz"
             if stiffness >= stiffest:
-                raise InputError(
-                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² to be stable at {self.control_rate:g} Hz, "
-                    f"got {stiffness!r}; or raise control_rate"
-                )
+                raise InputError(f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness!r}")
             if not least < damping < largest:
                 raise InputError(
-                    f"{loop}_damping must be between {least:g} and {largest:g} 1/s to be stable at "
-                    f"{self.control_rate:g} Hz with {loop}_stiffness {stiffness!r}, got {damping!r}; or raise "
-                    "control_rate"
+                    f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
+                    f"{stiffness!r}, got {damping!r}; or raise control_rate"
                 )
         if self.reference == "attitude":
             return
@@ -225,16 +213,13 @@ def settings_from_mapping(content: Any) -> FlightSettings:
     """
     if not isinstance(content, dict) or not all(isinstance(name, str) for name in content):
         raise InputError(f"flight must be a table of settings by name, got {shown(content)}")
-    known = [field.name for field in fields(FlightSettings)]
-    values: dict[str, Any] = {}
+    known, values = [field.name for field in fields(FlightSettings)], dict(content)
     for name, value in content.items():
         if name not in known:
-            hint = did_you_mean(name, known)
-            raise InputError(f"{name} is no setting of a flight{hint or '; these are: ' + ', '.join(known)}")
+            hint = did_you_mean(name, known) or f"; these are: {', '.join(known)}"
+            raise InputError(f"{name} is no setting of a flight{hint}")
         if name in _ANGLES and isinstance(value, str):
             values[name] = angle_from_text(value, name)
         elif name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3):
             values[name] = (*value, 0.0)[:3]
-        else:
-            values[name] = value
     return FlightSettings(**values)
