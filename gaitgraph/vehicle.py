@@ -57,42 +57,29 @@ class Vehicle:
     ----------
     name
         Name of the vehicle in messages and files.
-    mass
-        Mass m [kg].
-    gravity
-        Gravitational acceleration g [m/s²].
+    mass, gravity
+        Mass m [kg], and gravitational acceleration g [m/s²].
     arm_length
         Distance L from the centre of mass to each rotor [m].
-    thrust_coefficient
-        Kf [N s²/rad²]: thrust per squared rotor speed.
-    drag_coefficient
-        Km [N m s²/rad²]: drag torque per squared rotor speed.
-    drag_to_thrust
-        Km/Kf [m].
-    drag_ratio
-        κ = Km/(Kf·L), dimensionless, positive.
+    thrust_coefficient, drag_coefficient
+        Kf [N s²/rad²] and Km [N m s²/rad²]: thrust and drag torque per squared rotor speed.
+    drag_to_thrust, drag_ratio
+        Km/Kf [m], and κ = Km/(Kf·L), dimensionless, positive.
     inertia
         Principal moments (Ix, Iy, Iz) about the body axes [kg m²].
     first_arm_angle
         Angle of the first arm from body x, positive towards y [rad].
     first_rotor_spin
         Spin of rotor 1 seen from above: "clockwise" (as in the paper) or "counterclockwise".
-    max_tilt
-        Largest |αᵢ| that the arms allow [rad].
-    max_tilt_rate
-        Largest |dαᵢ/dt| [rad/s].
-    max_tilt_acceleration
-        Largest |d²αᵢ/dt²| [rad/s²].
-    max_tilt_jerk
-        Largest |d³αᵢ/dt³| [rad/s³].
+    max_tilt, max_tilt_rate, max_tilt_acceleration, max_tilt_jerk
+        Largest |αᵢ| that the arms allow [rad], and of its derivatives [rad/s], [rad/s²], [rad/s³].
     max_thrust
         Largest thrust of one rotor [N].
     servo_lag
         Time constant of the tilt servos as first-order lags [s].
-    arm_inertia
-        Moment of inertia of one tilting arm with its rotor about its tilt axis [kg m²]; part of `inertia`.
-    rotor_inertia
-        Moment of inertia of one rotor about its spin axis [kg m²].
+    arm_inertia, rotor_inertia
+        Moment of inertia of one tilting arm with its rotor about its tilt axis, part of `inertia`, and of one rotor
+        about its spin axis [kg m²].
 
     Raises
     ------

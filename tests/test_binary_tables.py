@@ -25,7 +25,7 @@ from scipy.io import loadmat, savemat
 import gaitgraph as gg
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
 from gaitgraph.io import binary_tables
-from gaitgraph.io.formats import read_table, write_pieces, write_tables
+from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
@@ -129,7 +129,7 @@ def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
         return [table.rows(*pair) for pair in pairwise(places)]
 
     for name, places in (("one", (0, len(table))), ("more", (0, 10, 60_000, 66_000, len(table)))):
-        write_pieces(partial(cut, places), [tmp_path / f"{name}.parquet"])
+        write_tables(partial(cut, places), [tmp_path / f"{name}.parquet"])
     assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "more.parquet").read_bytes()
     groups = pq.ParquetFile(tmp_path / "one.parquet").metadata
     assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [ROWS_OF_A_PIECE, 1000]

@@ -22,7 +22,7 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files as jsons
 from gaitgraph.io.columns import table_from_frame
-from gaitgraph.io.formats import FORMATS, provenance_in, read_pieces, read_table, write_pieces
+from gaitgraph.io.formats import FORMATS, provenance_in, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
 from gaitgraph.timing.timed_gait import export, table_of
@@ -161,7 +161,7 @@ class LongTable:
 @pytest.mark.parametrize(("suffix", "rows"), [(".csv", 200), (".parquet", 40_000)])
 def test_long_tables_are_written_and_read_piece_by_piece(suffix: str, rows: int, tmp_path: Path) -> None:
     tracemalloc.start()
-    write_pieces(LongTable(12, rows), [tmp_path / f"long{suffix}"])
+    write_tables(LongTable(12, rows), [tmp_path / f"long{suffix}"])
     assert sum(map(len, read_pieces(tmp_path / f"long{suffix}"))) == 12 * rows
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

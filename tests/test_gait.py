@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.surface.sheets import COLORS, roots
 from tests.published import GAITS, PublishedGait
 
+LOOP = lift([(0.1, 0.2), (0.3, 0.4)], "red")
 angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
 kinds = st.sampled_from(
@@ -31,7 +33,7 @@ def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> N
     np.testing.assert_allclose(lifted.vertices(), lifted.alpha)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(points=loops, color=st.sampled_from(COLORS), numbers=kinds, fraction=st.floats(0, 1))
 def test_points_between_corners_are_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
     gait = lift(points, color, coefficients=numbers)
@@ -44,7 +46,7 @@ def test_points_between_corners_are_on_their_sheet(points, color, numbers, fract
         assert np.abs(residual(along[~wraps], numbers)).max(initial=0) < 1e-12
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(points=loops, color=st.sampled_from(COLORS))
 def test_lifting_agrees_with_the_roots(points: list[tuple[float, float]], color: str) -> None:
     for (a1, a2), lifted in zip(points, lift(points, color).alpha, strict=True):
@@ -52,7 +54,7 @@ def test_lifting_agrees_with_the_roots(points: list[tuple[float, float]], color:
         np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(points=loops, start=st.integers(0, 6))
 def test_reversing_and_restarting_are_permutations(points: list[tuple[float, float]], start: int) -> None:
     gait = lift(points, ["red" if k % 2 else "blue" for k in range(len(points))])
@@ -86,14 +88,6 @@ def test_scaling_all_four_keeps_red_on_its_plane_and_not_blue() -> None:
     assert blue.color is None
 
 
-@pytest.mark.parametrize("eta", [0.0, -0.5, 1.5, float("nan"), float("inf"), "x"])
-def test_eta_outside_its_range_is_refused(eta: float) -> None:
-    gait = lift([(0.1, 0.2)], "red")
-    for scale in (gait.biased, gait.scaled):
-        with pytest.raises(gg.InputError, match=r"eta must be a number in \(0, 1\], got"):
-            scale(eta)
-
-
 def test_straight_runs_merge_and_turns_stay() -> None:
     points = [(0.0, 0.1), (0.2, 0.1), (0.2, 0.1), (0.5, 0.1), (0.5, 0.5), (0.5, 0.3), (0.5, 0.1), (0.3, 0.1)]
     merged = lift(points, "red").merged()
@@ -101,21 +95,14 @@ def test_straight_runs_merge_and_turns_stay() -> None:
     np.testing.assert_allclose(merged.alpha[:, :2], [(0, 0.1), (0.5, 0.1), (0.5, 0.5), (0.5, 0.1)])
     assert merged.length == pytest.approx(lift(points, "red").length)
     np.testing.assert_array_equal(merged.merged().alpha, merged.alpha)
-
-
-def test_the_start_stays_where_it_is_even_on_a_straight_run() -> None:
+    # The start stays where it is, even on a straight run.
     merged = lift([(0.2, 0.0), (0.4, 0.0), (0.4, 0.4), (0.0, 0.4), (0.0, 0.0)], "red").merged()
     np.testing.assert_allclose(merged.alpha[0, :2], (0.2, 0.0))
     assert len(merged.alpha) == 5
-
-
-def test_a_change_of_color_is_a_corner() -> None:
+    # A change of color is a corner, and a point that is repeated is a point.
     gait = lift([(0.1, 0.0), (0.2, 0.0), (0.3, 0.0), (0.4, 0.0)], ["red", "red", "blue", "blue"])
     assert len(gait.merged().alpha) == 4
     assert gait.color == "mixed"
-
-
-def test_a_point_repeated_is_a_point() -> None:
     merged = lift([(0.3, -0.3)] * 4, "red").merged()
     assert merged.alpha.shape == (1, 4)
     assert merged.length == 0
@@ -131,37 +118,34 @@ def test_corners_are_copied_and_read_only() -> None:
         gait.alpha[0, 0] = 1.0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"alpha": np.zeros((0, 4))}, r"alpha must have the shape \(n, 4\) with n at least 1, got \(0, 4\)"),
-        ({"alpha": np.zeros((2, 3))}, r"alpha must have .* got \(2, 3\)"),
-        ({"alpha": [[0, 0, 0, np.nan]]}, "alpha must hold finite angles in radians, got .*nan"),
-        ({"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
-        ({"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', .*, got 'green'"),
-    ],
-)
-def test_malformed_gaits_are_refused(arguments, message: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(gg.InputError, match=message):
-        Gait(**arguments)
+NAN = float("nan")
+REFUSED: list[tuple[Any, dict[str, Any], str]] = [
+    (Gait, {"alpha": np.zeros((0, 4))}, r"alpha must have the shape \(n, 4\) with n at least 1, got \(0, 4\)"),
+    (Gait, {"alpha": np.zeros((2, 3))}, r"alpha must have .* got \(2, 3\)"),
+    (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got .*nan"),
+    (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
+    (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', .*, got .*'green'"),
+    (Gait, {"alpha": np.zeros((1, 4)), "colors": (["red"],)}, "colors must be 'red', .*, got "),
+    (lift, {"points": [], "colors": "red"}, r"points must have the shape \(n, 2\) with n at least 1"),
+    (lift, {"points": [(0.0, 0.0, 0.0)], "colors": "red"}, r"points must .* got \(1, 3\)"),
+    (lift, {"points": [(2.0, 0.0)], "colors": "red"}, "alpha1 must be .*, got 2.0"),
+    (lift, {"points": [(0.0, NAN)], "colors": "red"}, "alpha2 must be .*, got nan"),
+    (lift, {"points": [(0.0, 0.0)], "colors": ["red", "red"]}, "one for all or for each of the 1 points, got "),
+    (lift, {"points": [(0.0, 0.0)], "colors": "green"}, "got 'green'"),
+    (lift, {"points": [(0.0, 0.0)], "colors": None}, "got None"),
+    (lift, {"points": [(0.0, 0.0)], "colors": "fiber1"}, "got 'fiber1'"),
+    (lift, {"points": [("x", 0.0)], "colors": "red"}, "points must be pairs"),
+    *((LOOP.biased, {"eta": eta}, r"eta must be a number in \(0, 1\], got") for eta in (0.0, -0.5, 1.5, NAN, "x")),
+    *((LOOP.scaled, {"eta": eta}, r"eta must be a number in \(0, 1\], got") for eta in (0.0, 1.5)),
+    *((vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be") for off in (-1.0, NAN, np.inf, "x")),
+    *((LOOP.started_at, {"corner": k}, "corner must be a whole number from 0 to 1") for k in (1.5, True, -1, 2, "1")),
+]
 
 
-@pytest.mark.parametrize(
-    ("points", "colors", "message"),
-    [
-        ([], "red", r"points must have the shape \(n, 2\) with n at least 1"),
-        ([(0.0, 0.0, 0.0)], "red", r"points must .* got \(1, 3\)"),
-        ([(2.0, 0.0)], "red", "alpha1 must be .*, got 2.0"),
-        ([(0.0, float("nan"))], "red", "alpha2 must be .*, got nan"),
-        ([(0.0, 0.0)], ["red", "red"], "colors must be one for all or one for each of the 1 points, got 2"),
-        ([(0.0, 0.0)], "green", "got 'green'"),
-        ([(0.0, 0.0)], "fiber1", "got 'fiber1': a fibre leaves"),
-        ([("x", 0.0)], "red", "points must be pairs"),
-    ],
-)
-def test_malformed_loops_are_refused(points, colors, message: str) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize(("function", "arguments", "message"), REFUSED, ids=range(len(REFUSED)))
+def test_malformed_values_are_refused(function: Any, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(gg.InputError, match=message):
-        lift(points, colors)
+        function(**arguments)
 
 
 def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:
@@ -180,7 +164,7 @@ def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...
     return found
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=50)
 @given(rows=st.lists(st.tuples(*[st.sampled_from([0.0, 0.5, 1.0])] * 4), min_size=1, max_size=40))
 def test_vertices_by_their_definition(rows: list[tuple[float, ...]]) -> None:
     found = vertices(rows)
@@ -198,18 +182,3 @@ def test_vertices_of_a_sampled_curve_need_its_tolerance() -> None:
     noisy = np.repeat(loop.alpha, 3, axis=0) + np.random.default_rng(1).uniform(-1e-4, 1e-4, (9, 4))
     assert len(vertices(noisy)) < len(loop.vertices())
     np.testing.assert_allclose(vertices(noisy, 3e-4), loop.vertices(), atol=3e-4)
-
-
-@pytest.mark.parametrize("tolerance", [-1.0, float("nan"), float("inf"), "x"])
-def test_vertex_tolerance_is_checked(tolerance: float) -> None:
-    with pytest.raises(gg.InputError, match="tolerance"):
-        vertices([[0, 0, 0, 0]], tolerance)
-
-
-def test_corners_are_counted_in_whole_numbers() -> None:
-    gait = lift([(0.1, 0.2), (0.3, 0.4)], "red")
-    for corner in (1.5, True, -1, 2, "1"):
-        with pytest.raises(gg.InputError, match="corner must be a whole number from 0 to 1, got"):
-            gait.started_at(corner)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="colors must be one for all or one for each point, got None"):
-        lift([(0.1, 0.2)], None)  # type: ignore[arg-type]

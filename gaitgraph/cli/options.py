@@ -264,10 +264,10 @@ def check_outputs(paths: Sequence[str], *, force: bool) -> None:
 def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Sequence[str], *, force: bool) -> None:
     """Write a gait that comes piece by piece to files, tables and films."""
     from gaitgraph.gait.table import merged
-    from gaitgraph.io.formats import write_pieces
+    from gaitgraph.io.formats import write_tables
     from gaitgraph.plots.films import write_films
 
     films = films_in(paths)
-    write_pieces(pieces, [path for path in paths if path not in films], force=force)
+    write_tables(pieces, [path for path in paths if path not in films], force=force)
     if films:
         write_films(merged(pieces()), films, force=force)

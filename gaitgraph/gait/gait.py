@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,10 +19,10 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
+    COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_TOLERANCE,
     FAMILIES,
-    FIBERS,
     checked_plane_angles,
     family_codes,
     family_types,
@@ -41,7 +41,7 @@ _STRAIGHT = 1e-9
 
 @dataclass(frozen=True, slots=True, init=False)
 class Gait:
-    """A closed polyline of tilt angles with the color of each corner and a direction.
+    """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
 
     Parameters
     ----------
@@ -63,10 +63,6 @@ class Gait:
     ------
     InputError
         If a shape, an angle or a color is not allowed.
-
-    Notes
-    -----
-    Nothing about a gait is guaranteed by its existence: :meth:`check` states what holds.
 
     Examples
     --------
@@ -107,16 +103,13 @@ class Gait:
             raise InputError(f"alpha must hold finite angles in radians, got {corners[~np.isfinite(corners)][0]!r}")
         if names and len(names) != len(corners):
             raise InputError(f"colors must be one for each of the {len(corners)} corners, got {len(names)}")
-        for color in names:
-            if color not in FAMILIES:
-                raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(color)}")
+        if not all(color in FAMILIES for color in names):
+            raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
         corners.flags.writeable = False
-        object.__setattr__(self, "alpha", corners)
-        object.__setattr__(self, "colors", names)
-        object.__setattr__(self, "vehicle", vehicle)
-        object.__setattr__(self, "coefficients", coefficients or coefficients_of(vehicle))
-        object.__setattr__(self, "crossing_tolerance", crossing_tolerance)
-        object.__setattr__(self, "request", request or {})
+        coefficients = coefficients or coefficients_of(vehicle)
+        stated = (corners, names, vehicle, coefficients, crossing_tolerance, request or {})
+        for one, value in zip(fields(self), stated, strict=True):
+            object.__setattr__(self, one.name, value)
 
     @property
     def ends(self) -> FloatArray:
@@ -177,7 +170,7 @@ class Gait:
         n = len(self.alpha)
         if isinstance(corner, bool) or not isinstance(corner, (int, np.integer)) or not 0 <= corner < n:
             raise InputError(f"corner must be a whole number from 0 to {n - 1}, got {shown(corner)}")
-        return self._reordered([(corner + k) % n for k in range(n)])
+        return self._reordered([*range(corner, n), *range(corner)])
 
     def _reordered(self, order: list[int]) -> Gait:
         colors = tuple(self.colors[k] for k in order) if self.colors else ()
@@ -185,19 +178,21 @@ class Gait:
 
     def biased(self, eta: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        return self._scaled(eta, (False, False, True, True), self.colors if eta == 1 else ())
+        return self._scaled(eta, (2, 3), stays=False)
 
     def scaled(self, eta: float) -> Gait:
         """Return the gait with all four angles scaled by η in (0, 1].
 
         The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
         """
-        return self._scaled(eta, (True,) * 4, self.colors if eta == 1 or self.color == "red" else ())
+        return self._scaled(eta, (0, 1, 2, 3), stays=self.color == "red")
 
-    def _scaled(self, eta: float, which: tuple[bool, ...], colors: tuple[str, ...]) -> Gait:
+    def _scaled(self, eta: float, columns: tuple[int, ...], *, stays: bool) -> Gait:
         if not 0 < number_of(eta) <= 1:
             raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
-        return replace(self, alpha=self.alpha * np.where(which, float(eta), 1.0), colors=colors, request={})
+        alpha = self.alpha.copy()
+        alpha[:, columns] *= float(eta)
+        return replace(self, alpha=alpha, colors=self.colors if stays or eta == 1 else (), request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
@@ -237,7 +232,7 @@ class Gait:
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:
-        """Return for which vehicle and with which coefficients the gait is, in one line."""
+        """Return the vehicle and the coefficients in one line."""
         return f"vehicle {self.vehicle.name} (κ = {self.vehicle.drag_ratio:.4f}), {self.coefficients.kind} coefficients"
 
     def corner_lines(self, most: int = 12) -> list[str]:
@@ -285,14 +280,10 @@ def lift(
         raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
         raise InputError(f"points must have the shape (n, 2) with n at least 1, got {plane.shape}")
-    if not isinstance(colors, Iterable):
-        raise InputError(f"colors must be one for all or one for each point, got {shown(colors)}")
-    names = (colors,) * len(plane) if isinstance(colors, str) else tuple(colors)
-    if len(names) != len(plane):
-        raise InputError(f"colors must be one for all or one for each of the {len(plane)} points, got {len(names)}")
-    for name in FIBERS:
-        if name in names:
-            raise InputError(f"colors must be 'red' or 'blue', got {name!r}: a fibre leaves α3 or α4 open")
+    names = (colors,) * len(plane) if isinstance(colors, str) or not isinstance(colors, Iterable) else tuple(colors)
+    if len(names) != len(plane) or not all(name in COLORS for name in names):
+        allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
+        raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     coefficients = coefficients or coefficients_of(vehicle)
     return Gait(
         alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, coefficients),
@@ -316,9 +307,9 @@ def points_on_sheets(
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """Return the vertices of a curve of tilt angles by equations (16) to (19).
 
-    A point is a vertex if each of its four angles is the least or the largest that this angle takes on the
-    curve, to within the tolerance. Vertices are returned once each, in the order in which the curve first meets
-    them, with the extreme values themselves.
+    A point is a vertex if each of its four angles is the least or the largest that this angle takes on the curve, to
+    within the tolerance. The k ≤ 16 vertices are returned once each, shape (k, 4), in the order in which the curve
+    first meets them, with the extreme values themselves.
 
     Parameters
     ----------
@@ -326,10 +317,6 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
         Points of the curve, shape (n, 4) [rad].
     tolerance
         How far an angle may be from its extreme [rad]; for a sampled table, what its samples may miss.
-
-    Returns
-    -------
-    array of shape (k, 4), 0 ≤ k ≤ 16
 
     Examples
     --------

@@ -133,24 +133,19 @@ class Format:
 
     Parameters
     ----------
-    suffix
-        How its files' names end, with the dot.
-    name
-        What people call it.
+    suffix, name
+        How its files' names end, with the dot, and what people call it.
     module
         The module that has its functions: ``write_SUFFIX(pieces, path, options)`` writes a new file or folder from the
         pieces of a table; ``read_SUFFIX(path, builder, progress)`` yields the tables of its columns, piece by piece.
     library, extra
         The library that it needs, and the extra that brings it, if it needs any.
     mark, end
-        Of a format that is not read as a table, and is text: how the line begins that states what made it, and the
-        last line.
+        Of texts that are not read as tables: how the line begins that states what made it, and the last line.
     folder
         Whether it is a folder of files.
-    options
-        Which fields of :class:`FormatOptions` its writer heeds.
-    own
-        Names of columns that it has for something else.
+    options, own
+        Which fields of :class:`FormatOptions` its writer heeds, and names of columns that it has for something else.
     """
 
     suffix: str
@@ -181,16 +176,6 @@ class Format:
             raise MissingExtra(missing)
         found: Callable[..., Any] = getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
         return found
-
-    def provenance(self, path: Path) -> str:
-        """Return the text of what made a file of a format that is not read as a table; InputError if it is cut off."""
-        lines = text_of(path, "gait file", f"a {self.name} that gaitgraph wrote").rstrip().splitlines()
-        line = next((line for line in lines if line.startswith(self.mark)), None)
-        if line is None:
-            raise InputError(f"it does not state what made it; it must be a {self.name} that gaitgraph wrote")
-        if lines[-1].rstrip() != self.end:
-            raise InputError(f"it ends early: its last line must be {self.end!r}, got {shown(lines[-1])}")
-        return line.removeprefix(self.mark)
 
 
 _TEXT, _BINARY = "gaitgraph.io.text_files", "gaitgraph.io.binary_tables"
@@ -254,7 +239,7 @@ def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
 
 
 def write_tables(
-    table: Table,
+    table: Table | Callable[[], Iterable[Table]],
     paths: Sequence[str | Path],
     *,
     force: bool = False,
@@ -266,7 +251,7 @@ def write_tables(
     Parameters
     ----------
     table
-        What to write.
+        What to write, or what yields it piece by piece, with the same columns; it is called once a file.
     paths
         Files, or folders for the formats that are folders; :data:`FORMATS` has the suffixes.
     force
@@ -284,21 +269,6 @@ def write_tables(
     InputError, MissingExtra
         If a suffix is not known, a file is named twice, or a format needs a library that is not installed.
     """
-    write_pieces(lambda: [table], paths, force=force, options=options, servos=servos)
-
-
-def write_pieces(
-    pieces: Callable[[], Iterable[Table]],
-    paths: Sequence[str | Path],
-    *,
-    force: bool = False,
-    options: FormatOptions | None = None,
-    servos: ServoMap | None = None,
-) -> None:
-    """Write a table that comes piece by piece, as :func:`write_tables` does.
-
-    `pieces` is called once a file; its pieces have the same columns, and the first states what made them.
-    """
     check_outputs(paths, force=force)
 
     def stated_in(form: Format) -> Iterator[Table]:
@@ -307,7 +277,7 @@ def write_pieces(
         if servos is not None and "joint_names" in form.options:
             in_format = servos.in_radians()
         rows = 0
-        for piece in pieces():
+        for piece in [table] if isinstance(table, Table) else table():
             stated = piece if in_format is None else mapped_table(piece, in_format, rows_before=rows)
             for name in form.own:
                 if name in stated:
@@ -346,22 +316,8 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
     without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
 
-    Parameters
-    ----------
-    table
-        The rows, or a frame of pandas or polars that has them.
-    vehicle, coefficients
-        What the gait is for; by default what the table states, else the paper's vehicle.
-
-    Returns
-    -------
-    Gait
-        It keeps the request that the table states, if no other vehicle or coefficients are given.
-
-    Raises
-    ------
-    InputError
-        If the rows are no gait table.
+    The vehicle and the coefficients are those given, else those that the table states, else the paper's. The gait keeps
+    the request that the table states, if none is given. Raises InputError if the rows are no gait table.
 
     Examples
     --------
@@ -407,10 +363,9 @@ def read_pieces(
     plane_only: bool = False,
     joints: ServoMap | None = None,
 ) -> Iterator[Table]:
-    """Yield a gait table as consecutive pieces, each at least one row; the first states what made it.
+    """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
-    Errors are those of :func:`read_table`, when the piece in question is reached.
     """
     path = Path(path)
     form = known_format(path, _WHAT, reads=True)
@@ -427,7 +382,13 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
     if form.reads:
         return next(read_pieces(path)).about
     with naming_file(path):
-        return about_from_text(form.provenance(path), required=True)
+        lines = text_of(path, _WHAT, f"a {form.name} that gaitgraph wrote").rstrip().splitlines()
+        line = next((line for line in lines if line.startswith(form.mark)), None)
+        if line is None:
+            raise InputError(f"it does not state what made it; it must be a {form.name} that gaitgraph wrote")
+        if lines[-1].rstrip() != form.end:
+            raise InputError(f"it ends early: its last line must be {form.end!r}, got {shown(lines[-1])}")
+        return about_from_text(line.removeprefix(form.mark), required=True)
 
 
 @contextmanager

@@ -35,8 +35,7 @@ _UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}
 
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
-_LONGEST_NAME = 64
-_NAME = f"a printable text of 1 to {_LONGEST_NAME} characters"
+_NAME = "a printable text of 1 to 64 characters"
 _ROUNDING = 1e-9
 """Relative to a limit: what floating point may add to a value that was stated as the limit."""
 
@@ -60,26 +59,18 @@ class Joint:
 
     Parameters
     ----------
-    name
-        What the vehicle calls it.
+    name, column
+        What the vehicle calls it, and its column in tables.
     rotor
         Which of the gait's rotors it turns, 1 to 4.
-    column
-        Its column in tables.
     unit
         "rad", "deg" or "us" (pulse width, µs).
-    sign
-        1 if it turns as α does, right-handed about the arm's outward axis, else −1.
-    zero
-        Its angle q while the rotor is upright [rad].
+    sign, zero
+        1 if it turns as α does, right-handed about the arm's outward axis, else −1; its angle q at α = 0 [rad].
     limits
         Least and largest angle q [rad], for the units rad and deg; None for no limits.
-    us_per_rad
-        Pulse width per angle [µs/rad]; needed for the unit us, and None for the others.
-    neutral_us
-        Pulse width at q = 0 [µs], for the unit us.
-    limits_us
-        Least and largest pulse width [µs], for the unit us.
+    us_per_rad, neutral_us, limits_us
+        For the unit us: pulse width per angle [µs/rad], at q = 0 [µs], and the least and the largest [µs].
     """
 
     name: str
@@ -137,14 +128,10 @@ class ServoMap:
 
     Parameters
     ----------
-    name
-        What messages call the map.
-    joints
-        In the order of the table's columns.
-    time
-        The column of time.
-    time_unit
-        "s", "ms" or "us".
+    name, joints
+        What messages call the map; its joints in the order of the table's columns.
+    time, time_unit
+        The column of time, and "s", "ms" or "us".
     clip
         Whether values beyond a joint's limits are set to the limit; otherwise they are errors.
     first_rotor_spin, first_arm_angle
@@ -263,14 +250,10 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     if any("rotor" in one for one in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
     defaults = {"name": preset, "time": "t", "time_unit": "s", "clip": False, "first_rotor_spin": None, **meant_for}
-    values = defaults | {
-        name: stated[name] for name in _MAP_FIELDS if name in stated and name not in ("preset", "joint")
-    }
+    values = defaults | {name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated}
     must = partial(_must, values, "servos")
-    must(
-        "name", isinstance(values["name"], str) and values["name"] and values["name"].isprintable(), "a printable text"
-    )
-    must("time", _is_name(values["time"]), _NAME)
+    for name in ("name", "time"):
+        must(name, _is_name(values[name]), _NAME)
     must("time_unit", values["time_unit"] in tuple(_TIME_UNITS), "s, ms or us")
     must("clip", isinstance(values["clip"], bool), "true or false")
     spins = (None, "clockwise", "counterclockwise")
@@ -308,9 +291,7 @@ def _joint(stated: dict[str, Any]) -> Joint:
         slope = "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)"
         must("us_per_rad", 1e-3 <= number_of(values["us_per_rad"]) <= 1e9, slope)
         low, high = _pair(values["limits_us"], number_of)
-        must(
-            "limits_us", 0 <= low < high <= 1e6, "the least and the largest value, between 0 and 1e6 µs, in this order"
-        )
+        must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
         must("neutral_us", low <= number_of(values["neutral_us"]) <= high, f"between {low:g} and {high:g} µs")
         values |= {name: number_of(values[name]) for name in ("us_per_rad", "neutral_us")} | {"limits_us": (low, high)}
     elif values.get("limits") is not None:
@@ -326,7 +307,7 @@ def _must(values: dict[str, Any], who: str, name: str, holds: object, allowed: s
 
 
 def _is_name(value: object) -> bool:
-    return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= _LONGEST_NAME
+    return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= 64
 
 
 def _pair(value: object, read: Callable[[object], float]) -> tuple[float, float]:
@@ -354,8 +335,8 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
 def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 
-    These are time, then each joint, then rates and accelerations if the table has them: ``_rate`` and
-    ``_acceleration`` of a joint in its unit per second and per second squared. Pulse widths have neither.
+    These are time, then each joint, then its rates and accelerations in its unit per second and per second squared, if
+    the table has them. Pulse widths have neither.
 
     Parameters
     ----------
@@ -422,9 +403,8 @@ def tilts_from_joints(
 ) -> dict[str, FloatArray]:
     """Return the columns of a gait table from those of joints: the inverse of :func:`mapped_table`.
 
-    These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them.
-
-    Other columns are ignored. Raises InputError if one is missing or a joint is beyond its limits.
+    These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them; other columns are
+    ignored. Raises InputError if one is missing or a joint is beyond its limits.
 
     Examples
     --------

@@ -23,7 +23,7 @@ from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import write_pieces
+from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.request import Case, request_of
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
@@ -143,7 +143,7 @@ class Transition:
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_pieces(self.pieces, paths, force=force, options=options)
+        write_tables(self.pieces, paths, force=force, options=options)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

@@ -38,7 +38,7 @@ from gaitgraph.io.formats import (
     known_format,
     naming_file,
     read_pieces,
-    write_pieces,
+    write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
@@ -258,7 +258,7 @@ class TimedGait:
         check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
-        write_pieces(lambda: pieces_of(self), tables, force=force, options=options)
+        write_tables(lambda: pieces_of(self), tables, force=force, options=options)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.films.write_films`."""
@@ -506,7 +506,7 @@ def export(
         done.append(Exported(rows=rows, columns=columns, clipped=dict(clipped)))
         report(files + 2)
 
-    write_pieces(counted, paths, force=force, options=options, servos=servos)
+    write_tables(counted, paths, force=force, options=options, servos=servos)
     if not done:  # formats that take the first piece alone have not counted the others
         deque(counted(), maxlen=0)
     return done[0]
