@@ -33,13 +33,12 @@ def text_of(path: Path, what: str, allowed: str) -> str:
     Raises FileProblem if the file cannot be read, and InputError if it is no text or larger than :data:`MOST_BYTES`;
     `what` messages call it, and what is `allowed`.
     """
-    size, blocks = 0, []
+    content = bytearray()
     for block, _ in blocks_of(path, what, allowed):
-        size += len(block)
-        if size > MOST_BYTES:
+        content += block
+        if len(content) > MOST_BYTES:
             raise InputError(f"{what} {str(path)!r}: more than {MOST_BYTES >> 20} MiB; allowed is {allowed} up to that")
-        blocks.append(block)
-    return decoded(b"".join(blocks), path, what, allowed)
+    return decoded(content, path, what, allowed)
 
 
 def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:
@@ -55,7 +54,7 @@ def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, floa
         raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
 
 
-def decoded(content: bytes, path: Path, what: str, allowed: str) -> str:
+def decoded(content: bytes | bytearray, path: Path, what: str, allowed: str) -> str:
     """Return the text of UTF-8 bytes, or raise InputError naming the file that they are of."""
     try:
         return content.decode("utf-8-sig")

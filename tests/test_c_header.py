@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from gaitgraph.timing.timed_gait import TimedGait
+
     FloatArray = npt.NDArray[np.float64]
 
 WARNINGS = "-Wall -Wextra -pedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion -Wundef".split()
@@ -154,15 +156,8 @@ def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     source, program = folder / "main.c", folder / "main"
     source.write_text(DRIVER.format(includes=includes, branches="\n".join(branches)))
     language = ["-x", request.param, f"-std={STANDARDS[request.param]}"]
-    command = [
-        compiler,
-        *language,
-        *WARNINGS,
-        *(TRAPS if request.param == "c" else []),
-        str(source),
-        "-o",
-        str(program),
-    ]
+    traps = TRAPS if request.param == "c" else []
+    command = [compiler, *language, *WARNINGS, *traps, str(source), "-o", str(program)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stderr == ""
     assert done.returncode == 0
@@ -204,17 +199,16 @@ def test_cubics_are_as_near_to_the_gait_as_they_say(angles: Callable[..., FloatA
     assert most <= {"coarse": 5e-3, "tricky": 5e-3}.get(name, 1e-3)
 
 
-@pytest.mark.parametrize("name", ["double", "coarse", "cornered", "uneven", "open"])
-def test_rows_are_met(angles: Callable[..., FloatArray], name: str) -> None:
-    table = CASES[name].table
-    assert np.abs(angles(name, table["t"]) - table.alpha).max() <= 1e-12
-
-
-def test_rates_are_met_and_do_not_jump(angles: Callable[..., FloatArray]) -> None:
+def test_rows_and_rates_are_met_and_an_open_table_ends(angles: Callable[..., FloatArray]) -> None:
+    for name in ("double", "coarse", "cornered", "uneven", "open"):
+        table = CASES[name].table
+        assert np.abs(angles(name, table["t"]) - table.alpha).max() <= 1e-12
     step = 1e-5
     before, at, after = (angles("double", SMOOTH.t + shift) for shift in (-step, 0.0, step))
     assert np.abs((at - before) / step - SMOOTH.rates).max() < 0.01
     assert np.abs((after - at) / step - SMOOTH.rates).max() < 0.01
+    for name in ("open", "open fixed"):
+        assert np.abs(angles(name, [-0.1, 0.4]) - CASES[name].table.alpha[[0, -1]]).max() <= 4e-5
 
 
 @pytest.mark.parametrize("name", ["cornered", "bare", "uneven bare", "point"])
@@ -228,42 +222,30 @@ def test_without_accelerations_rows_are_joined_by_straight_lines(angles: Callabl
     assert np.abs(angles(name, times) - expected).max() <= ROUNDING[CASES[name].real] * 4
 
 
-@pytest.mark.parametrize("name", ["fixed", "coarse fixed"])
-def test_fixed_point_is_as_near_as_it_says(angles: Callable[..., FloatArray], name: str) -> None:
-    timed = COARSE if "coarse" in name else SMOOTH
-    scale = 2.0**-14
-    times = some_times(timed.period, timed.samples)
-    at_rows, between = stated(angles, name, "off by"), stated(angles, name, "off the gait by up to about")
-    assert at_rows <= scale / 2
-    assert np.abs(angles(name, timed.t) - timed.alpha).max() <= at_rows * 1.1 + ROUNDING["float"]
-    assert np.abs(angles(name, times) - timed.at(times)[0]).max() <= between * 1.05 + at_rows + ROUNDING["float"]
-
-
-@pytest.mark.parametrize("name", ["fixed", "coarse fixed", "open fixed"])
-def test_whole_numbers_give_the_same(angles: Callable[..., FloatArray], name: str) -> None:
+@pytest.mark.parametrize(("name", "timed"), [("fixed", SMOOTH), ("coarse fixed", COARSE), ("open fixed", None)])
+def test_fixed_point_is_as_near_as_it_says(
+    angles: Callable[..., FloatArray], name: str, timed: TimedGait | None
+) -> None:
     phases = np.concatenate([np.random.default_rng(3).integers(0, 2**32, 2000), [0, 1, 2**31, 2**32 - 1]])
-    period = 0.8 * (0.4 if name == "open fixed" else 1.0)
     units = angles(name, phases, phase=True)
     assert (units == np.rint(units)).all()
-    assert np.abs(units * 2.0**-14 - angles(name, phases / 2**32 * period)).max() <= 1.1 * 2.0**-14
+    period, scale = 0.8 if timed else 0.32, 2.0**-14
+    assert np.abs(units * scale - angles(name, phases / 2**32 * period)).max() <= 1.1 * scale
+    if timed is not None:
+        times = some_times(timed.period, timed.samples)
+        at_rows, between = stated(angles, name, "off by"), stated(angles, name, "off the gait by up to about")
+        assert at_rows <= scale / 2
+        assert np.abs(angles(name, timed.t) - timed.alpha).max() <= at_rows * 1.1 + ROUNDING["float"]
+        assert np.abs(angles(name, times) - timed.at(times)[0]).max() <= between * 1.05 + at_rows + ROUNDING["float"]
 
 
-@pytest.mark.parametrize("name", list(CASES))
-def test_any_time_is_taken(angles: Callable[..., FloatArray], name: str) -> None:
-    found = angles(name, [0.0, nan, inf, -inf, 1e30, -1e30, 3e9, -2.5e9, 9.3e18, 1e300, -1e-300])
-    low, high = CASES[name].table.alpha.min(), CASES[name].table.alpha.max()
-    assert np.isfinite(found).all()
-    assert found.min() >= low - 1e-3
-    assert found.max() <= high + 1e-3
-    assert (found[1] == found[0]).all()  # not a number
-
-
-@pytest.mark.parametrize("name", ["open", "open fixed"])
-def test_an_open_table_ends(angles: Callable[..., FloatArray], name: str) -> None:
-    alpha = CASES[name].table.alpha
-    first, last = angles(name, [-0.1, 0.4])
-    assert np.abs(first - alpha[0]).max() <= 4e-5
-    assert np.abs(last - alpha[-1]).max() <= 4e-5
+def test_any_time_is_taken(angles: Callable[..., FloatArray]) -> None:
+    for name, case in CASES.items():
+        found = angles(name, [0.0, nan, inf, -inf, 1e30, -1e30, 3e9, -2.5e9, 9.3e18, 1e300, -1e-300])
+        assert np.isfinite(found).all()
+        assert found.min() >= case.table.alpha.min() - 1e-3
+        assert found.max() <= case.table.alpha.max() + 1e-3
+        assert (found[1] == found[0]).all()  # not a number
 
 
 def test_what_made_it_is_stated_whatever_it_is(tmp_path: Path) -> None:
@@ -290,32 +272,16 @@ def table_with(**columns: Sequence[float] | FloatArray) -> Table:
     return Table(columns={**zeros, **{name: np.asarray(values, dtype=float) for name, values in columns.items()}})
 
 
-@pytest.mark.parametrize(
-    ("table", "number", "message"),
-    [
+def test_what_a_header_cannot_hold_is_refused(tmp_path: Path) -> None:
+    for table, number, message in (
         (table_with(t=np.arange(16_386.0)), "float", "rows must be at most 16385 in a C header"),
         (table_with(alpha1=[0, 1]), "float", "column 't' is missing; a C header needs a table with a clock"),
-        (
-            table_with(t=[0, 1, 3]),
-            "fixed",
-            "number must be float or double for rows that are not",
-        ),
-        (
-            table_with(t=[0, 1, 1 + 1e-9, 2]),
-            "float",
-            "number must be double for rows so near in time, got 'float'",
-        ),
-        (
-            table_with(t=[0, 1], alpha3=[0, 4e4]),
-            "fixed",
-            "number must be float for an angle of 40000 rad",
-        ),
-    ],
-)
-def test_what_a_header_cannot_hold_is_refused(tmp_path: Path, table: Table, number: str, message: str) -> None:
-    with pytest.raises(gg.InputError) as refusal:
-        write_tables(table, [tmp_path / "g.h"], options=FormatOptions(number=number))
-    assert message in str(refusal.value)
+        (table_with(t=[0, 1, 3]), "fixed", "number must be float or double for rows that are not"),
+        (table_with(t=[0, 1, 1 + 1e-9, 2]), "float", "number must be double for rows so near in time, got 'float'"),
+        (table_with(t=[0, 1], alpha3=[0, 4e4]), "fixed", "number must be float for an angle of 40000 rad"),
+    ):
+        with pytest.raises(gg.InputError, match=message):
+            write_tables(table, [tmp_path / "g.h"], options=FormatOptions(number=number))
     assert not list(tmp_path.iterdir())
 
 

@@ -278,16 +278,10 @@ def test_frames_that_are_no_tables_are_refused(planned: TimedGait) -> None:
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
         (frame.assign(alpha1=np.nan), "row 1: alpha1 is nan"),
         (frame.assign(color="green"), "row 1: color is 'green'"),
-        (
-            frame.assign(t=pd.date_range("2020", periods=13)),
-            "t must hold numbers or texts, got .*datetime64",
-        ),
+        (frame.assign(t=pd.date_range("2020", periods=13)), "t must hold numbers or texts, got .*datetime64"),
         (frame.iloc[:0], "it has no rows"),
         (planned.to_polars().with_columns(pl.lit(None).alias("alpha2")), "row 1: alpha2 is"),
-        (
-            planned.to_polars().lazy(),
-            r"frame must have its rows there, got a LazyFrame: collect\(\) it first",
-        ),
+        (planned.to_polars().lazy(), r"frame must have its rows there, got a LazyFrame: collect\(\) it first"),
         ({}, "column 'alpha1' is missing"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, "alpha1 must have one dimension, got 2"),
         ({**ZEROS, "alpha1": 3}, "alpha1 must have one dimension, got 0"),

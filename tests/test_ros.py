@@ -377,7 +377,7 @@ def test_compressed_bags(tmp_path: Path, how: CompressionMode) -> None:
     [
         ([("/odom", 1, TYPES[STRING](data="x"))], "msg/JointState, got /odom (std_msgs/msg/String)"),
         ([("/joint_trajectory", 1, TYPES[STRING](data="x"))], "got /joint_trajectory (std_msgs/msg/String)"),
-        ([("/j", 1, trajectory(FOUR, ROWS)), ("/j", 2, trajectory(FOUR, ROWS))], "must have one message, got several"),
+        ([("/j", 1, trajectory(FOUR, ROWS)), ("/j", 2, trajectory(FOUR, ROWS))], "must have one message, got 2"),
         ([("/j", 1, trajectory(FOUR, ROWS)), ("/k", 2, trajectory(FOUR, ROWS))], "among them, got /j, /k"),
         ([("/j", 1, trajectory(FOUR, []))], "a trajectory must have at least one point, got none"),
         ([("/j", 1, trajectory(FOUR, [(0, [0, 0, nan, 0], [])]))], "row 1: alpha3"),
@@ -398,11 +398,11 @@ def test_bags_of_something_else_are_refused(tmp_path: Path, messages: list[tuple
     assert message in refusal(bag_of(tmp_path / "theirs.mcap", messages))
 
 
-@pytest.mark.parametrize(("kind", "wanted"), [(TRAJECTORY, "one message"), (STATE, "at least one message")])
+@pytest.mark.parametrize(("kind", "wanted"), [(TRAJECTORY, "one message"), (STATE, "messages")])
 def test_topics_without_messages_are_refused(tmp_path: Path, kind: str, wanted: str) -> None:
     with Writer(tmp_path / "empty.mcap", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         bag.add_connection("/t", kind, typestore=STORE)
-    assert f"topic '/t' must have {wanted}, got none" in refusal(tmp_path / "empty.mcap")
+    assert f"topic '/t' must have {wanted}, got 0" in refusal(tmp_path / "empty.mcap")
 
 
 def test_no_bag_at_all(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import (
     PRESETS,
-    Joint,
     ServoMap,
     clipped_rows,
     mapped_table,
@@ -102,27 +101,16 @@ def test_the_papers_map_changes_no_bit(table: Table) -> None:
 def joint_maps(draw: st.DrawFn) -> ServoMap:
     joints = []
     for k, rotor in enumerate(draw(st.permutations([1, 2, 3, 4]))):
-        unit: Any = draw(st.sampled_from(["rad", "deg", "us"]))
-        pulses: dict[str, Any] = {
-            "us_per_rad": draw(st.floats(1, 1000)),
-            "neutral_us": 4000.0,
-            "limits_us": (0.0, 8000.0),
-        }
-        joints.append(
-            Joint(
-                name=f"joint {k}",
-                rotor=rotor,
-                column=f"joint {k}",
-                unit=unit,
-                sign=draw(st.sampled_from([1, -1])),
-                zero=draw(st.floats(-1, 1)),
-                **(pulses if unit == "us" else {}),
-            )
-        )
-    return ServoMap(name="any", joints=tuple(joints), time="time", time_unit=draw(st.sampled_from(["s", "ms", "us"])))
+        unit = draw(st.sampled_from(["rad", "deg", "us"]))
+        one = {"name": f"joint {k}", "column": f"joint {k}", "rotor": rotor, "unit": unit}
+        one |= {"sign": draw(st.sampled_from([1, -1])), "zero": draw(st.floats(-1, 1))}
+        pulses = {"us_per_rad": draw(st.floats(1, 1000)), "neutral_us": 4000.0, "limits_us": (0.0, 8000.0)}
+        joints.append(one | (pulses if unit == "us" else {}))
+    time_unit = draw(st.sampled_from(["s", "ms", "us"]))
+    return servo_map_from_mapping({"name": "any", "joint": joints, "time": "time", "time_unit": time_unit})
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(joint_maps(), st.lists(st.lists(st.floats(-1.57, 1.57), min_size=4, max_size=4), min_size=1, max_size=5))
 def test_the_inverse_gives_back_what_was_mapped(servo_map: ServoMap, rows: list[list[float]]) -> None:
     alpha = np.array(rows)
@@ -184,14 +172,11 @@ def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, mot
 
 
 def test_a_map_for_another_vehicle_is_refused() -> None:
-    for preset in PRESETS:
-        servo_map_named(preset).check_vehicle(
-            gg.PAPER.replace(first_rotor_spin="counterclockwise" if "counter" in preset else "clockwise")
-        )
     mirrored = gg.PAPER.replace(first_rotor_spin="counterclockwise")
+    for preset in PRESETS:
+        servo_map_named(preset).check_vehicle(mirrored if "counter" in preset else gg.PAPER)
     with pytest.raises(gg.InputError, match="did you mean 'x_frame_counterclockwise'"):
         servo_map_named("x_frame").check_vehicle(mirrored)
-    servo_map_named("x_frame_counterclockwise").check_vehicle(mirrored)
     with pytest.raises(gg.InputError, match="has its first arm at 135°; it must be at 45°, or at 0°"):
         servo_map_named("x_frame").check_vehicle(gg.PAPER.replace(first_arm_angle="135deg"))
     # An order of one's own is for whatever vehicle one has.
@@ -263,11 +248,11 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("stated", "message"), REFUSED, ids=range(len(REFUSED)))
-def test_a_wrong_map_says_what_is_wrong(stated: dict[str, Any], message: str) -> None:
-    with pytest.raises(gg.InputError, match=message) as refused:
-        servo_map_from_mapping(stated)
-    assert "\n" not in str(refused.value)
+def test_a_wrong_map_says_what_is_wrong() -> None:
+    for stated, message in REFUSED:
+        with pytest.raises(gg.InputError, match=message) as refused:
+            servo_map_from_mapping(stated)
+        assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".npz"])
@@ -302,11 +287,7 @@ def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp
 @pytest.mark.parametrize(
     ("found", "replaced", "message"),
     [
-        (
-            "rear_left_us",
-            "rear_lft_us",
-            "column 'rear_left_us' is missing; did you mean 'rear_lft_us'",
-        ),
+        ("rear_left_us", "rear_lft_us", "column 'rear_left_us' is missing; did you mean 'rear_lft_us'"),
         ("time_ms", "time", "column 'time_ms' is missing"),
         ("1500.0", "abc", "row 2: rear_left_us is 'abc'; allowed is a finite number"),
         ("1500.0", "nan", "row 2: rear_left_us is 'nan'; allowed is a finite number"),

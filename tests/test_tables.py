@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph import files
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
-from gaitgraph.io import formats
-from gaitgraph.io.formats import gait_of, read_gait, read_table, write_tables
+from gaitgraph.io import formats, text_files
+from gaitgraph.io.formats import gait_of, read_gait, read_pieces, read_table, write_tables
 from gaitgraph.planning.planner import plan as planned
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import export, table_of
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
 
 G1, _, G3, _ = GAITS
-angle = st.floats(-1.5, 1.5)
 
 
 def exported(source: Path, output: Path, **choices: Any) -> Table:
@@ -95,7 +95,7 @@ BAD_CSV = [
     (HEAD + "0,0,nan,0\n", "row 1: alpha3 is 'nan'"),
     (HEAD + "0,0,inf,0\n", "row 1: alpha3 is 'inf'"),
     (HEAD + "0,1.6,0,0\n", "row 1: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
-    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons; allowed are commas"),
+    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons or tabs; allowed are commas"),
     (HEAD + "0,0,1_0,0\n", "row 1: alpha3 is '1_0'; allowed is a finite number"),
     (HEAD + "0,0,١,0\n", "row 1: alpha3 is '١'; allowed is a finite number"),
     (HEAD + "0,0,1e300,0\n", "row 1: alpha3 is 1e\\+300; allowed is up to 1e\\+06"),
@@ -118,29 +118,27 @@ BAD_JSON = [
     ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be an object with the fields of row 1"),
     ('{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}', "'alpha1' appears twice"),
     ('{"columns": 3}', "'columns' is no object"),
-    ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}', "columns have 1 to 2 rows"),
+    (
+        '{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}',
+        "columns must have equally many rows, got 1 to 2",
+    ),
     ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is True"),
     ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "NaN is no number of JSON"),
     ('{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is inf"),
-    ('{"path": [[1, -1, 1, -1]], "colors": 5}', "colors: 5; allowed is a list"),
-    (
-        '{"about": {"x": 1e999}, "alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
-        "about must hold finite numbers",
-    ),
+    ('{"path": [[1, -1, 1, -1]], "colors": 5}', "colors must be a list of .*, got 5"),
     ('{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is \\[0\\]"),
     ('{"alpha1": [0], "alpha2": [0], "color": [["red"]]}', "row 1: color is \\['red'\\]"),
     ('{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0], "types": [1]}', "row 1: types must be one of"),
-    ('{"path": [[0, 0]]}', "path: \\[\\[0, 0\\]\\]"),
+    ('{"path": [[0, 0]]}', "path must be a list of .*, got \\[\\[0, 0\\]\\]"),
 ]
 
 
-@pytest.mark.parametrize(
-    ("suffix", "text", "message"), [(".csv", *case) for case in BAD_CSV] + [(".json", *case) for case in BAD_JSON]
-)
-def test_malformed_files_are_refused_in_one_line(tmp_path: Path, suffix: str, text: str, message: str) -> None:
+@pytest.mark.parametrize(("suffix", "cases"), [(".csv", BAD_CSV), (".json", BAD_JSON)])
+def test_malformed_files_are_refused_in_one_line(tmp_path: Path, suffix: str, cases: list[tuple[str, str]]) -> None:
     path = tmp_path / f"bad{suffix}"
-    path.write_text(text)
-    assert re.search(message, refusal(path))
+    for text, message in cases:
+        path.write_text(text)
+        assert re.search(message, refusal(path))
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".mat", ".parquet"])
@@ -192,6 +190,9 @@ def test_outputs_that_cannot_be(tmp_path: Path) -> None:
             timed.write(path)
     with pytest.raises(gg.InputError, match="named twice"):
         timed.write(tmp_path / "x.csv", tmp_path / "." / "x.csv")
+    with pytest.raises(gg.errors.FileProblem):
+        timed.write(tmp_path / "good.csv", "/proc/bad.csv")
+    assert list(tmp_path.iterdir()) == []  # if one cannot be written none is
     (tmp_path / "d.csv").mkdir()
     with pytest.raises(gg.errors.OutputExists, match="is a folder"):
         timed.write(tmp_path / "d.csv", force=True)
@@ -292,20 +293,10 @@ def test_links_modes_and_strange_places(tmp_path: Path) -> None:
         timed.write(tmp_path / "a\0.csv")
 
 
-def test_if_one_output_cannot_be_written_none_is(tmp_path: Path) -> None:
-    with pytest.raises(gg.errors.FileProblem):
-        lift(G3.angles, "red").parametrize(samples=2).write(tmp_path / "good.csv", "/proc/bad.csv")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_closing_row_that_is_rounded_is_made_the_first(tmp_path: Path) -> None:
     path = tmp_path / "nearly.csv"
-    rows = [
-        "0,0.4,-0.4,0.4,-0.4",
-        "1,0.8,-0.4,0.8,-0.4",
-        "2,0.8,-0.8,0.8,-0.8",
-        "3,0.4000000005,-0.4,0.4000000005,-0.4",
-    ]
+    rows = ["0,0.4,-0.4,0.4,-0.4", "1,0.8,-0.4,0.8,-0.4", "2,0.8,-0.8,0.8,-0.8"]
+    rows.append("3,0.4000000005,-0.4,0.4000000005,-0.4")
     path.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4", *rows]))
     table = exported(path, tmp_path / "out.csv")
     assert len(table) == 4
@@ -398,11 +389,96 @@ def test_what_made_a_csv_file_is_in_its_first_and_its_last_row(tmp_path: Path) -
         read_table(path)
 
 
-def test_a_paced_table_gets_a_plain_clock_anew(tmp_path: Path) -> None:
-    gait = gg.plan_loop(G3.waypoints).gait
-    paced = gg.least_period(gait, gg.Limits(rate=3.0, acceleration=20.0), rounding=0.05).timed
-    assert paced is not None
-    paced.write(tmp_path / "paced.csv")
-    table = exported(tmp_path / "paced.csv", tmp_path / "plain.csv", samples=50)
-    assert (len(table), table.about["law"]) == (51, "smooth")
-    assert table.about["period"] == pytest.approx(paced.period)
+# -- CSV in blocks
+
+
+class TestFiles:
+    """Files are read in pieces; what is said does not depend on where they end."""
+
+    @pytest.fixture(params=[60, 200, 1 << 22], autouse=True)
+    def blocks(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(files, "_BLOCK", request.param)
+
+    @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+    def test_the_same_table_comes_back(self, tmp_path: Path, end: str) -> None:
+        path = tmp_path / "gait.csv"
+        lift(G3.angles, "red").parametrize(samples=30).write(path)
+        whole = read_table(path)
+        changed = tmp_path / "changed.csv"
+        changed.write_bytes(b"\xef\xbb\xbf" + path.read_text().replace("\n", end).encode())
+        again = read_table(changed)
+        for name, values in whole.columns.items():
+            assert np.array_equal(values, again[name]), name
+        assert sum(len(piece) for piece in read_pieces(changed)) == 31
+
+    def test_rows_and_lines_are_counted_through(self, tmp_path: Path) -> None:
+        path = tmp_path / "gait.csv"
+        lines = ["", "alpha1,alpha2,alpha3,alpha4", ""] + ["0.4,-0.4,0.4,-0.4"] * 40
+        for text, message in (
+            ("0.4,-0.4,x,-0.4", r"row 21: alpha3 is 'x'; allowed is a finite number"),
+            ("0.4,-0.4,0.4", r"line 24 has 3 fields; allowed are 4, as in the header"),
+            ("0.4,1.6,0.4,0.1", r"row 21: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
+            ('0.4,"0.4,0.4,0.1', r"line .*allowed is comma-separated text"),
+        ):
+            path.write_text("\n".join([*lines[:23], text, *lines[24:]]))
+            with pytest.raises(gg.InputError, match=message):
+                gg.validate(path)
+
+    def test_times_that_do_not_increase_across_pieces(self, tmp_path: Path) -> None:
+        path = tmp_path / "gait.csv"
+        times = [*range(20), 19, *range(21, 30)]
+        path.write_text("t,alpha1,alpha2,alpha3,alpha4\n" + "".join(f"{t},0.4,-0.4,0.4,-0.4\n" for t in times))
+        with pytest.raises(gg.InputError, match=r"row 21: t = 19.0 does not increase"):
+            gg.validate(path)
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    rows=st.lists(
+        st.lists(
+            st.one_of(
+                st.floats(-2, 2).map(repr),
+                st.sampled_from(["", " 0.1 ", '"0.1"', "1_0", "nan", "1e-400", "-inf", "0x1p-3", "１", "#", "1e5"]),
+            ),
+            min_size=3,
+            max_size=5,
+        ),
+        max_size=4,
+    )
+)
+def test_the_fast_and_the_careful_reader_agree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: list[list[str]]
+) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text("alpha1,alpha2,alpha3,alpha4\n" + "\n".join(map(",".join, rows)) + "\n")
+
+    def read() -> Any:
+        try:
+            return read_table(path).alpha.tolist()
+        except gg.InputError as error:
+            return str(error)
+
+    fast = read()
+    with monkeypatch.context() as careful:
+        careful.setattr(text_files, "_numeric_columns", lambda *_: None)
+        assert read() == fast
+
+
+@pytest.mark.parametrize("row", [0, 5, 1500, 2999])
+def test_an_open_quotation_mark_swallows_nothing(tmp_path: Path, row: int) -> None:
+    path = tmp_path / "gait.csv"
+    lines = ["note,alpha1,alpha2,alpha3,alpha4"] + ["x,0.4,-0.4,0.4,-0.4"] * 3000
+    lines[row + 1] = '"x' + lines[row + 1][1:]
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(gg.InputError, match="allowed is comma-separated text"):
+        gg.validate(path)
+    lines[row + 1] = '"x\n' + lines[row + 1][2:].replace(",", '",', 1)
+    path.write_text("\n".join(lines) + "\n")
+    assert gg.validate(path).rows == 3000  # a line break in quotation marks is no row
+
+
+def test_the_line_that_is_no_csv_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text('note,alpha1,alpha2,alpha3,alpha4\nx,0,0,0,0\n"a"b,0,0,0,0\nx,0,0,0,0\n')
+    with pytest.raises(gg.InputError, match="line 3: "):
+        gg.validate(path)

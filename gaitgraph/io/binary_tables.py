@@ -95,9 +95,6 @@ def _tables_of(
     for name in TEXTS:
         if name in columns and len(columns[name]) == 1:
             columns[name] = np.repeat(columns[name], rows)
-    lengths = set(map(len, columns.values()))
-    if len(lengths) > 1:
-        raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = min(start + ROWS_OF_A_PIECE, rows)
         yield from builder.pieces({name: one[start:stop] for name, one in columns.items()})

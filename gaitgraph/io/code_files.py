@@ -15,7 +15,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +58,8 @@ class _Curve:
     accelerations: FloatArray | None
     closed: bool
     even: bool
+    bits: int
+    """How many bits of a fixed-point number are behind the point: as many as its largest angle leaves."""
 
     @property
     def rows(self) -> int:
@@ -72,15 +74,6 @@ class _Curve:
     def cubic(self) -> bool:
         """Whether rows are joined by cubics."""
         return self.number != "fixed" and self.rates is not None
-
-    @property
-    def bits(self) -> int:
-        """How many bits of a fixed-point number are behind the point: as many as its largest angle leaves."""
-        largest = float(np.abs(self.angles).max())
-        bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
-        if bits is None:
-            raise InputError(f"number must be float for an angle of {largest:g} rad; 'fixed' goes up to {_LARGEST} rad")
-        return bits
 
     def literal(self, value: float) -> str:
         """Return a number as the compiler reads the same one again."""
@@ -97,31 +90,32 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
     """
     table = merged_up_to(pieces, MOST_ROWS + 1, "a C header")
-    name = options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
+    number, name = options.number, options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
-    curve = _curve_of(table, name, options.number)
-    guard = f"GAITGRAPH_{name.upper()}_H"
-    head = [*_comment(path.name, table, options, curve), f"#ifndef {guard}", f"#define {guard}", ""]
-    lines = [*head, "#include <stdint.h>", "", *_tables(curve), _functions(curve), FORMATS[".h"].end]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _curve_of(table: Table, name: str, number: str) -> _Curve:
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table)
-    rates = accelerations = None
+    motion: dict[str, Any] = {"rates": None, "accelerations": None}
     if len(times) == 1:  # a gait that is a point, once more
         times, angles, closed = np.array([0.0, 1.0]), np.vstack([angles, angles]), True
     elif ACCELERATIONS[0] in table and RATES[0] in table and any(table[one].any() for one in ACCELERATIONS):
-        rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
+        columns = {"rates": RATES, "accelerations": ACCELERATIONS}
+        motion = {what: np.column_stack([table[one] for one in names]) for what, names in columns.items()}
     step = times[-1] / (len(times) - 1)
     even = bool(np.abs(times - step * np.arange(len(times))).max() <= max(_EVEN * step, _NANOSECOND))
+    largest = float(np.abs(angles).max())
+    bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
     if number == "fixed" and not even:
         raise InputError("number must be float or double for rows that are not evenly spaced, got 'fixed'")
+    if number == "fixed" and bits is None:
+        raise InputError(f"number must be float for an angle of {largest:g} rad; 'fixed' goes up to {_LARGEST} rad")
     if number == "float" and not even and np.diff(times.astype(np.float32)).min() <= 0:
         raise InputError("number must be double for rows so near in time, got 'float'")
-    motion = {"times": times, "angles": angles, "rates": rates, "accelerations": accelerations}
-    return _Curve(name=name, number=number, **motion, closed=closed, even=even)
+    motion |= {"times": times, "angles": angles, "closed": closed, "even": even}
+    curve = _Curve(name=name, number=number, bits=bits or 0, **motion)
+    guard = f"GAITGRAPH_{name.upper()}_H"
+    lines = [*_comment(path.name, table, options, curve), f"#ifndef {guard}", f"#define {guard}", ""]
+    lines += ["#include <stdint.h>", "", *_tables(curve), _functions(curve), FORMATS[".h"].end]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _comment(file: str, table: Table, options: FormatOptions, curve: _Curve) -> list[str]:
@@ -168,17 +162,14 @@ def _tables(curve: _Curve) -> list[str]:
     """Return the definitions of the period, the number of rows and the scale, and the tables."""
     name, upper = curve.name, curve.name.upper()
     lines = [f"#define {upper}_PERIOD {curve.literal(curve.times[-1])}", f"#define {upper}_ROWS {curve.rows}"]
-    found: list[tuple[str, str, list[list[str]]]] = []
+    kind, text, tables = curve.real, curve.literal, {"angle": curve.angles, "rate": curve.rates}
     if curve.number == "fixed":
         lines.append(f"#define {upper}_SCALE {curve.literal(2.0**-curve.bits)}")
-        found.append(("int16_t", "angle", [list(map(str, row)) for row in curve.units().tolist()]))
-    else:
-        found.append((curve.real, "angle", [list(map(curve.literal, row)) for row in curve.angles.tolist()]))
-        if curve.rates is not None:
-            found.append((curve.real, "rate", [list(map(curve.literal, row)) for row in curve.rates.tolist()]))
-    for kind, what, rows in found:
-        lines += ["", f"static const {kind} {name}_{what}[{curve.rows}][4] = {{"]
-        lines += [*(f"    {{{', '.join(row)}}}," for row in rows[: curve.rows]), "};"]
+        kind, text, tables = "int16_t", str, {"angle": curve.units()}
+    for what, values in tables.items():
+        if values is not None:
+            lines += ["", f"static const {kind} {name}_{what}[{curve.rows}][4] = {{"]
+            lines += [*(f"    {{{', '.join(map(text, row))}}}," for row in values[: curve.rows].tolist()), "};"]
     if not curve.even:
         times = ", ".join(map(curve.literal, curve.times.tolist()))
         lines += ["", f"static const {curve.real} {name}_time[{len(curve.times)}] = {{"]

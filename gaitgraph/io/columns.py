@@ -92,7 +92,7 @@ class TableBuilder:
         used = {name: values for name, values in raw.items() if self.uses(name)}
         lengths = set(map(len, used.values()))
         if len(lengths) > 1:
-            raise InputError(f"columns have {min(lengths)} to {max(lengths)} rows; allowed are equally many")
+            raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
         if not max(lengths, default=0):
             return
         found: dict[str, Any] = {}
@@ -201,16 +201,11 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
 
 
 class HasColumns(Protocol):
-    """What frames of all libraries have in common."""
+    """What frames of all libraries have in common: names of columns, and columns by their names."""
 
-    @property
-    def columns(self) -> Any:
-        """The names of the columns."""
-        ...
+    columns: Any
 
-    def __getitem__(self, name: str, /) -> Any:
-        """Return a column."""
-        ...
+    def __getitem__(self, name: str, /) -> Any: ...
 
 
 Frame = HasColumns | Mapping[str, Any]
@@ -241,15 +236,7 @@ def table_from_frame(frame: Frame) -> Table:
         Columns as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are ignored. An index of
         pandas that is named `t` counts as that column.
 
-    Returns
-    -------
-    Table
-        It states what made it if `attrs` does, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
-
-    Raises
-    ------
-    InputError
-        If it is no frame, a column is missing, or a value is not allowed.
+        The table states what made it if `attrs` does, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
 
     Examples
     --------

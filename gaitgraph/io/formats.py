@@ -48,8 +48,6 @@ PROVENANCE_TOPIC = "/gaitgraph"
 """The topic of a bag that states what made it."""
 
 _WHAT = "gait file"
-_MOST_PERIODS = 100_000
-_LONGEST_NAME = 100
 _TOPIC = re.compile(r"(?=.{1,255}$)(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 _TOPICS = f"a topic such as '/arm/joint_states', and not {PROVENANCE_TOPIC}"
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
@@ -73,8 +71,6 @@ class FormatOptions:
     c_name
         What the names in a C header begin with; by default the file's name.
 
-    Examples
-    --------
     >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
     """
 
@@ -88,23 +84,18 @@ class FormatOptions:
     def __post_init__(self) -> None:
         names: Any = ANGLES if self.joint_names is None else self.joint_names
         are_names = isinstance(names, tuple) and all(
-            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= _LONGEST_NAME
-            for name in names
+            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names
         )
         c_name = "up to 60 letters, digits and underscores, a letter first"
-        four = f"four different printable texts of up to {_LONGEST_NAME} characters"
+        four = "four different printable texts of up to 100 characters"
         for name, holds, allowed in (
-            (
-                "periods",
-                type(self.periods) is int and 1 <= self.periods <= _MOST_PERIODS,
-                f"a whole number from 1 to {_MOST_PERIODS}",
-            ),
+            ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
             ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
             ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
             ("states_topic", _is_topic(self.states_topic), _TOPICS),
             ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
             ("number", self.number in NUMBERS, "float, double or fixed"),
-            ("c_name", self.c_name is None or _is_like(_IDENTIFIER, self.c_name), c_name),
+            ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
         ):
             if not holds:
                 raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
@@ -119,12 +110,8 @@ class FormatOptions:
         return names if self.joint_names is None else self.joint_names, rotors
 
 
-def _is_like(pattern: re.Pattern[str], value: object) -> bool:
-    return isinstance(value, str) and pattern.fullmatch(value) is not None
-
-
 def _is_topic(value: object) -> bool:
-    return _is_like(_TOPIC, value) and value != PROVENANCE_TOPIC
+    return isinstance(value, str) and _TOPIC.fullmatch(value) is not None and value != PROVENANCE_TOPIC
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -209,19 +209,16 @@ def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
         progress(1.0)
 
 
-def _messages(bag: Reader, connections: list[Connection]) -> Iterator[tuple[int, Any]]:
-    """Yield the messages of some topics, each with the time of its record [ns]."""
-    for connection, time, content in bag.messages(connections):
-        try:
-            yield time, _store().deserialize_cdr(content, connection.msgtype)
-        except Exception as error:  # broken bytes make it raise anything
-            raise InputError(f"a message of {len(content)} bytes is no {connection.msgtype}, or broken") from error
+def _messages(bag: Reader, connections: list[Connection]) -> list[tuple[int, Any]]:
+    """Return the messages of some topics, each with the time of its record [ns]."""
+    found = bag.messages(connections) if connections else ()  # no connections would mean all
+    return [(time, _store().deserialize_cdr(content, connection.msgtype)) for connection, time, content in found]
 
 
 def _provenance(bag: Reader) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what made a bag and which options it was written with; nothing, twice, of somebody else's."""
-    connections = [one for one in bag.connections if (one.topic, one.msgtype) == (PROVENANCE_TOPIC, STRING)]
-    for _, message in _messages(bag, connections) if connections else ():
+    ours = [one for one in bag.connections if (one.topic, one.msgtype) == (PROVENANCE_TOPIC, STRING)]
+    for _, message in _messages(bag, ours)[:1]:
         about = about_from_text(message.data, required=True)
         chosen = json.loads(message.data).get("bag")
         return about, chosen if isinstance(chosen, dict) else {}
@@ -242,10 +239,9 @@ def _of_kind(bag: Reader, kind: str, usual: str) -> list[Connection]:
 def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> _Rows:
     """Return times [ns], names and rows of a JointTrajectory: one period of our own, somebody else's as it is."""
     messages = _messages(bag, connections)
-    _, message = next(messages, (0, None))
-    if message is None or next(messages, None) is not None:
-        got = "none" if message is None else "several"
-        raise InputError(f"topic {connections[0].topic!r} must have one message, got {got}")
+    if len(messages) != 1:
+        raise InputError(f"topic {connections[0].topic!r} must have one message, got {len(messages)}")
+    message = messages[0][1]
     points = message.points
     if not points:
         raise InputError("a trajectory must have at least one point, got none")
@@ -260,15 +256,13 @@ def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, An
 
 def _states(bag: Reader, connections: list[Connection]) -> _Rows:
     """Return times [ns], names and rows of JointStates, all periods of them; the time of records if none is stamped."""
-    messages = list(_messages(bag, connections))
+    messages = _messages(bag, connections)
     if not messages:
-        raise InputError(f"topic {connections[0].topic!r} must have at least one message, got none")
+        raise InputError(f"topic {connections[0].topic!r} must have messages, got 0")
     first = messages[0][1]
     stamps = [message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec for _, message in messages]
-    for _, message in messages:
-        if message.name != first.name:
-            got = f"{shown(message.name)} after {shown(first.name)}"
-            raise InputError(f"joints must be the same in all messages, got {got}")
+    if any(message.name != first.name for _, message in messages):
+        raise InputError(f"joints must be the same in all messages, got others after {shown(first.name)}")
     rows = {"positions": [message.position for _, message in messages]}
     if len(first.velocity):
         rows["velocities"] = [message.velocity for _, message in messages]

@@ -75,6 +75,11 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 def _lines(path: Path, progress: Progress) -> Iterator[list[str]]:
     """Yield the lines of a file in groups, whatever its size; a byte-order mark and any kind of line end are read."""
     rest = b""
+
+    def split(content: bytes) -> list[str]:
+        text = decoded(content, path, _WHAT, "a gait table as text")
+        return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+
     for block, fraction in blocks_of(path, _WHAT, "a gait table"):
         content = rest + block
         # A carriage return at the end may be half of a line end.
@@ -85,16 +90,9 @@ def _lines(path: Path, progress: Progress) -> Iterator[list[str]]:
         if progress is not None:
             progress(fraction)
         if content:
-            yield _split(content, path)
+            yield split(content)
     if rest:
-        yield _split(rest, path)
-
-
-def _split(content: bytes, path: Path) -> list[str]:
-    text = decoded(content, path, _WHAT, "a gait table as text")
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    return text.removesuffix("\n").split("\n")
+        yield split(rest)
 
 
 def _names_of(text: str, line: int) -> list[str]:
@@ -103,9 +101,8 @@ def _names_of(text: str, line: int) -> list[str]:
         names = [name.strip() for name in next(csv.reader([text], strict=True))]
     except csv.Error as error:
         raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
-    for mark, what in ((";", "semicolons"), ("\t", "tabs")):
-        if len(names) == 1 and mark in text:
-            raise InputError(f"columns are separated by {what}; allowed are commas, and points in numbers")
+    if len(names) == 1 and re.search(r"[;\t]", text):
+        raise InputError("columns are separated by semicolons or tabs; allowed are commas, and points in numbers")
     return names
 
 
@@ -270,17 +267,15 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
         raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
     path, colors = content["path"], content.get("colors", [])
     if not (isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)):
-        raise InputError(f"path: {shown(path)}; allowed is a list of [alpha1, alpha2, alpha3, alpha4]")
+        raise InputError(f"path must be a list of [alpha1, alpha2, alpha3, alpha4], got {shown(path)}")
     if not isinstance(colors, list):
-        raise InputError(f"colors: {shown(colors)}; allowed is a list of 'red' and 'blue'")
+        raise InputError(f"colors must be a list of 'red' and 'blue', got {shown(colors)}")
     columns = {name: [row[k] for row in path] for k, name in enumerate(ANGLES)} | ({"color": colors} if colors else {})
     request = content.get("request")
     keys = ("vehicle", "coefficients", "period", "law")
     about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
-    if about:
-        about["request"] = request
-    if "crossing_tolerance" in content:
-        about["crossing_tolerance"] = content["crossing_tolerance"]
+    about |= {"request": request} if about else {}
+    about |= {key: content[key] for key in ("crossing_tolerance",) if key in content}
     return columns, about
 
 

@@ -22,7 +22,7 @@ import atheris
 with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import GaitgraphError
-    from gaitgraph.io import binary_tables
+    from gaitgraph.io import binary_tables, text_files
     from gaitgraph.io.formats import gait_of, read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
     from gaitgraph.timing.timed_gait import export
@@ -32,7 +32,7 @@ with atheris.instrument_imports(include=["gaitgraph"]):
 KINDS = (".csv", ".json", "request", "vehicle", "angle", ".npz", ".mat", ".parquet")
 """The readers, chosen by the letters A to H."""
 
-LATE = (binary_tables,)  # imported when a file of theirs is read, which would be too late here
+LATE = (binary_tables, text_files)  # imported when a file of theirs is read, which would be too late here
 FOLDER = Path(tempfile.mkdtemp(prefix="gaitgraph-fuzz-"))
 
 
