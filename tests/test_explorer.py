@@ -394,7 +394,7 @@ class TestTables:
 
 
 class TestDownload:
-    @pytest.mark.parametrize("suffix", [".json", ".npz", ".m", ".mcap", ".gif"])
+    @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])
     def test_formats_come_as_files_and_folders_as_zips(self, client: Client, suffix: str) -> None:
         (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
         if not listed["available"]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 import tracemalloc
@@ -22,7 +21,7 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files as jsons
 from gaitgraph.io.columns import table_from_frame
-from gaitgraph.io.formats import FORMATS, provenance_in, read_pieces, read_table, write_tables
+from gaitgraph.io.formats import FORMATS, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
 from gaitgraph.timing.timed_gait import export, table_of
@@ -83,62 +82,6 @@ def test_the_same_gait_gives_the_same_bytes_through_every_format(planned: TimedG
         assert one.read_bytes() == two.read_bytes()
         before = one
     assert before.read_bytes() == (tmp_path / "a.csv").read_bytes()
-
-
-# The MATLAB function --------------------------------------------------------------------------------------------------
-
-
-def test_the_matlab_function_states_what_made_it(planned: TimedGait, tmp_path: Path) -> None:
-    path = tmp_path / "gait3.m"
-    planned.write(path)
-    text = path.read_text(encoding="ascii")
-    assert text.startswith("function answer = gait3(file)\n%gait3  Load")
-    assert "<<" not in text
-    assert provenance_in(path) == table_of(planned).about
-    assert read_request(path, {})[0].period == 2.0
-    for name in ("3rd", "my-gait", "end", "a b"):
-        with pytest.raises(gg.InputError, match="output must be named by letters"):
-            planned.write(tmp_path / f"{name}.m")
-    for name in ("plot", "legend", "exist", "isfield", "vertcat", "on", "columns", "text_of", "alpha"):
-        with pytest.raises(gg.InputError, match=f"the script has a function or a variable {name}$"):
-            planned.write(tmp_path / f"{name}.m")
-    planned.write(tmp_path / "gait.m")
-    (tmp_path / "gait.m").unlink()
-    path.write_text("function x\nend\n")
-    with pytest.raises(gg.InputError, match=r"gait3\.m': it does not state what made it"):
-        read_request(path, {})
-    with pytest.raises(gg.InputError, match=r"must have one of the suffixes \.csv"):
-        read_table(path)
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["gait3.m"]
-
-
-@pytest.mark.skipif(shutil.which("octave-cli") is None, reason="there is no Octave here")
-@pytest.mark.parametrize("suffix", [".mat", ".csv", ".json"])
-def test_octave_loads_the_file_beside_the_function(suffix: str, planned: TimedGait, tmp_path: Path) -> None:
-    planned.write(tmp_path / "gait3.m", tmp_path / f"gait3{suffix}")
-    say = "g = gait3; printf('%.17g ', g.alpha, g.alpha_rate, g.t)"
-    done = subprocess.run(["octave-cli", "--eval", say], cwd=tmp_path, capture_output=True, text=True, check=True)
-    angles, rates, _ = planned.at(planned.t)
-    expected = np.concatenate([angles.T.ravel(), rates.T.ravel() + 0.0, planned.t])
-    found = [float(text) for text in done.stdout.split()]
-    np.testing.assert_allclose(found, expected, rtol=1e-15 if suffix == ".json" else 0)  # its jsondecode rounds
-
-
-def test_a_script_alone_is_exported(planned: TimedGait, tmp_path: Path, run: Any) -> None:
-    planned.write(tmp_path / "gait.csv")
-    for count, force in ((13, []), (13, ["--force"]), (5, ["--force", "--samples", "4"])):
-        done = run("export", "gait.csv", "z.m", *force, "--json")
-        assert done.json["rows"] == count
-    assert run("export", "gait.csv", "z.m", "--force").out == "wrote z.m: 13 rows\n"
-    # Pieces that a format does not look at are counted all the same, and once.
-    servos = gg.io.servo_map_from_mapping({"limits": [-1.0, 1.0], "clip": True})
-    alone, beside = (
-        export(tmp_path / "gait.csv", [tmp_path / name for name in names], force=True, servos=servos)
-        for names in (["a.csv"], ["z.m", "a.csv"])
-    )
-    assert beside == alone
-    assert alone.clipped["alpha1"] > 0
-    assert not export(tmp_path / "gait.csv", [tmp_path / "z.m"], force=True, servos=servos).clipped
 
 
 # Streaming ------------------------------------------------------------------------------------------------------------
@@ -328,7 +271,7 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
         "import sys, gaitgraph as gg\n"
         "gg.validate('a.npz')\n"
         "from gaitgraph.timing.timed_gait import export\n"
-        "export('a.npz', ['b.csv', 'b.json', 'b.m'])\n"
+        "export('a.npz', ['b.csv', 'b.json', 'b.h'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -161,7 +161,7 @@ def test_the_same_table_gives_the_same_bytes_under_any_name(written: dict[str, P
 
 def test_every_file_plans_again(run: Callable[..., Any], tmp_path: Path) -> None:
     waypoints = [f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))]
-    names = ["g.csv", "g.mcap", "g.yaml", "g.h", "g.m"]
+    names = ["g.csv", "g.mcap", "g.yaml", "g.h"]
     run("plan", *waypoints, "--samples", 10, "--period", 2, *[f"--output={name}" for name in names])
     for name in names[1:]:
         assert run("plan", name, "--output", f"{name}.csv").code == 0
@@ -288,7 +288,7 @@ def test_wrong_options_are_refused_in_one_line(
 
 def test_the_command_line_writes_joints(run: Callable[..., Any], tmp_path: Path) -> None:
     TIMED.write(tmp_path / "gait.csv")
-    names = [f"g{suffix}" for suffix in (".npz", ".mcap", ".yaml", ".h", ".m")]
+    names = [f"g{suffix}" for suffix in (".npz", ".mcap", ".yaml", ".h")]
     (tmp_path / "servos.toml").write_text('unit = "deg"\ntime = "s"')
     done = run("export", "gait.csv", *names, "--periods", 2, "--joint-names", "a,b,c,d", "--servos", "servos.toml")
     assert done.out.splitlines() == [f"wrote {name}: 21 rows" for name in names]
@@ -298,7 +298,7 @@ def test_the_command_line_writes_joints(run: Callable[..., Any], tmp_path: Path)
     assert run("export", "gait.csv", "h.h", "--servos", "x_frame").out == "wrote h.h: 21 rows\n"
 
 
-@pytest.mark.parametrize("name", ["g.h", "g.yaml", "g.m"])
+@pytest.mark.parametrize("name", ["g.h", "g.yaml"])
 def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     TIMED.write(path)

@@ -278,11 +278,6 @@ _KEYWORDS = frozenset(
 )
 
 
-def is_matlab_name(name: str) -> bool:
-    """Return whether MATLAB takes a name for a variable or a function."""
-    return bool(_NAME.fullmatch(name)) and name not in _KEYWORDS
-
-
 def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new MATLAB file.
 
@@ -296,7 +291,7 @@ def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> No
 
     table = merged(pieces)
     for name in table.columns:
-        if not is_matlab_name(name):
+        if name in _KEYWORDS or not _NAME.fullmatch(name):
             raise InputError(f"column must be letters, digits and _ and no keyword in a .mat file, got {shown(name)}")
     columns = {name: np.asarray(values) for name, values in table.columns.items()}
     groups = {

@@ -166,7 +166,7 @@ class Format:
 
 
 _TEXT, _BINARY = "gaitgraph.io.text_files", "gaitgraph.io.binary_tables"
-_CODE, _ROS = "gaitgraph.io.code_files", "gaitgraph.io.ros"
+_HEADERS, _ROS = "gaitgraph.io.c_header", "gaitgraph.io.ros"
 _BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
 _BAG["options"] = ("periods", "joint_names", "trajectory_topic", "states_topic")
 _GOAL: Any = {"mark": "# made_by: ", "end": "# end", "options": ("periods", "joint_names")}
@@ -180,11 +180,10 @@ FORMATS = {
         Format(suffix=".json", name="JSON", module=_TEXT),
         Format(suffix=".npz", name="NumPy archive", module=_BINARY, own=("provenance",)),
         Format(suffix=".mat", name="MATLAB file", module=_BINARY, own=_MAT_OWN),
-        Format(suffix=".m", name="MATLAB script", module=_CODE, mark="% made by: ", end="% end"),
         Format(suffix=".parquet", name="Parquet", module=_BINARY, library="pyarrow", extra="table"),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=_ROS, **_BAG),
         Format(suffix=".yaml", name="ROS 2 trajectory", module=_ROS, **_GOAL),
-        Format(suffix=".h", name="C header", module=_CODE, **_HEADER),
+        Format(suffix=".h", name="C header", module=_HEADERS, **_HEADER),
     )
 }
 """The formats by suffix."""
@@ -247,7 +246,6 @@ def write_tables(
         Choices that some formats have; the others ignore them.
     servos
         What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
-        Pictures and MATLAB functions do not change.
 
     Raises
     ------

@@ -1,11 +1,8 @@
-"""A gait as source code: a C header, and a function for MATLAB and Octave.
+"""A gait as a C header.
 
 The header has a table of the angles, and a function that returns them at any time. It is C99 and C++11, needs no
 library but <stdint.h>, allocates nothing, and takes any time: before 0, after many periods, not a number. Its first
 comment states what made it. Its functions are in `gait_header.h.txt`.
-
-The MATLAB function loads and plots the .mat, .csv or .json file of its own name, without toolbox or Python. Its text is
-`gait_function.m`.
 """
 
 from __future__ import annotations
@@ -20,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, is_closed, provenance_text
-from gaitgraph.io.binary_tables import is_matlab_name
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.ros import merged_up_to
 
@@ -35,8 +31,6 @@ FloatArray = npt.NDArray[np.float64]
 
 MOST_ROWS = 16_384
 """A C header may have this many rows at most: as floats with rates, half a megabyte."""
-
-_NOT_NAMES = re.compile(r"^%.*|(?<![\w)\]}.'])'(?:[^'\n]|'')*'|<<[\w ]+>>", re.MULTILINE)
 
 _LARGEST = 32_767
 _EVEN = 1e-6
@@ -200,19 +194,3 @@ def _functions(curve: _Curve) -> str:
     parts = (one.partition("|") for one in template)
     lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]
     return re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines)) + "\n"
-
-
-def write_m(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
-    """Write a new MATLAB function, under a name that MATLAB can call and that the function itself does not call."""
-    name = path.stem
-    if not is_matlab_name(name):
-        wanted = "letters, digits and _, a letter first, and by no keyword, for a MATLAB function"
-        raise InputError(f"output must be named by {wanted}, got {shown(path.name)}")
-    text = Path(__file__).with_name("gait_function.m").read_text(encoding="ascii")
-    # In a file of the name of one of its functions or variables it would call itself.
-    if name in {"alpha", *re.findall(r"(?<![\w.])[A-Za-z]\w*", _NOT_NAMES.sub(" ", text))}:
-        raise InputError(
-            f"output must have another name than {shown(path.name)}: the script has a function or a variable {name}"
-        )
-    made = FORMATS[".m"].mark + provenance_text(next(iter(pieces)))
-    path.write_text(text.replace("<<name>>", name).replace("<<made by>>", made), encoding="ascii")
