@@ -84,13 +84,12 @@ def number_of(value: object) -> float:
         return math.nan
 
 
-def text_from_angle(angle: float, *, ascii_only: bool = False) -> str:
+def text_from_angle(angle: float) -> str:
     """Return a short text: a multiple of π/32 when the angle is one (to 1e-9 rad), else four decimals.
 
     >>> text_from_angle(-3 * math.pi / 8), text_from_angle(0.3), text_from_angle(0.0)
     ('-3π/8', '0.3000', '0')
     """
-    pi = "pi" if ascii_only else "π"
     whole = round(angle * 32 / math.pi)
     if abs(angle - whole * math.pi / 32) > 1e-9:
         return f"{angle:.4f}"
@@ -99,7 +98,7 @@ def text_from_angle(angle: float, *, ascii_only: bool = False) -> str:
     divisor = 32 // math.gcd(abs(whole), 32)
     factor = whole * divisor // 32
     head = {1: "", -1: "-"}.get(factor, str(factor))
-    return f"{head}{pi}" + (f"/{divisor}" if divisor > 1 else "")
+    return f"{head}π" + (f"/{divisor}" if divisor > 1 else "")
 
 
 def wrapped(angle: Any) -> Any:

@@ -179,21 +179,21 @@ def _is_plain(text: str) -> bool:
 
 def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
-    known: set[str] = set()
-    texts = []
-    for k, value in enumerate(values.tolist() if isinstance(values, np.ndarray) else values, start=row + 1):
-        text = value.strip() if isinstance(value, str) else value
-        if not isinstance(text, str) or text not in known:
-            try:
-                if name == "types":
-                    types_from_text(text)
-                elif text not in FAMILIES:
-                    which = "missing" if text is None else shown(text)
-                    raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
-            except InputError as error:
-                raise InputError(f"row {k}: {error}") from error
-            known.add(text)
-        texts.append(text)
+    values = values.tolist() if isinstance(values, np.ndarray) else values
+    texts = [text.strip() if isinstance(text, str) else text for text in values]
+    try:
+        distinct = list(dict.fromkeys(texts))
+    except TypeError:  # a list or an object is among them
+        distinct = texts
+    for text in distinct:
+        try:
+            if name == "types":
+                types_from_text(text)
+            elif text not in FAMILIES:
+                which = "missing" if text is None else shown(text)
+                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
+        except InputError as error:
+            raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
     return tuple(texts)
 
 

@@ -41,9 +41,6 @@ if TYPE_CHECKING:
 
     Progress = Callable[[float], None] | None
 
-NUMBERS = ("float", "double", "fixed")
-"""What the tables of a C header are made of, the default first."""
-
 PROVENANCE_TOPIC = "/gaitgraph"
 """The topic of a bag that states what made it."""
 
@@ -78,7 +75,7 @@ class FormatOptions:
     joint_names: tuple[str, ...] | None = None
     trajectory_topic: str = "/joint_trajectory"
     states_topic: str = "/joint_states"
-    number: str = NUMBERS[0]
+    number: str = "float"
     c_name: str | None = None
 
     def __post_init__(self) -> None:
@@ -94,7 +91,7 @@ class FormatOptions:
             ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
             ("states_topic", _is_topic(self.states_topic), _TOPICS),
             ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
-            ("number", self.number in NUMBERS, "float, double or fixed"),
+            ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
             ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
         ):
             if not holds:
