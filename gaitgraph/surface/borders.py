@@ -140,6 +140,9 @@ class Border:
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
 
 
+Edge = tuple[float, Function, Border | None]  # of a band: w in its middle, its ordinates, and None if it is straight
+
+
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
     """Return where a trigonometric polynomial of degree two may vanish on [−period/2, period/2), sorted.
 
@@ -167,28 +170,20 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
         x = (low + high) / 2 - (high - low) / 2 * np.cos(theta)
         return np.where(theta <= 0, low, np.where(theta >= math.pi, high, x))
 
-    theta = np.linspace(0.0, math.pi, _FIRST_CHORDS + 1)
-    kept, starts, ends = [theta], theta[:-1], theta[1:]
+    theta, settled = np.linspace(0.0, math.pi, _FIRST_CHORDS + 1), np.zeros(_FIRST_CHORDS, dtype=bool)
     for _ in range(_MOST_ROUNDS):
-        x = at(np.concatenate([starts, ends]))
-        first, second = np.split(np.column_stack([x, function(x)]), 2)
+        points = np.column_stack([at(theta), function(at(theta))])
+        first, second = points[:-1][~settled], points[1:][~settled]
         bound = border.deviation(first, second, 2 * tolerance)
         # A chord shorter than the tolerance is as good as the border.
         bound[np.hypot(*(second - first).T) < tolerance / 2] = 0.0
-        pieces = np.where(np.isfinite(bound), np.ceil(np.sqrt(bound / tolerance)), 4.0)
-        open_ = pieces > 1
-        if not open_.any():
+        pieces = np.ones(len(settled), dtype=int)
+        pieces[~settled] = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
+        if pieces.max() == 1:
             break
-        count = pieces[open_].astype(int)
-        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        begin, step = np.repeat(starts[open_], count), np.repeat((ends - starts)[open_] / count, count)
-        closing = np.repeat(ends[open_], count)
-        starts, ends = (
-            begin + number * step,
-            np.where(number + 1 == np.repeat(count, count), closing, begin + (number + 1) * step),
-        )
-        kept.append(starts[number > 0])
-    return at(np.sort(np.concatenate(kept)))
+        theta = np.interp(np.arange(pieces.sum() + 1), np.append(0, np.cumsum(pieces)), theta)
+        settled = np.repeat(pieces == 1, pieces)
+    return at(theta)
 
 
 def bands_between(
@@ -212,17 +207,15 @@ def bands_between(
     `ordinate` gives the second coordinate for w.
     """
 
-    def side(edge: tuple[float, Function | None]) -> tuple[Function, Border | None]:
-        value, root = edge
-        if root is None:
-            return (lambda x: ordinate(np.full(x.shape, value))), None
-        # At the ends of an interval rounding alone can take a root out of the range.
-        return (lambda x: ordinate(np.clip(root(x), *ends))), border
+    def straight(w: float) -> Edge:
+        return w, lambda x: ordinate(np.full(x.shape, w)), None
 
-    def band(
-        low: float, high: float, bottom: tuple[float, Function | None], top: tuple[float, Function | None]
-    ) -> Polygon:
-        (lower, lower_border), (upper, upper_border) = side(bottom), side(top)
+    def curved(w: float, root: Function) -> Edge:
+        # At the ends of an interval rounding alone can take a root out of the range.
+        return w, lambda x: ordinate(np.clip(root(x), *ends)), border
+
+    def band(low: float, high: float, bottom: Edge, top: Edge) -> Polygon:
+        (_, lower, lower_border), (_, upper, upper_border) = bottom, top
 
         def between(below: FloatArray, above: FloatArray) -> Polygon:
             ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
@@ -245,8 +238,8 @@ def bands_between(
         middle = np.array([(low + high) / 2])
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
-        edges: list[tuple[float, Function | None]] = [(w, root) for w, root in here if ends[0] < w < ends[1]]
-        edges = [(ends[0], None), *edges, (ends[1], None)]
+        inner = [curved(w, root) for w, root in here if ends[0] < w < ends[1]]
+        edges = [straight(ends[0]), *inner, straight(ends[1])]
         inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
         # Each run of intervals in which the condition holds is one polygon.
         for held, run in groupby(range(len(inside)), key=inside.__getitem__):
@@ -264,32 +257,53 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
     return shapely.transform(shape, lambda at: -at[:, ::-1])
 
 
-def _bracket(kappa: float) -> Waves:
+def _bracket_waves(kappa: float) -> Waves:
     """Return D as a function of (u, v)."""
     return cosine(1, 0, size=kappa) + cosine(0, 1, size=kappa) + cosine(1, 0, HALF_PI, -1.0)
 
 
-def _real_root(square: FloatArray, scale: float) -> FloatArray:
-    """Return the root of what may be negative by rounding, NaN where it is negative by more."""
-    with np.errstate(invalid="ignore"):
-        return np.sqrt(np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan))
+def _bracket_at(u: FloatArray, kappa: float) -> FloatArray:
+    """Return D less its term in w."""
+    return np.asarray(kappa * np.cos(u) - np.sin(u))
 
 
-def _turned(shape: BaseGeometry) -> BaseGeometry:
-    """Return a shape of 0 ≤ v ≤ π in the (u, v) plane, continued by cos v, in the (α1, α2) plane."""
+def _bands_in_w(
+    kappa: float,
+    middle: Function,
+    discriminant: Function,
+    scale: float,
+    height: Callable[[FloatArray, float], FloatArray],
+    holds: Callable[[float, float], bool],
+    border: Border,
+    tolerance: float,
+) -> BaseGeometry:
+    """Return where a condition on (u, w) holds, in the (α1, α2) plane.
+
+    Its border is where `height` vanishes, a quadratic in w with the roots (±√discriminant − sgn κ·middle)/(2|κ|) and
+    trigonometric polynomials of degree two as coefficients. A discriminant that is negative by less than 1e-9 of its
+    `scale` is zero.
+    """
+
+    def root(side: float) -> Function:
+        def at(u: FloatArray) -> FloatArray:
+            square = discriminant(u)
+            with np.errstate(invalid="ignore"):
+                size = np.sqrt(np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan))
+            return np.asarray((side * size - math.copysign(1, kappa) * middle(u)) / (2 * abs(kappa)))
+
+        return at
+
     end = math.pi + _BEYOND
-    beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], 2 * math.pi - at[:, 1]]))
+    functions: list[Function] = [discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0)]
+    zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
+    zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
+    breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
+    shape = bands_between(breaks, (root(-1.0), root(1.0)), holds, border, _ROOT_TWO * tolerance)
+    # From 0 ≤ v ≤ π, continued by cos v, to the (α1, α2) plane.
+    beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]]))
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
     both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
     return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
-
-
-def _breaks(*functions: Function) -> FloatArray:
-    """Return where functions of u of degree two vanish, somewhat beyond [−π, π]."""
-    end = math.pi + _BEYOND
-    zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
-    zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
-    return np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
 
 
 def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
@@ -299,24 +313,17 @@ def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
     """
     half = floor**2 / 2
 
-    def bracket(u: FloatArray) -> FloatArray:
-        return np.asarray(kappa * np.cos(u) - np.sin(u))
-
     def lean(u: FloatArray) -> FloatArray:
         return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
 
-    def discriminant(u: FloatArray) -> FloatArray:
-        return half * (-4 * bracket(u) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
+    def middle(u: FloatArray) -> FloatArray:
+        return 2 * _bracket_at(u, kappa) - half * lean(u)
 
-    def root(side: float) -> Function:
-        scale = half * (8 + 12 * kappa**2 + half)
-        return lambda u: (
-            (side * _real_root(discriminant(u), scale) - math.copysign(1, kappa) * (2 * bracket(u) - half * lean(u)))
-            / (2 * abs(kappa))
-        )
+    def discriminant(u: FloatArray) -> FloatArray:
+        return half * (-4 * _bracket_at(u, kappa) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        determinant = kappa * w + bracket(u)
+        determinant = kappa * w + _bracket_at(u, kappa)
         return np.asarray(determinant**2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2)
 
     def weak(u: float, w: float) -> bool:
@@ -324,9 +331,10 @@ def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
         return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(lean(at)[0]) < 2 * half
 
     squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
-    border = Border(rest=squares * -half + (half**2 - half * (2 + kappa**2)), squared=_bracket(kappa))
-    breaks = _breaks(discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0))
-    return _turned(bands_between(breaks, (root(-1.0), root(1.0)), weak, border, _ROOT_TWO * tolerance))
+    rest = squares * -half + (half**2 - half * (2 + kappa**2))
+    scale = half * (8 + 12 * kappa**2 + half)
+    border = Border(rest=rest, squared=_bracket_waves(kappa))
+    return _bands_in_w(kappa, middle, discriminant, scale, height, weak, border, tolerance)
 
 
 def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
@@ -337,27 +345,20 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
     def line(u: FloatArray) -> FloatArray:
         return np.cos(u - 2 * delta)
 
-    def bracket(u: FloatArray) -> FloatArray:
-        return np.asarray(kappa * np.cos(u) - np.sin(u))
+    def middle(u: FloatArray) -> FloatArray:
+        return kappa * line(u) + _bracket_at(u, kappa)
 
     def discriminant(u: FloatArray) -> FloatArray:
-        return (kappa * line(u) - bracket(u)) ** 2 + 4 * small * kappa**2
-
-    def root(side: float) -> Function:
-        scale = 4 * (1 + kappa**2)
-        return lambda u: (
-            side * _real_root(discriminant(u), scale) / (2 * abs(kappa)) - (line(u) + bracket(u) / kappa) / 2
-        )
+        return (kappa * line(u) - _bracket_at(u, kappa)) ** 2 + 4 * small * kappa**2
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        return (w + line(u)) * (kappa * w + bracket(u)) - small * kappa
+        return (w + line(u)) * (kappa * w + _bracket_at(u, kappa)) - small * kappa
 
     def below(u: float, w: float) -> bool:
         return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
 
-    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket(kappa) + -small * kappa)
-    breaks = _breaks(discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0))
-    return _turned(bands_between(breaks, (root(-1.0), root(1.0)), below, border, _ROOT_TWO * tolerance))
+    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_waves(kappa) + -small * kappa)
+    return _bands_in_w(kappa, middle, discriminant, 4 * (1 + kappa**2), height, below, border, tolerance)
 
 
 def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
