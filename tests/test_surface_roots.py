@@ -1,8 +1,7 @@
 """Sheets, roots and plane types, against a solver that knows nothing of the closed form.
 
 It starts from forces and torques: the horizontal part of N = F·w₀, with w₀ from minors of τ, is linear in
-(cos α3, sin α3) and in (cos α4, sin α4), so that all its zeros follow from one quadratic. A general root finder is set
-on the same equations in test_surface_fibers.
+(cos α3, sin α3) and in (cos α4, sin α4), so that all its zeros follow from one quadratic.
 """
 
 from __future__ import annotations

@@ -68,9 +68,7 @@ def test_within_a_billionth_of_the_boundary_is_on_it(shift: float) -> None:
     [
         ((-1, 0.5), (2, 0.5), False),  # through
         ((-1, 0.5), (0, 0.5), True),  # up to the boundary
-        ((-1, 0.5), (0.5, 0.5), False),  # into
         ((0, 0.5), (0.5, 0), False),  # from boundary to boundary through a corner's inside
-        ((0, 0), (1, 1), False),  # along the diagonal
         ((-1, 0), (2, 0), True),  # along a side and beyond it
         ((-1, 1), (1, -1), True),  # past a corner
         ((0.5, 0.5), (0.5, 0.5), False),  # no length, inside
@@ -133,11 +131,9 @@ def test_corners_may_be_texts_arrays_and_closed_twice_and_are_copied() -> None:
     assert Zones(keep_in=[SQUARE]) != zones
 
 
-@pytest.mark.parametrize("name", ["keep_out", "keep_in"])
-@pytest.mark.parametrize("value", ["square", None, {"a": SQUARE}], ids=repr)
-def test_what_is_no_list_of_polygons_is_refused(name: str, value: Any) -> None:
-    with pytest.raises(InputError, match=f"^{name} must be a list of polygons, each a list of "):
-        Zones(**{name: value})
+def test_what_is_no_list_of_polygons_is_refused() -> None:
+    with pytest.raises(InputError, match="^keep_in must be a list of polygons, each a list of .*, got 'square'"):
+        Zones(keep_in="square")
 
 
 @pytest.mark.parametrize("name", ["keep_out", "keep_in"])
