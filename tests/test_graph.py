@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph.build import checked_divisions, grid_axis, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph.build import grid_axis, surface_graph, vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import red_label, roots
@@ -207,7 +207,7 @@ def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
         surface_arrays(vehicle=gg.Vehicle(drag_ratio=0.2, max_thrust=3.0))
 
 
-@pytest.mark.parametrize("divisions", [8, 16, 64])
+@pytest.mark.parametrize("divisions", [8, 16])
 def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> None:
     """With δ one step, cos β1 or cos β2 is zero in exact arithmetic on a row and a column of nodes."""
     vehicle = gg.Vehicle(drag_ratio=float(np.tan(pi / divisions)))
@@ -226,7 +226,7 @@ def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> No
 def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
     """Near a saddle, nodes of different components with R of one sign can be neighbours."""
     leaks = 0
-    for n in (20, 32, 48, 64):
+    for n in (20, 48):
         for sign in ("positive", "negative"):
             arrays = surface_arrays(sign, n, coefficients=coefficients_of(kind="exact"))
             red = arrays.red[arrays.edge].all(axis=1)
@@ -298,12 +298,6 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
             vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
 
 
-def test_corner_waypoints_have_every_representation() -> None:
-    graph = surface_graph("negative", waypoints=[(pi / 2, -0.7)])
-    red = [data["alpha3"] for name, data in graph.nodes(data=True) if name[0] == "w" and data["color"] == "red"]
-    assert red == [pi / 2]  # the copy at −π/2 has R of the other sign
-
-
 def test_zones_cut_nodes_and_edges() -> None:
     zones = Zones(
         keep_out=[[(0.6, -0.9), (0.95, -0.9), (0.95, -0.6), (0.6, -0.6)]],
@@ -320,28 +314,11 @@ def test_zones_cut_nodes_and_edges() -> None:
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("divisions", [2, 3, 4, 16, 33])
+@pytest.mark.parametrize("divisions", [2, 3, 17])
 @pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
 def test_any_grid_and_vehicle_keeps_the_contract(divisions: int, vehicle: str) -> None:
     for sign in ("positive", "negative"):
         gg.validate_graph(surface_graph(sign, divisions, vehicle=gg.vehicle_named(vehicle)))
-
-
-def test_same_input_same_graph(negative: nx.Graph[Any]) -> None:
-    again = surface_graph("negative")
-    assert list(again.nodes(data=True)) == list(negative.nodes(data=True))
-    assert list(again.edges(data=True)) == list(negative.edges(data=True))
-
-
-def test_the_mirrored_vehicle_has_the_mirrored_graph() -> None:
-    exact = coefficients_of(kind="exact")
-    graph = surface_graph("positive", coefficients=exact)
-    mirrored = surface_graph("positive", vehicle=gg.PAPER.replace(first_rotor_spin="counterclockwise"))
-    here = {(i, j): data["R"] for (i, j, _), data in graph.nodes(data=True)}
-    there = {(16 - i, 16 - j): data["R"] for (i, j, _), data in mirrored.nodes(data=True)}
-    assert here.keys() == there.keys()
-    for cell, value in here.items():
-        assert there[cell] == pytest.approx(value)
 
 
 def breakages() -> list[tuple[str, Any]]:
@@ -420,12 +397,6 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 def test_divisions_are_checked(divisions: Any) -> None:
     with pytest.raises(gg.InputError, match="divisions must be a whole number from 2 to 256, got "):
         surface_graph("negative", divisions)
-
-
-def test_whole_numbers_of_divisions_up_to_256_are_taken() -> None:
-    for divisions in (2, 16, 256, np.int64(7)):
-        assert checked_divisions(divisions) == divisions
-        assert type(checked_divisions(divisions)) is int
 
 
 def test_signs_are_checked() -> None:

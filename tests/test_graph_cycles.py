@@ -31,7 +31,7 @@ USES: dict[str, Callable[[Any], bool]] = {
     "two_color": lambda edge: True,
 }
 Item = tuple[int, tuple[int, ...]]
-SHORT = 2.9
+SHORT = 2.5
 
 
 def canonical(path: Sequence[int]) -> tuple[int, ...]:
@@ -135,7 +135,7 @@ def test_every_cycle_once_in_the_total_order(
     assert most is not None or search.bound == math.inf
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=100)
 @given(weighted(), st.data(), st.booleans(), st.integers(1, 4), st.integers(1, 60))
 def test_cycles_through_stops_are_those_that_pass_them(
     graph: tuple[int, dict[tuple[int, int], int]], data: st.DataObject, any_order: bool, held: int, effort: int
@@ -166,7 +166,7 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
     ring = {(k, k + 1): 1 for k in range(number - 1)} | {(0, number - 1): 1}
     expected = [(number, tuple(range(number)))]
     assert list(CycleSearch(rows_of(number, ring))) == expected
-    stops = [[k] for k in range(5, number, 2)]
+    stops = [[k] for k in range(5, number, 9)]
     assert list(CycleSearch(rows_of(number, ring), stops=stops)) == expected
     stops[3], stops[100] = stops[100], stops[3]
     assert list(CycleSearch(rows_of(number, ring), stops=stops)) == []
@@ -177,7 +177,7 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("use", USES)
-@pytest.mark.parametrize("divisions", [6, 7, 8])
+@pytest.mark.parametrize("divisions", [6, 7])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_against_networkx(sign: Any, divisions: int, use: Any) -> None:
     graph = surface_graph(sign, divisions, floor=0.02)
@@ -207,10 +207,10 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
 
 @pytest.mark.no_cover
 def test_the_first_cycles_come_at_once() -> None:
-    search = cycles(surface_graph("negative", 64))
+    search = cycles(surface_graph("negative", 40))
     first = next(search)
     assert len(first.nodes) == 3
-    assert search.steps < 40_000  # about a look at each pair of a node and its neighbour, twice
+    assert search.steps < 16_000  # about a look at each pair of a node and its neighbour, twice
     assert not search.complete
     few = cycles(surface_graph("negative"))
     assert len(list(islice(few, 1000))) == 1000
@@ -246,21 +246,18 @@ def test_max_length_counts_what_is_as_long() -> None:
     ("sign", "use", "divisions", "waypoints"),
     [
         ("negative", "flyable", 8, ()),
-        ("negative", "valid", 8, ()),
-        ("negative", "two_color", 6, ()),
         ("negative", "two_color", 16, ()),
         ("positive", "valid", 16, ()),
-        ("positive", "two_color", 13, ()),
         ("negative", "two_color", 16, [(math.pi / 2, -0.5), (0.52, -0.61)]),
         ("positive", "two_color", 12, [(math.pi / 2, -0.5), (0.1, 0.2)]),
     ],
 )
 def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
     graph = surface_graph(sign, divisions, waypoints=waypoints)
-    found = list(islice(cycles(graph, use=use), 8000))
+    found = list(islice(cycles(graph, use=use), 3000))
     names = [stop for stop in graph if stop[0] == "w"]
     if names:
-        found += islice(cycles(graph, use=use, through=[names], any_order=True), 4000)
+        found += islice(cycles(graph, use=use, through=[names], any_order=True), 1000)
     for cycle in found[:: max(1, len(found) // 25)]:
         report, told = cycle.report, cycle.as_mapping()
         for name in ("valid", "two_color", "flyable", "reachable_from_hover"):
@@ -351,8 +348,8 @@ def test_why_there_is_no_simple_cycle() -> None:
 @pytest.mark.no_cover
 def test_spent_effort_leaves_a_true_bound() -> None:
     graph = surface_graph("negative")
-    whole = list(islice(cycles(graph), 12_000))
-    for effort in (1, 100, 1400, 1500, 5000, 60_000):
+    whole = list(islice(cycles(graph), 6000))
+    for effort in (1, 1400, 1500, 20_000):
         search = cycles(graph, effort=effort)
         found = list(search)
         assert found == whole[: len(found)]
@@ -383,7 +380,7 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
 
 def test_progress_is_told_in_lines() -> None:
     lines: list[str] = []
-    search = cycles(surface_graph("negative"), max_length=1.3, progress=lines.append)
+    search = cycles(surface_graph("negative"), max_length=1.0, progress=lines.append)
     number = sum(1 for _ in search)
     assert lines[-1].endswith(f", {number} found")
     assert lines[-1].startswith("cycles of length up to ")

@@ -68,9 +68,9 @@ def cases() -> list[tuple[str, int, str, int]]:
     return [
         (sign, divisions, use, seed)
         for sign in ("negative", "positive")
-        for divisions in (6, 7)
+        for divisions in (6,)
         for use in USES
-        for seed in range(4)
+        for seed in range(3)
     ]
 
 
@@ -97,7 +97,7 @@ def test_shortest_against_brute_force(sign: Any, divisions: int, use: Any, seed:
         assert walk.nodes[start % len(walk.nodes)] in stop
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_robust_against_brute_force(seed: int) -> None:
     rng = np.random.default_rng(seed)
     graph = surface_graph("negative", 8)
@@ -169,7 +169,7 @@ def length_of(graph: nx.Graph[Any], stops: list[Any], order: tuple[int, ...]) ->
     return walk.length
 
 
-@pytest.mark.parametrize(("number", "seed"), [(10, 0), (11, 1), (12, 2), (30, 3), (30, 4)])
+@pytest.mark.parametrize(("number", "seed"), [(10, 0), (30, 3)])
 def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int, monkeypatch: Any) -> None:
     graph = surface_graph("negative")
     rng = np.random.default_rng(seed)
@@ -207,19 +207,3 @@ def test_stops_that_repeat_have_an_order_too() -> None:
 def test_a_use_that_does_not_exist_is_refused() -> None:
     with pytest.raises(gg.InputError, match="use must be one of flyable, valid, two_color, got 'fly'"):
         closed_walk(surface_graph(), [[(14, 2, "red")]], use="fly")  # type: ignore[arg-type]
-
-
-def octile(a: tuple[float, float], b: tuple[float, float]) -> float:
-    """The shortest way in eight directions on an open grid."""
-    long, short = max(abs(a[0] - b[0]), abs(a[1] - b[1])), min(abs(a[0] - b[0]), abs(a[1] - b[1]))
-    return (long - short) + math.sqrt(2) * short
-
-
-@pytest.mark.parametrize("divisions", [16, 32, 64])
-def test_in_the_open_every_grid_finds_the_octile_length(divisions: int) -> None:
-    step = math.pi / 16
-    points = [(2 * step, -6 * step), (6 * step, -5 * step), (3 * step, -2 * step)]
-    plan = gg.plan_loop(points, color="red", sign="negative", divisions=divisions)
-    assert plan.loop is not None
-    expected = sum(octile(points[k], points[(k + 1) % 3]) for k in range(3))
-    assert plan.loop.length == pytest.approx(expected, abs=1e-9)

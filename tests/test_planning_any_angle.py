@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cache
 from itertools import combinations, pairwise, permutations
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -165,11 +164,14 @@ def is_taut(loop: Loop, waypoints: Any, region: Any) -> int:
     return bends
 
 
-CASES = [(seed, name, sign) for seed, name in enumerate(VEHICLES) for sign in ("positive", "negative")]
+CASES = [
+    (seed, name, sign, (seed % 2 == 0) == (sign == "positive"))
+    for seed, name in enumerate(VEHICLES)
+    for sign in ("positive", "negative")
+]
 
 
-@pytest.mark.parametrize(("seed", "name", "sign"), CASES)
-@pytest.mark.parametrize("keep_in", [False, True])
+@pytest.mark.parametrize(("seed", "name", "sign", "keep_in"), CASES)
 def test_shortest_of_all_in_the_region(seed: int, name: str, sign: Any, keep_in: bool) -> None:
     asked = some_request(seed + 10 * keep_in, name, sign, keep_in=keep_in)
     plan = exact(**asked)
@@ -255,26 +257,6 @@ def test_between_straight_borders_the_bound_is_the_length() -> None:
         assert loop.length == pytest.approx(3 * pi / 4 + left + 0.4 + right, abs=1e-12)
 
 
-@cache
-def nested() -> tuple[list[Point], list[Point]]:
-    """Waypoints on every grid, and a wall whose corners are nodes of 64 divisions; all legs along the 8 directions."""
-    u = pi / 64
-    wall = [(13 * u, -27 * u), (19 * u, -27 * u), (19 * u, -15 * u), (13 * u, -15 * u)]
-    return [(24 * u, -20 * u), (8 * u, -20 * u)], wall
-
-
-def test_along_the_grids_directions_a_finer_grid_ends_at_the_exact_loop() -> None:
-    points, wall = nested()
-    asked: dict[str, Any] = {"color": "red", "sign": "negative", "keep_out": [wall], "accuracy": 1e-3}
-    best = planned(exact(points, **asked))
-    assert best.length == pytest.approx(2 * (10 * math.sqrt(2) + 6) * pi / 64, abs=1e-12)
-    lengths = [
-        planned(gg.plan_loop(points, method="grid", divisions=divisions, **asked)).length for divisions in (16, 32, 64)
-    ]
-    assert lengths[0] > lengths[1] > lengths[2] + 1e-3
-    assert lengths[2] == pytest.approx(best.length, abs=1e-12)
-
-
 def test_robust_to_a_millionth() -> None:
     """A way as good as the worst waypoint exists: no loop is better, and the grid's is not."""
     points = [(0.3, -0.25), (1.3, -0.35), (1.2, -1.3)]
@@ -310,16 +292,8 @@ def test_reverse_runs_the_same_loop_backwards() -> None:
     there, back = exact(**asked), exact(**asked, reverse=True)
     np.testing.assert_array_equal(there.gait.reversed().alpha, back.gait.alpha)
     assert planned(there).lower_bound == planned(back).lower_bound
+    assert [loop.length for loop in there.alternatives] == [loop.length for loop in back.alternatives]
     assert back.waypoints == (there.waypoints[0], *there.waypoints[:0:-1])
-
-
-def test_turning_the_list_of_waypoints_turns_the_loop() -> None:
-    asked = some_request(51, "exact", "positive")
-    lengths = []
-    for k in range(4):
-        points = [*asked["waypoints"][k:], *asked["waypoints"][:k]]
-        lengths.append(planned(exact(**{**asked, "waypoints": points})).length)
-    assert lengths == pytest.approx([lengths[0]] * 4, abs=1e-12)
 
 
 def test_mirroring_the_vehicle_mirrors_the_loop() -> None:
@@ -456,12 +430,6 @@ def test_no_loop_changes_its_color() -> None:
     assert [(obstacle.color, obstacle.waypoints) for obstacle in plan.obstacles] == [("red", (2,)), ("blue", (1,))]
 
 
-def test_exact_coefficients_leave_red_alone() -> None:
-    plan = exact(G3.waypoints, coefficients="exact", keep_out=[WALL])
-    assert {loop.color for loop in (planned(plan), *plan.alternatives)} == {"red"}
-    assert ("blue", "color") in [(obstacle.color, obstacle.kind) for obstacle in plan.obstacles]
-
-
 @pytest.mark.parametrize(
     ("point", "request_", "told"),
     [
@@ -548,40 +516,26 @@ def served_by_both(points: Any, divisions: int, request_: dict[str, Any]) -> Non
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("request_", [{"any_order": True}, {"objective": "robust"}])
-def test_the_papers_gaits_are_planned_by_both(gait: Any, request_: dict[str, Any]) -> None:
-    served_by_both(gait.waypoints, 16, request_)
-    plan = exact(gait.waypoints, color=gait.color, **request_)
-    assert planned(plan).length == pytest.approx(pi, abs=1e-12)
-    assert (planned(plan).color, planned(plan).sign) == (gait.color, gait.sign)
-
-
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("points", "request_"),
     [
         ([(1.1, -0.3), (0.3, -1.1)], {"vehicle": STRONG, "floor": 0.9, "sign": "negative", "color": "red"}),
-        ([(0.4, -0.9), (1.2, -0.9), (0.8, -0.9)], {"color": "red"}),
-        ([(0.51, -0.62), (1.23, -0.71), (0.94, -1.37)], {}),
+        (G3.waypoints, {"objective": "robust"}),
         ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative"}),
-        ([(1.2, 1.0), (-1.0, -1.2)], {"floor": 2.0, "sign": "negative", "color": "red"}),
-        ([(-1.5, -0.3)], {"floor": 2.0}),
         ([(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(8)], {"any_order": True, "color": "red"}),
         ([(0.9, -0.3), (0.3, -0.9)], {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]}),
-        ([(0.7, -0.9)], {"vehicle": gg.PAPER.replace(max_tilt=1.2, max_thrust=2.0)}),
         ([(0.7, -0.9), (1.1, -0.8)], {"vehicle": gg.PAPER.replace(max_tilt=1.0, max_thrust=2.0)}),
     ],
 )
 def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[str, Any]) -> None:
-    served_by_both(points, 24, request_)
+    served_by_both(points, 16, request_)
     assert exact(points, accuracy=1e-5, **request_)
 
 
 class TestLateVerdicts:
     """Loops are judged when somebody asks, and mixed ones sought where they may be shorter: with the same answers."""
 
-    @settings(deadline=None, max_examples=25)
+    @settings(deadline=None, max_examples=12)
     @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
     def test_loops_come_in_the_order_of_all_their_verdicts(self, points: list[tuple[float, float]]) -> None:
         found = gg.plan_loop(points)

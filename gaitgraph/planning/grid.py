@@ -115,18 +115,8 @@ def _paths_of_color(
 class GridCycles:
     """The closed cycles of a request, for each sign of R that was asked for.
 
-    Parameters
-    ----------
-    cycles
-        The cycles of all graphs, found while they are asked for: by length, then R < 0 before R > 0.
-    graphs
-        By sign of R, the graph and in it the nodes above the waypoints.
-    missing
-        By sign of R, why there is no graph to search.
-    notes
-        What deserves attention.
-    use, any_order, max_length
-        As asked.
+    `cycles` are those of all graphs, found while they are asked for: by length, then R < 0 before R > 0. `graphs` has,
+    by sign of R, the graph and in it the nodes above the waypoints; `missing` why there is no graph to search.
     """
 
     cycles: Cycles
@@ -177,21 +167,10 @@ def grid_cycles(
 ) -> GridCycles:
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 
-    Parameters
-    ----------
-    request
-        Vehicle, coefficients, divisions, polygons, floor; sign and color, where "auto" is both. Its period, law,
-        objective and direction play no part.
-    through
-        Whether the cycles pass the request's waypoints, in order or, with its `any_order`, in any order; more than nine
-        in the order that Christofides' heuristic finds, which `notes` says.
-    max_length, use, effort, progress
-        As for :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
+    Of the request its period, law, objective and direction play no part; a sign or color "auto" is both. With `through`
+    the cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order that
+    Christofides' heuristic finds, which `notes` says. The other options are those of
+    :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R. InputError if a value is not allowed.
 
     Examples
     --------

@@ -25,7 +25,7 @@ from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks, verdict_li
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
     import networkx as nx
@@ -48,19 +48,9 @@ _FINE = 1e-7  # accuracy for which curved borders have so many corners that it t
 class Loop:
     """One closed loop on the surface with its verdict.
 
-    Parameters
-    ----------
-    path
-        Every node that the loop passes, in order, the first not repeated; a gait.
-    sign
-        Sign of R: "positive" or "negative".
-    order
-        The request's waypoints, counted from 0, in the order in which the loop visits them.
-    request
-        What it was sought for.
-    lower_bound
-        For an any-angle loop, a length that no loop through these waypoints in this order falls below, in the region
-        that was asked of it [rad]; None on the grid.
+    `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
+    `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
+    length that no loop through these waypoints in this order falls below, in the region that was asked of it [rad].
     """
 
     path: Gait
@@ -111,42 +101,28 @@ class Loop:
             **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
         }
 
+    @property
+    def _verdict(self) -> str:
+        return "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
+
     def __repr__(self) -> str:
         count = len(self.gait.alpha)
-        verdict = "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
-        return (
-            f"<Loop: {self.color}, {RELATION[self.sign]}, {count} corner{'s' * (count > 1)}, "
-            f"{self.length:.4f} rad, {verdict}>"
-        )
+        corners = f"{count} corner{'s' * (count > 1)}"
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {corners}, {self.length:.4f} rad, {self._verdict}>"
 
     def __str__(self) -> str:
-        head = f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad"
-        if self.report.flyable:
-            return f"{head}: flyable"
         broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
-        return f"{head}: {'valid, not flyable' if self.report.valid else 'not valid'} ({', '.join(broken)})"
+        why = "" if self.report.flyable else f" ({', '.join(broken)})"
+        return f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad: {self._verdict}{why}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
     """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
 
-    Parameters
-    ----------
-    request
-        What was asked.
-    loop
-        The chosen loop, or None.
-    reason
-        Why there is no loop, or why the chosen one is not flyable; None if it is.
-    alternatives
-        Other loops through the same waypoints, with their verdicts.
-    obstacles
-        What is in the way of each color and sign that has no loop.
-    warnings
-        What deserves attention.
-    waypoints
-        The waypoints in the order in which the loop passes them [rad].
+    `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
+    order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
+    verdicts; `obstacles` what is in the way of each color and sign that has no loop.
     """
 
     request: PlanRequest
@@ -173,13 +149,7 @@ class Plan:
 
     @property
     def gait(self) -> Gait:
-        """The planned gait, straight runs merged.
-
-        Raises
-        ------
-        Infeasible
-            If the plan has none; the message is the plan's reason.
-        """
+        """The planned gait, straight runs merged; raises Infeasible, with the plan's reason, if there is none."""
         return replace(self._found.gait, request=self.request.as_mapping())
 
     @property
@@ -226,26 +196,22 @@ class Plan:
         return f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
 
     def __str__(self) -> str:
-        def item(text: str, indent: str = "  ") -> str:
-            return fill(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+        def items(texts: Iterable[object], indent: str = "  ") -> list[str]:
+            return [fill(str(text), _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ") for text in texts]
 
         if self.loop is None:
             reasons = dict.fromkeys(obstacle.message for obstacle in self.obstacles)
-            lines = [self.headline, *map(item, reasons), self.setting]
-            stated: tuple[str, ...] = ()
+            lines, stated = [self.headline, *items(reasons), self.setting], ()
         else:
-            report = self.loop.report
+            report, stated = self.loop.report, self.loop.report.warnings
             lines = [self.headline, self.setting, "", *self.loop.gait.corner_lines(), ""]
             lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
             lines += lines_of_checks(report.checks)
-            stated = report.warnings
         if self.alternatives:
-            lines += ["", "alternatives", *(item(str(other)) for other in self.alternatives)]
+            lines += ["", "alternatives", *items(self.alternatives)]
         # What a check says already is not said again.
         shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
-        if shown:
-            lines += ["", *(item(warning, "") for warning in shown)]
-        return "\n".join(lines)
+        return "\n".join([*lines, *([""] if shown else []), *items(shown, "")])
 
     def __repr__(self) -> str:
         count, vehicle = len(self.waypoints), self.request.vehicle.name
@@ -339,17 +305,17 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     if graph is not None:
-        stated = {
+        stated: dict[str, Any] = {
             "sign": sign != "auto",
-            "divisions": divisions is not None,
-            "method": method is not None,
+            "divisions": divisions,
+            "method": method,
             "vehicle": vehicle is not PAPER,
-            "coefficients": coefficients is not None,
+            "coefficients": coefficients,
             "floor": floor != DEFAULT_FLOOR,
-            "keep_out": len(keep_out) > 0,
-            "keep_in": len(keep_in) > 0,
+            "keep_out": len(keep_out),
+            "keep_in": len(keep_in),
         }
-        for name in (name for name, is_stated in stated.items() if is_stated):
+        for name in (name for name, value in stated.items() if value):
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
         vehicle, numbers = vehicle_and_coefficients(graph)
         coefficients, method = numbers.kind, "grid"

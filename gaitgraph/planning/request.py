@@ -197,23 +197,10 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
 class Obstacle:
     """Why one color and sign of R has no loop: the certificate of a refusal.
 
-    Parameters
-    ----------
-    color, sign
-        What was tried.
-    kind
-        "waypoint": a waypoint has no root of this color and sign (or lies where the request forbids it);
-        "separated": two waypoints cannot be joined; "color": the color does not exist.
-    message
-        What is in the way.
-    waypoints
-        The numbers of the waypoints concerned, from 1.
-    R
-        For "waypoint": the value of R there.
-    components
-        For "separated" on the grid: how many graph nodes can be reached from each of the two waypoints.
-    nearest
-        For "waypoint", any-angle: the nearest (α1, α2) that is admissible, if there is any [rad].
+    `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
+    its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
+    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; and "color" if the
+    color does not exist. `waypoints` are the numbers of those concerned, from 1.
     """
 
     color: str
@@ -324,19 +311,10 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
 
 
 def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
-    """Return the request in a request file, or the one that made a plan or a gait file, and its sampling.
+    """Return the request in a TOML or JSON file, a saved plan or a gait file of any format, and its sampling.
 
-    Parameters
-    ----------
-    path
-        A TOML or JSON request, a saved plan, or a gait file of any format.
-    overrides
-        What replaces fields of the request, by their names.
-
-    Raises
-    ------
-    FileProblem, InputError
-        If the file cannot be read, or holds no request.
+    The overrides replace fields of the request, by their names. FileProblem or InputError if the file cannot be read,
+    or holds no request.
     """
     content = stated_request(path)
     vehicle = content.get("vehicle")
@@ -424,24 +402,11 @@ def colorings_of_file(
     coefficients: Kind | None = None,
     crossing_tolerance: float | None = None,
 ) -> Colorings:
-    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, or a request's waypoints.
+    """Return every colouring of the loop in a gait table, a table of alpha1 and alpha2, a saved plan or a request.
 
-    A last row that equals the first is the closing row.
-
-    Parameters
-    ----------
-    path
-        A gait table of any format, a saved plan, or a .toml or .json request.
-    sign
-        "negative", "positive" or "auto"; by default what a request says, else "auto".
-    vehicle, coefficients, crossing_tolerance
-        By default what the file says, for a request half a step of its grid; else the paper's vehicle, its published
-        coefficients, and π/32.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If the file holds neither, or a value is not allowed.
+    A last row that equals the first is the closing row. By default the vehicle, the coefficients and the sign are what
+    the file states, and for a request the crossing tolerance is half a step of its grid; else they are those of
+    :func:`gaitgraph.surface.loop_colorings.colorings`. InputError or FileProblem if the file holds no loop.
     """
     if holds_request(path):
         given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}

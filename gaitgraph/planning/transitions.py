@@ -56,22 +56,11 @@ _STATEMENT = (
 class Transition:
     """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
-    Parameters
-    ----------
-    there_and_back
-        The path, from its start to its end and back, as a gait; None if there is none.
-    reason
-        Why there is no path, or why it is not flyable; None if it is.
-    proof
-        If the signs of R differ: R at both ends, and why every flight from one to the other is singular somewhere.
-    corners
-        Which corner of the gait at either end it leaves and joins, counted from 0; None for hover.
-    duration
-        How long it takes, one way [s].
-    law, samples
-        As for :func:`gaitgraph.timing.timed_gait.parametrize`, one way.
-    report
-        All checks of the path, there and back, with those of the clock; None if there is none.
+    `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why
+    it is not flyable; `proof`, if the signs of R differ, has R at both ends and why every flight between them is
+    singular somewhere. `corners` are those of the gait at either end that it leaves and joins, counted from 0, None for
+    hover. `duration` [s], `law` and `samples` are those in one direction; `report` has all checks of the path, there
+    and back, with those of the clock.
     """
 
     there_and_back: Gait | None
