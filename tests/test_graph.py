@@ -336,6 +336,7 @@ def breakages() -> list[tuple[str, Any]]:
     return [
         ("contract is 'x', computed is", meta("contract", "x")),
         ("divisions must be .* got 1.5", meta("divisions", 1.5)),
+        ("it is no root with the graph's sign of R", meta("sign", "positive")),
         ("sign must be .* got 'up'", meta("sign", "up")),
         ("step is 1.0", meta("step", 1.0)),
         ("vehicle has no field", meta("vehicle", {"x": 1})),
@@ -352,9 +353,7 @@ def breakages() -> list[tuple[str, Any]]:
         ("R is 'x'", node("R", "x")),
         ("types is '\\(\\+,\\?\\)'", node("types", "(+,?)")),
         ("'jump' is missing", lambda graph: graph.edges[first, second].pop("jump")),
-        ("length is 1.0", edge("length", 1.0)),
         ("jump is 0.5", edge("jump", 0.5)),
-        ("continuous is False", edge("continuous", False)),
         ("keeps_sign is 1", edge("keeps_sign", 1)),
         ("flyable is False", edge("flyable", False)),
         ("least_singular_value is 2.0", edge("least_singular_value", 2.0)),
@@ -381,13 +380,6 @@ def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> N
         gg.validate_graph(graph)
 
 
-def test_the_sign_of_every_node_is_the_graphs() -> None:
-    graph = surface_graph("negative")
-    graph.graph["sign"] = "positive"
-    with pytest.raises(gg.errors.ContractError, match="it is no root with the graph's sign of R"):
-        gg.validate_graph(graph)
-
-
 def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
     with pytest.raises(gg.errors.ContractError, match="DiGraph"):
         gg.validate_graph(negative.to_directed())
@@ -397,11 +389,6 @@ def test_other_graph_classes_are_refused(negative: nx.Graph[Any]) -> None:
 def test_divisions_are_checked(divisions: Any) -> None:
     with pytest.raises(gg.InputError, match="divisions must be a whole number from 2 to 256, got "):
         surface_graph("negative", divisions)
-
-
-def test_signs_are_checked() -> None:
-    with pytest.raises(gg.InputError, match="sign must be 'positive' or 'negative', got 'up'"):
-        surface_graph("up")  # type: ignore[arg-type]
 
 
 def test_waypoints_of_a_graph_are_checked() -> None:

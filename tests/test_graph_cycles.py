@@ -285,12 +285,10 @@ def test_a_cycle_is_plain_values_and_pickles() -> None:
 # Through stops
 
 
-def small_cases() -> list[tuple[str, Any, int]]:
-    return [("positive", "valid", 0), ("positive", "valid", 1), *[("negative", "flyable", seed) for seed in range(6)]]
-
-
 @pytest.mark.no_cover
-@pytest.mark.parametrize(("sign", "use", "seed"), small_cases())
+@pytest.mark.parametrize(
+    ("sign", "use", "seed"), [("positive", "valid", 0), ("negative", "flyable", 0), ("negative", "flyable", 1)]
+)
 def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: int) -> None:
     import random
 
@@ -308,11 +306,8 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         if not expected:
             assert (answer.exact, answer.bound, bool(answer)) == (True, math.inf, False)
             continue
-        assert answer
         assert answer.cycle is not None
-        assert answer.reason is None
-        shortest = [item for item in expected if item[0] == expected[0][0]]
-        assert items_of(graph, [answer.cycle])[0] in shortest
+        assert items_of(graph, [answer.cycle])[0] in [item for item in expected if item[0] == expected[0][0]]
         assert simple_cycle(graph, stops, use=use, any_order=any_order) == answer
         assert (answer.exact, answer.bound) == (True, answer.cycle.length)
         for effort in (1, 10, 100):
@@ -380,12 +375,10 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
 
 def test_progress_is_told_in_lines() -> None:
     lines: list[str] = []
-    search = cycles(surface_graph("negative"), max_length=1.0, progress=lines.append)
-    number = sum(1 for _ in search)
-    assert lines[-1].endswith(f", {number} found")
-    assert lines[-1].startswith("cycles of length up to ")
-    assert all("\n" not in line for line in lines)
+    number = sum(1 for _ in cycles(surface_graph("negative"), max_length=1.0, progress=lines.append))
     assert 3 < len(lines) < 30
+    assert all(line.startswith("cycles of length up to ") for line in lines)
+    assert lines[-1].endswith(f", {number} found")
 
 
 NODE = (14, 2, "red")
@@ -394,17 +387,11 @@ NODE = (14, 2, "red")
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"max_length": "1"}, "max_length must be a finite number .* got '1'"),
-        ({"max_length": -1}, "max_length must be .* got -1"),
-        ({"max_length": math.nan}, "max_length must be .* got nan"),
-        ({"max_length": math.inf}, "max_length must be .* got inf"),
-        ({"max_length": True}, "max_length must be .* got True"),
+        *[({"max_length": wrong}, f"max_length must be .* got {wrong}") for wrong in (-1, math.nan, math.inf, True)],
         ({"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
-        ({"use": ["valid"]}, "use must be "),
         *[({"through": wrong}, "stops must be a list of lists") for wrong in (NODE, 5, [NODE], [[NODE], []], [[[1]]])],
         ({"through": [[NODE]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
         ({"effort": 0}, "effort must be a whole number ≥ 1 or None, got 0"),
-        ({"effort": 1.5}, "effort must be .* got 1.5"),
         ({"effort": True}, "effort must be .* got True"),
         ({"graph": 3}, "graph must be a networkx.Graph .* got 3"),
     ],
@@ -419,10 +406,6 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", 8)
     with pytest.raises(gg.InputError, match="stops must be one or more, got none"):
         simple_cycle(graph, [])
-    with pytest.raises(gg.InputError, match="stops must be a list of lists of nodes of the graph, got .'x'.$"):
-        simple_cycle(graph, [["x"]])
-    with pytest.raises(gg.InputError, match="effort must be .* got -1"):
-        simple_cycle(graph, [[(6, 2, "red")]], effort=-1)
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         cycles(nx.Graph())
     del graph.graph["floor"]

@@ -78,13 +78,6 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     ("arguments", "message"),
     [
         ([], "waypoints: none given"),
-        (["--waypoint", "1"], "waypoint must be A1,A2, two angles, got '1'"),
-        (["--waypoint", "2,0"], "waypoint 1 alpha1 must be in [−π/2, π/2]"),
-        (["--waypoint", "0,0", "--accuracy", "1e-12"], "accuracy must be between 1e-9 and 0.1 rad, got 1e-12"),
-        (
-            ["--waypoint", "0,0", "--keep-out", "0,0 1,1 1,0 0,1"],
-            "keep_out polygon 1 must be a simple polygon: Self-intersection",
-        ),
         (["--waypoint", "0,0", "--use", "any"], "'any' is not one of 'flyable', 'valid'"),
     ],
 )
@@ -94,11 +87,6 @@ def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -
     assert not out.out
     assert message in out.err
     assert len(out.err.strip().splitlines()) == 1
-
-
-def test_an_unknown_use_is_refused() -> None:
-    with pytest.raises(gg.InputError, match="use must be 'flyable' or 'valid', got 'any'"):
-        location_of(request_of([(0, 0)]), use="any")  # type: ignore[arg-type]
 
 
 @pytest.mark.no_cover

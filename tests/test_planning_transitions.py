@@ -45,17 +45,6 @@ def dense(path: FloatArray, count: int = 400) -> FloatArray:
     return np.concatenate([(1 - s) * a + s * b for a, b in itertools.pairwise(path)])
 
 
-def off_the_way(points: FloatArray, path: FloatArray) -> float:
-    """Return the largest distance of points from a polyline."""
-    nearest = np.full(len(points), np.inf)
-    for a, b in itertools.pairwise(path):
-        step = b - a
-        size = float(step @ step)
-        s = np.clip((points - a) @ step / size, 0, 1) if size else np.zeros(len(points))
-        nearest = np.minimum(nearest, np.linalg.norm(points - a - s[:, None] * step, axis=1))
-    return float(nearest.max())
-
-
 def check_flight(points: FloatArray, vehicle: gg.Vehicle, sign: float, floor: float = DEFAULT_FLOOR) -> None:
     """Check the physics at sampled points, without any of the bounds that the planner uses."""
     assert (sign * gg.invertibility.level_determinant(points, numbers_of(vehicle)) > 0).all()
@@ -117,29 +106,20 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, s
     start, end = pair_of(there)
     found = gg.transition(start, end, samples=samples, duration=2.0)
     table = found.table()
-    angles = [f"alpha{k}" for k in range(1, 5)]
-    rates, accelerations = ([f"{name}_{what}" for name in angles] for what in ("rate", "acceleration"))
-    assert list(table.columns) == ["t", *angles, "color", "types", "R", *rates, *accelerations]
-    assert len(table) == samples + 1
     np.testing.assert_allclose(table["t"], np.linspace(0, 2.0, samples + 1), atol=1e-15)
-    assert table["t"][0] == 0.0
     np.testing.assert_array_equal(table.alpha[0], ends_of(start)[0])
     np.testing.assert_allclose(table.alpha[-1], ends_of(end)[0], atol=1e-12)
-    assert np.abs(table.alpha[-1] - table.alpha[0]).max() > 0.39  # a way, no loop
     for row in (0, -1):
-        for name in (*rates, *accelerations):
-            assert abs(table[name][row]) < 1e-9
+        for k, what in itertools.product(range(1, 5), ("rate", "acceleration")):
+            assert abs(table[f"alpha{k}_{what}"][row]) < 1e-9
     check_flight(table.alpha, gg.PAPER, 1.0)
-    assert off_the_way(table.alpha, found.path) < 1e-12
-    assert set(table["color"]) == {"red"}
-    np.testing.assert_array_equal(
-        table["R"], gg.invertibility.level_determinant(table.alpha, gg.invertibility.coefficients_of())
-    )
-    assert (table["R"] > 0).all()
-    assert table.about["period"] == found.duration == 2.0
-    told = [None if corner is None else corner + 1 for corner in found.corners]
-    assert list(table.about["transition"].values()) == told
-    assert table.about["law"] == "smooth"
+    tau = table["t"] / 2
+    progress = 10 * tau**3 - 15 * tau**4 + 6 * tau**5
+    expected = found.path[0] + progress[:, None] * (found.path[-1] - found.path[0])
+    np.testing.assert_allclose(table.alpha, expected, atol=1e-12)
+    numbers = [None if corner is None else corner + 1 for corner in found.corners]
+    assert list(table.about["transition"].values()) == numbers
+    assert (table.about["period"], found.duration, table.about["law"]) == (2.0, 2.0, "smooth")
 
 
 def test_the_last_row_is_at_the_duration_exactly() -> None:
@@ -147,24 +127,14 @@ def test_the_last_row_is_at_the_duration_exactly() -> None:
         assert gg.transition("hover", G4, samples=samples).table()["t"][-1] == 1.0
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".json"])
-def test_written_and_read_back_bit_for_bit(tmp_path: Path, suffix: str) -> None:
+def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     found = gg.transition("hover", G4, samples=30, duration=1.5)
-    path = tmp_path / f"entry{suffix}"
-    found.write(path)
-    table, expected = gg.read_table(path), found.table()
+    found.write(tmp_path / "entry.csv")
+    table, expected = gg.read_table(tmp_path / "entry.csv"), found.table()
     assert list(table.columns) == list(expected.columns)
-    for name, values in expected.columns.items():
-        if isinstance(values, np.ndarray):
-            assert table[name].tobytes() == values.tobytes()
-        else:
-            assert table[name] == tuple(values)
-    # Read as a closed polyline it is the way there and back.
-    closed = gg.gait_of(table)
-    np.testing.assert_allclose(closed.alpha, found.gait.alpha, atol=1e-12)
-    with pytest.raises(gg.errors.OutputExists):
-        found.write(path)
-    found.write(path, force=True)
+    assert all(np.array_equal(table[name], expected[name]) for name in expected.columns)
+    # Read as a closed polyline it is the path there and back.
+    np.testing.assert_allclose(gg.gait_of(table).alpha, found.gait.alpha, atol=1e-12)
 
 
 # Laws over many ends
@@ -222,21 +192,16 @@ def test_whatever_is_answered_holds_for_any_vehicle(kappa: float, ends: Any, flo
     assert labels[0] == labels[1]
     points = dense(found.path)
     assert (signs[0] * gg.invertibility.level_determinant(points, numbers) > 0).all()
-    straight = dense(np.vstack([first.alpha, last.alpha]))
     if report_of(found).flyable:
         check_flight(points, vehicle, signs[0], floor)
     else:
         assert found.reason == report_of(found).reason
-        # Otherwise the straight way would have been there, and flown.
-        broken = gg.invertibility.least_singular_value(straight, vehicle).min() < floor + 1e-4
-        assert broken or gg.invertibility.hover_thrust_shares(straight, vehicle).min() < 1e-4
-    if found.length > np.linalg.norm((last.alpha - first.alpha)[0, :2]) * (1 + 1e-9):
-        kept = (signs[0] * gg.invertibility.level_determinant(straight, numbers)).min() > 1e-6
-        kept &= not report_of(found).flyable or (
-            gg.invertibility.least_singular_value(straight, vehicle).min() > floor + 1e-4
-            and gg.invertibility.hover_thrust_shares(straight, vehicle).min() > 1e-6
-        )
-        assert not kept
+    # Unless the straight path would have done.
+    straight = dense(np.vstack([first.alpha, last.alpha]))
+    flies = gg.invertibility.least_singular_value(straight, vehicle).min() > floor + 1e-4
+    flies &= gg.invertibility.hover_thrust_shares(straight, vehicle).min() > 1e-4
+    flies &= (signs[0] * gg.invertibility.level_determinant(straight, numbers)).min() > 1e-4
+    assert not flies or (report_of(found).flyable and len(found.path) == 2)
 
 
 def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
@@ -252,18 +217,6 @@ def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
     assert hover
     assert (hover.length, hover.corners) == (0, (None, None))
     np.testing.assert_array_equal(hover.path, np.zeros((2, 4)))
-
-
-def test_hover_of_a_vehicle_that_hardly_turns_itself_is_below_the_floor() -> None:
-    # At α = 0 the least singular value is 2κ (section 14 of theory.md).
-    for kappa, flyable in ((0.026, True), (0.024, False)):
-        assert (2 * kappa > DEFAULT_FLOOR) is flyable
-        found = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa))
-        assert found
-        assert report_of(found).flyable is flyable
-        assert (found.reason is None) is flyable
-        lower = gg.transition("hover", "hover", vehicle=gg.Vehicle(drag_ratio=kappa), floor=0.04)
-        assert lower.reason is None
 
 
 def test_gaits_with_more_corners_than_are_tried() -> None:
@@ -340,21 +293,16 @@ def test_a_gait_with_negative_R_is_refused_from_hover_with_a_proof() -> None:
     cases: list[tuple[Any, Any]] = [("hover", G3), (G3, "hover"), (G4, G3), (G3, G4)]
     for start, end in cases:
         found = gg.transition(start, end)
-        assert not found
         assert (found.status, found.report, found.corners) == ("infeasible", None, (None, None))
         assert found.proof is not None
-        for name, one in (("R_start", start), ("R_end", end)):
-            values = gg.invertibility.level_determinant(ends_of(one), gg.invertibility.coefficients_of())
-            assert found.proof[name] in values.tolist()
+        values = [found.proof["R_start"], found.proof["R_end"]]
+        for value, one in zip(values, (start, end), strict=True):
+            assert value in gg.invertibility.level_determinant(ends_of(one), G4.coefficients).tolist()
             # The exact physics agrees with the sign.
-            assert (
-                np.sign(gg.invertibility.level_determinant(ends_of(one), EXACT)) == np.sign(found.proof[name])
-            ).all()
-        assert found.proof["R_start"] * found.proof["R_end"] < 0
-        assert found.reason is not None
-        assert f"{found.proof['R_start']:+.4g}" in found.reason
-        assert f"{found.proof['R_end']:+.4g}" in found.reason
-        assert "singular" in found.reason
+            assert (value * gg.invertibility.level_determinant(ends_of(one), EXACT) > 0).all()
+            assert f"{value:+.4g}" in str(found.reason)
+        assert values[0] * values[1] < 0
+        assert "singular" in str(found.reason)
         assert "every flight" in found.proof["statement"]
 
 
@@ -383,26 +331,22 @@ def test_every_flight_from_hover_to_negative_R_passes_a_singular_matrix(
     assert (np.diff(np.sign(value)) != 0).any()
 
 
-@pytest.mark.parametrize(("i", "j"), [(i, j) for i in range(7) for j in range(i, 7)])
+@pytest.mark.parametrize(("i", "j"), itertools.combinations_with_replacement(range(7), 2))
 def test_the_seven_components(i: int, j: int) -> None:
     first, last = (gg.lift([SEVEN[k]], "red", coefficients=EXACT) for k in (i, j))
     labels = [red_label(*SEVEN[k]) for k in (i, j)]
     found = gg.transition(first, last)
-    if i == j:
-        assert found
+    assert bool(found) == (i == j)
+    if found:
         return
-    assert not found
     assert found.reason is not None
-    assert "\n" not in found.reason
     if labels[0].prod() != labels[1].prod():
+        R = [float(gg.invertibility.level_determinant(gait.alpha[0], EXACT)) for gait in (first, last)]
         assert found.proof is not None
-        assert found.proof["R_start"] == float(gg.invertibility.level_determinant(first.alpha[0], EXACT))
-        assert found.proof["R_end"] == float(gg.invertibility.level_determinant(last.alpha[0], EXACT))
+        assert [found.proof["R_start"], found.proof["R_end"]] == R
         return
     assert found.proof is None  # off the surface there are ways (section 12 of theory.md)
-    wall = separating_factor(SEVEN[i], SEVEN[j])
-    assert wall is not None
-    assert f"both ends are on the red sheet, separated by {wall}, where R = 0" in found.reason
+    assert f"both ends are on the red sheet, separated by {separating_factor(SEVEN[i], SEVEN[j])}" in found.reason
     for differs, name in zip(labels[0] != labels[1], ("line α1 = ", "line α2 = ", "curve tan α1"), strict=True):
         assert (name in found.reason) == differs
 
@@ -496,25 +440,20 @@ def test_a_refusal_has_no_way_and_says_why_wherever_it_is_asked() -> None:
     assert (told["valid"], told["flyable"], told["checks"]) == (False, False, [])
 
 
-def test_a_way_as_plain_values_and_in_words() -> None:
+def test_a_transition_as_plain_values_and_in_words() -> None:
     found = gg.transition(G3, around(0.9, -1.0, 0.2, 3), law="equal-time", duration=2.5)
     told = json.loads(json.dumps(found.as_mapping(), allow_nan=False))
-    assert told["path"] == found.path.tolist()
-    assert told["colors"] == ["red"] * len(found.path)
-    assert (told["status"], told["reason"], told["proof"]) == ("planned", None, None)
-    assert (told["length"], told["duration"], told["law"]) == (found.length, 2.5, "equal-time")
-    leaves, joins = found.corners
-    assert leaves is not None
-    assert joins is not None
-    assert (told["leaves_corner"], told["joins_corner"]) == (leaves + 1, joins + 1)
-    assert (told["valid"], told["two_color"], told["flyable"]) == (True, True, True)
+    leaves, joins = (corner + 1 for corner in found.corners if corner is not None)
+    expected: dict[str, Any] = {"status": "planned", "reason": None, "proof": None, "law": "equal-time"}
+    expected |= {"path": found.path.tolist(), "colors": ["red"] * len(found.path), "length": found.length}
+    expected |= {"duration": 2.5, "leaves_corner": leaves, "joins_corner": joins}
+    expected |= {"valid": True, "two_color": True, "flyable": True}
+    assert {name: told[name] for name in expected} == expected
     assert [check["name"] for check in told["checks"]][-1] == "tilt_rate"
     head = str(found).splitlines()[0]
-    assert head.startswith(f"From corner {leaves + 1} (")
-    assert f" to corner {joins + 1} (" in head
+    assert head.startswith(f"From corner {leaves} (")
+    assert f" to corner {joins} (" in head
     assert head.endswith(f"{found.length:.4f} rad, 2.5 s, equal-time; checked there and back")
-    entry = gg.transition("hover", G4).as_mapping()
-    assert (entry["leaves_corner"], entry["joins_corner"]) == (None, 1)
     assert str(gg.transition("hover", G4)).startswith(
         "From hover to corner 1 (-0.393, 0.393, -0.393, 0.393): 2 corners"
     )
@@ -549,19 +488,11 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
     assert report["tilt_rate"].ok
     assert report["tilt_rate"].value == pytest.approx(15 / 8 * (pi / 8) / found.duration)
     if "max_tilt_acceleration" in limits:
-        assert report["tilt_acceleration"].ok
         assert report["tilt_acceleration"].value == pytest.approx(10 / math.sqrt(3) * (pi / 8) / found.duration**2)
-    table = found.table()
-    for name, limit in (("rate", "max_tilt_rate"), ("acceleration", "max_tilt_acceleration")):
-        peak = max(np.abs(table[f"alpha{k}_{name}"]).max() for k in range(1, 5))
-        assert peak <= limits.get(limit, math.inf) * (1 + 1e-12)
     if needed > 1:
         faster = gg.transition(start, end, duration=0.99 * needed)
-        assert faster
-        assert not report_of(faster).flyable
-        assert report_of(faster).valid
-        assert faster.reason is not None
-        assert "limit" in faster.reason
+        assert (report_of(faster).valid, report_of(faster).flyable) == (True, False)
+        assert "limit" in str(faster.reason)
         np.testing.assert_array_equal(faster.path, found.path)
 
 

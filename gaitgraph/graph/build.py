@@ -381,17 +381,11 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata or waypoints: {error}") from error
     _compare("graph metadata", meta, expected.graph)
-    at_waypoint: dict[Any, list[Any]] = {}
-    for name, data in expected.nodes(data=True):
-        if data["cell"] is None:
-            at_waypoint.setdefault((data["alpha1"], data["alpha2"]), []).append(name)
+    # The number of a waypoint depends on those that are left: its nodes are found by their place.
+    at_waypoint = {_place(data): name for name, data in expected.nodes(data=True) if data["cell"] is None}
     twins: dict[Any, Any] = {}
     for name, data in graph.nodes(data=True):
-        twins[name] = name
-        if name in off_grid:
-            # Its number depends on the waypoints that are left: its twin is the root at the same place, or nearest.
-            roots = at_waypoint.get((data["alpha1"], data["alpha2"]), [])
-            twins[name] = min(roots, key=lambda root: _distance(data, expected.nodes[root]), default=None)
+        twins[name] = at_waypoint.get(_place(data)) if name in off_grid else name
         if twins[name] not in expected:
             raise ContractError(f"node {name!r}: it is no root with the graph's sign of R, at a grid node or waypoint")
         _compare(f"node {name!r}", data, expected.nodes[twins[name]])
@@ -402,10 +396,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
         _compare(where, data, expected.edges[twins[first], twins[second]])
 
 
-def _distance(data: dict[str, Any], root: dict[str, Any]) -> float:
-    """Return by how much the last two tilt angles of a node are off a root's, more if its color is another one."""
-    apart = sum(abs(number_of(data.get(key)) - root[key]) for key in ("alpha3", "alpha4"))
-    return float(apart + 10 * (data.get("color") != root["color"]))
+def _place(data: dict[str, Any]) -> tuple[Any, ...]:
+    return data.get("color"), *(round(number_of(data.get(f"alpha{k}")), 9) for k in range(1, 5))
 
 
 def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> None:

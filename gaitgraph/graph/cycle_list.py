@@ -245,34 +245,25 @@ def cycles(
     Parameters
     ----------
     graph
-        A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`; it is read at once, and what is done to
-        it later changes nothing.
+        A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`; it is read at once.
     max_length
         No longer cycles [rad]; 1e-9 rad are allowed for rounding. None: no limit.
     use
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
     through
-        Stops, each a sequence of alternative nodes: only cycles that pass the stops in this cyclic order, one way
-        round or the other. One node may serve several stops that follow each other.
+        Stops, each a sequence of alternative nodes: only cycles that pass the stops in this cyclic order, in either
+        direction. One node may serve several stops that follow each other.
     any_order
         Pass the stops, at most nine, in any order.
     effort
-        Largest number of search steps (nodes expanded); when they are spent the iterator stops and `complete` is
-        False. None: no limit.
+        Largest number of search steps; when they are spent the iterator stops, incomplete. None: no limit.
     progress
         Called with a line of text for each range of lengths that is done, and every 200 000 steps.
 
-    Returns
-    -------
-    Cycles
-        The iterator, with `bound`, `complete` and `steps`.
-
     Raises
     ------
-    InputError
-        If an argument is malformed.
-    ContractError
-        If the graph's metadata are missing.
+    InputError, ContractError
+        If an argument is malformed, or the graph's metadata are missing.
 
     Notes
     -----
@@ -315,14 +306,8 @@ def _checked_effort(effort: object) -> int | None:
 class SimpleCycle:
     """The answer of :func:`simple_cycle`; truthy when there is a cycle.
 
-    Parameters
-    ----------
-    cycle
-        The cycle, or None.
-    bound
-        No simple cycle through the stops is shorter than this [rad]; infinite if there is none.
-    reason
-        Why there is no cycle, in one sentence; None if there is one.
+    No simple cycle through the stops is shorter than the `bound` [rad], infinite if there is none; `reason` says why
+    there is no cycle, in one sentence.
     """
 
     cycle: Cycle | None = None
@@ -348,28 +333,9 @@ def simple_cycle(
 ) -> SimpleCycle:
     """Return the shortest simple cycle through stops, or the best one found and how much shorter one could be.
 
-    Parameters
-    ----------
-    graph, use, any_order
-        As for :func:`cycles`.
-    stops
-        One or more stops, each a sequence of alternative nodes, passed in this cyclic order, in either direction.
-    effort
-        Largest number of search steps. When they are spent the answer is the best cycle that was met, if any.
-
-    Returns
-    -------
-    SimpleCycle
-        Of several shortest cycles always the same one, by no rule. Without a cycle it carries the reason.
-
-    Raises
-    ------
-    InputError
-        If an argument is malformed.
-
-    Notes
-    -----
-    The problem is hard in general. A closed walk, which may pass a node twice, is found in any case:
+    The options are those of :func:`cycles`, with one or more `stops`. When the effort is spent the answer is the best
+    cycle that was met, if any. Of several shortest cycles it is always the same one, by no rule. The problem is hard in
+    general; a closed walk, which may pass a node twice, is found in any case:
     :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples

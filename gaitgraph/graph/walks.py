@@ -261,20 +261,10 @@ class _Paths:
 def best_order(graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid") -> tuple[int, ...] | None:
     """Return the order of stops with the shortest closed walk, or a good one; None if there is no closed walk.
 
-    Parameters
-    ----------
-    graph, use
-        As for :func:`closed_walk`.
-    stops
-        The node of each stop; the first one stays first.
-
-    Returns
-    -------
-    tuple of int, or None
-        The stops, counted from 0. Up to nine no other order has a shorter closed walk. With more, it is the order of
-        Christofides' heuristic on the lengths of the shortest paths: these keep the triangle inequality and join all
-        stops, so that its closed walk is at most 1.5 times as long as the shortest one. A thousand stops take a minute
-        or two.
+    Each stop is a node; the order counts them from 0, and the first one stays first. Up to nine no other order has a
+    shorter closed walk. With more, it is the order of Christofides' heuristic on the lengths of the shortest paths:
+    these keep the triangle inequality and join all stops, so that its closed walk is at most 1.5 times as long as the
+    shortest one. A thousand stops take a minute or two.
 
     Examples
     --------

@@ -21,7 +21,6 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.walks import notes_on_order, order_by_lengths, quanta_of
 from gaitgraph.invertibility.matrices import (
-    Coefficients,
     coefficients_of,
     least_singular_value_on_red,
     level_determinant,
@@ -44,8 +43,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.planning.request import PlanRequest, Point
-    from gaitgraph.surface.region import Region, Zones
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.surface.region import Region
 
 Use = Literal["flyable", "valid"]
 
@@ -292,36 +290,26 @@ def prepared_region(case: Case, use: Use, floor: float | None = None) -> Prepare
     request = case.request
     if floor is None:
         floor = request.floor if use == "flyable" else 0.0
-    zones, accuracy = request.zones, request.accuracy
-    return _prepared(use, case.color, case.sign, case.coefficients, floor, request.vehicle, zones, accuracy)
+    return _prepared(
+        vehicle=request.vehicle,
+        use=use,
+        color=case.color,
+        sign=case.sign,
+        coefficients=case.coefficients,
+        floor=floor,
+        zones=request.zones,
+        accuracy=request.accuracy,
+    )
 
 
 @lru_cache(maxsize=32)
-def _prepared(
-    use: Use,
-    color: Color,
-    sign: Sign,
-    coefficients: Coefficients,
-    floor: float,
-    vehicle: Vehicle,
-    zones: Zones | None,
-    accuracy: float,
-) -> PreparedRegion:
+def _prepared(**asked: Any) -> PreparedRegion:
     """Return a prepared region, kept for the next request; with "valid" the floor is that of a robust loop or 0."""
     from gaitgraph.surface.admissible import admissible_region, singular_value_region  # loads shapely
 
-    region = admissible_region(
-        vehicle,
-        use=use,
-        color=color,
-        sign=sign,
-        coefficients=coefficients,
-        floor=floor,
-        zones=zones,
-        accuracy=accuracy,
-    )
-    if use == "valid" and floor > 0:
-        region = region & singular_value_region(floor, vehicle, accuracy=accuracy)
+    region = admissible_region(**asked)
+    if asked["use"] == "valid" and asked["floor"] > 0:
+        region = region & singular_value_region(asked["floor"], asked["vehicle"], accuracy=asked["accuracy"])
     return PreparedRegion(region)
 
 
@@ -412,18 +400,9 @@ class Location:
 def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
 
-    Parameters
-    ----------
-    request
-        Waypoints, color ("auto": red), sign ("auto": both), vehicle, floor, polygons and accuracy count.
-    use
-        "flyable": where the least singular value, hover thrusts and limits of the vehicle allow a gait; "valid": where
-        R has the sign.
-
-    Raises
-    ------
-    InputError
-        If `use` is neither.
+    Of the request its waypoints, color ("auto": red), sign ("auto": both), vehicle, floor, polygons and accuracy count.
+    `use` is "flyable", where the least singular value, hover thrusts and limits of the vehicle allow a gait, or
+    "valid", where R has the sign; InputError if it is neither.
 
     Examples
     --------

@@ -201,15 +201,16 @@ class Plan:
 
         if self.loop is None:
             reasons = dict.fromkeys(obstacle.message for obstacle in self.obstacles)
-            lines, stated = [self.headline, *items(reasons), self.setting], ()
+            lines = [self.headline, *items(reasons), self.setting]
         else:
-            report, stated = self.loop.report, self.loop.report.warnings
+            report = self.loop.report
             lines = [self.headline, self.setting, "", *self.loop.gait.corner_lines(), ""]
             lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
             lines += lines_of_checks(report.checks)
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]
         # What a check says already is not said again.
+        stated = self.loop.report.warnings if self.loop else ()
         shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
         return "\n".join([*lines, *([""] if shown else []), *items(shown, "")])
 

@@ -320,6 +320,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
     on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
     sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
     points, others = (np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last))
+    turned = last.alpha.tolist() < first.alpha.tolist()  # of corners equally near, the path back joins the same
     corners = product(_nearest(points, others), _nearest(others, points))
     joined = [(math.dist(points[a], others[b]), a, b) for a, b in corners]
     if color == "red":
@@ -331,7 +332,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
         joined = one_part
     for use in ("flyable", "valid") if color == "red" else ("valid",):
         best: tuple[float, int, int, list[Any]] | None = None
-        for distance, a, b in sorted(joined):
+        for distance, a, b in sorted(joined, key=lambda one: (one[0], one[::-1] if turned else one)):
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
