@@ -331,7 +331,7 @@ def test_every_flight_from_hover_to_negative_R_passes_a_singular_matrix(
     assert (np.diff(np.sign(value)) != 0).any()
 
 
-@pytest.mark.parametrize(("i", "j"), itertools.combinations_with_replacement(range(7), 2))
+@pytest.mark.parametrize(("i", "j"), list(itertools.combinations_with_replacement(range(7), 2)))
 def test_the_seven_components(i: int, j: int) -> None:
     first, last = (gg.lift([SEVEN[k]], "red", coefficients=EXACT) for k in (i, j))
     labels = [red_label(*SEVEN[k]) for k in (i, j)]
