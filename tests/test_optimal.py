@@ -341,6 +341,14 @@ def test_a_loop_bends_around_an_obstacle() -> None:
     assert "the border of the flyable region" in found.active
 
 
+def test_a_larger_concession_gives_a_calmer_gait() -> None:
+    asked: Any = {"radius": 0.15, "sign": "positive", "pieces": 24}
+    tight, loose = (optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], **asked, concession=part) for part in (1e-3, 0.1))
+    assert tight.value >= 0.998 * tight.bound
+    assert 0.899 * loose.bound <= loose.value < 0.99 * tight.value
+    assert loose.effort < tight.effort
+
+
 def test_hover_reserve_counts_both_limits() -> None:
     discs = discs_of([(-0.5, 0.4), (-0.8, 0.9)], 0.05)
     asked: Any = {"radius": 0.05, "objective": "hover_reserve", "sign": "positive", "pieces": 16}
@@ -378,7 +386,7 @@ def test_a_single_disc_is_a_gait_that_stands_still(objective: Any) -> None:
 
 def test_discs_that_share_a_point_merge() -> None:
     found = optimal_gait([(-0.6, 0.5), (-0.5, 0.5)], radius=0.3, objective="tilt_rate", sign="positive", pieces=8)
-    assert (found.value, np.ptp(plane_of(found), axis=0).max()) == (0, 0)
+    assert (found.value, found.gap, np.ptp(plane_of(found), axis=0).max()) == (0, 0, 0)
     assert "nothing" in str(found)
 
 

@@ -143,13 +143,13 @@ class OptimalGait:
     history: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
 
+    def __bool__(self) -> bool:
+        return self.curve is not None
+
     @property
     def status(self) -> str:
         """Whether a gait was "found", or it is "infeasible"."""
         return "found" if self else "infeasible"
-
-    def __bool__(self) -> bool:
-        return self.curve is not None
 
     @property
     def gait(self) -> Gait:
@@ -281,12 +281,11 @@ def optimal_gait(
     Notes
     -----
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the
-    flyable region that passes the discs, whatever its form. That its effort is the least of all gaits that keep
-    this level is not guaranteed: it is a local optimum among splines, on the side of each obstacle on which the
-    loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc,
-    give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T; with
-    a radius it takes no notice of the region. No smooth loop attains it where the shortest loop has corners: more
-    pieces come nearer, and turn sharper.
+    flyable region that passes the discs. That its effort is the least of all gaits that keep this level is not
+    guaranteed: it is a local optimum among splines, on the side of each obstacle on which the loop that it starts from
+    runs; another side may be better by far. Discs that share a point, or a single disc, give a gait that stands still
+    there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth loop attains where the
+    shortest one has corners; with a radius it takes no notice of the region.
 
     Examples
     --------

@@ -376,7 +376,7 @@ def _spread(segments: Segments, count: int) -> list[Place]:
     before = np.concatenate([[0.0], np.cumsum(size)])
     if not before[-1]:
         return [segments.place(0)][:count]
-    at = np.arange(count) * (before[-1] / max(count, 1))
+    at = np.arange(count) * (float(size.sum()) / max(count, 1))
     segment = np.minimum(np.searchsorted(before, at, side="right") - 1, len(size) - 1)
     fraction = np.minimum((at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0)
     return [segments.place(*one) for one in zip(segment.tolist(), fraction.tolist(), strict=True)]
