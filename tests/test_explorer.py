@@ -25,9 +25,8 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.explorer import plan_query, server
-from gaitgraph.explorer.map_query import map_answer
-from gaitgraph.explorer.plan_query import DEFAULTS, LIMITS, state_of
+from gaitgraph.explorer import queries, server
+from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, Refused, application
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.plots.vehicles import vehicle_view
@@ -556,7 +555,7 @@ class TestJobs:
                 running[0] -= 1
             raise gg.InputError("done")
 
-        monkeypatch.setattr(plan_query, "plan", slow)
+        monkeypatch.setattr(queries, "plan", slow)
 
         async def all_of_them() -> None:
             app = application(TOKEN, PORT)
@@ -574,7 +573,7 @@ class TestJobs:
             while True:
                 progress("still at it")
 
-        monkeypatch.setattr(plan_query, "plan", endless)
+        monkeypatch.setattr(queries, "plan", endless)
         monkeypatch.setattr(server, "LONGEST_WORK", 0.05)
         answer = client.post("plan", {"waypoints": [[0.31, -0.41]]})
         assert "longer than 0.05 s" in message_of(answer, 503)
@@ -589,16 +588,16 @@ class TestJobs:
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 3
         state = state_of({"waypoints": [[0.36, -0.46]]})
         for work in (
-            lambda: plan_query.plan_answer(state, stop),
-            lambda: plan_query.diagram_answer(state, stop),
+            lambda: queries.plan_answer(state, stop),
+            lambda: queries.diagram_answer(state, stop),
             lambda: map_answer({}, stop),
             lambda: table_answer("x.csv", rows, stop),
             lambda: file_answer(state, ".csv", stop),
         ):
             with pytest.raises(Enough):
                 work()
-        plan_query.planned(state)  # what is known already is no excuse
-        for work in (lambda: plan_query.diagram_answer(state, stop), lambda: file_answer(state, ".csv", stop)):
+        queries.planned(state)  # what is known already is no excuse
+        for work in (lambda: queries.diagram_answer(state, stop), lambda: file_answer(state, ".csv", stop)):
             with pytest.raises(Enough):
                 work()
 
@@ -614,7 +613,7 @@ class TestJobs:
                 stopped.append(str(error))
                 raise
 
-        monkeypatch.setattr(plan_query, "plan", endless)
+        monkeypatch.setattr(queries, "plan", endless)
         body = b'{"waypoints": [[0.32, -0.42]]}'
         messages: list[dict[str, Any]] = [{"type": "http.request", "body": body}, {"type": "http.disconnect"}]
         asyncio.run(answer_to(client.app, "POST", f"/{TOKEN}/api/plan", [("content-type", JSON)], messages))
@@ -627,7 +626,7 @@ class TestJobs:
             raise ZeroDivisionError("a\nb")
 
         with monkeypatch.context() as patch:
-            patch.setattr(plan_query, "plan", broken)
+            patch.setattr(queries, "plan", broken)
             message = message_of(client.post("plan", {"waypoints": [[0.33, -0.43]]}), 500)
         assert "ZeroDivisionError: a b" in message
         assert capsys.readouterr().err == "gaitgraph: plan: ZeroDivisionError: a b\n"

@@ -17,13 +17,14 @@ from urllib.parse import quote
 
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.map_query import SHADINGS, map_answer
-from gaitgraph.explorer.plan_query import (
+from gaitgraph.explorer.queries import (
     DEFAULTS,
     LIMITS,
     RANGES,
+    SHADINGS,
     checked_object,
     diagram_answer,
+    map_answer,
     plan_answer,
     state_of,
 )
@@ -201,8 +202,7 @@ async def _no_route(request: Request, error: Exception) -> Response:
     headers = getattr(error, "headers", None) or {}
     if "Allow" not in headers:
         return _refusal(404, "no such page")
-    methods = ", ".join(sorted(headers["Allow"].split(", ")))
-    return _refusal(405, f"method must be {methods}, got {shown(request.method)}", {"Allow": methods})
+    return _refusal(405, f"method must be {headers['Allow']}, got {shown(request.method)}", headers)
 
 
 def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:

@@ -15,20 +15,21 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.plan_query import (
+from gaitgraph.explorer.queries import (
     DEFAULTS,
     LIMITS,
     RANGES,
     State,
     checked_choice,
-    checks_answer,
     planned,
+    quiet,
     rounded,
     scene_answer,
     series_answer,
     spread_rows,
     state_of,
     vehicle_of,
+    verdict_answer,
 )
 from gaitgraph.gait.table import closed_rows, merged
 from gaitgraph.invertibility.matrices import (
@@ -48,6 +49,7 @@ from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.validation.report import Report
@@ -71,10 +73,10 @@ def formats_answer() -> list[dict[str, Any]]:
     ]
 
 
-def table_answer(name: str, content: bytes, progress: Callable[..., None] | None = None) -> dict[str, Any]:
+def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[str, Any]:
     """Return the report of a gait file's bytes, and where it breaks a rule; InputError or FileProblem if it is none.
 
-    The suffix of the name is the format; the rest is used in messages alone. `progress` is called now and then.
+    The suffix of the name is the format; the rest is used in messages alone.
     """
     last = "".join(letter for letter in re.split(r"[\\/]", name)[-1] if letter.isprintable())
     if not last:
@@ -92,31 +94,25 @@ def table_answer(name: str, content: bytes, progress: Callable[..., None] | None
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             report = validate(path, progress=progress)
             rows, times = closed_rows(table)
-            if progress is not None:
-                progress(1.0)
+            progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
     closed = np.vstack([rows.alpha, rows.alpha[:1]])
     some = spread_rows(len(closed), _MOST_ROWS)
     alpha, t = closed[some], None if times is None else times[some]
-    hovers = report["hover_thrust"].value is not None
-    checks = checks_answer(report.checks)
+    verdict = verdict_answer(report)
     worst = [
         {angle: check["where"][angle] for angle in ("alpha1", "alpha2")} | {"message": check["message"]}
-        for check in checks
+        for check in verdict["checks"]
         if check["mark"] != "ok" and check["where"] is not None
     ]
     return {
         "name": name,
         "rows": report.rows,
-        "valid": report.valid,
-        "flyable": report.flyable,
-        "two_color": report.two_color,
-        "reachable_from_hover": report.reachable_from_hover,
-        "checks": checks,
+        **verdict,
         "warnings": list(report.warnings),
         "path": rounded(alpha[:, :2]),
-        "series": series_answer(alpha, rows.vehicle, rows.coefficients, t=t, rates=None, hovers=hovers),
+        "series": series_answer(alpha, rows, report, t=t),
         "scene": scene_answer(alpha, rows.vehicle, t=t),
         "corners": rounded(rows.merged().alpha[:_MOST_ROWS]),
         "broken": worst + _broken_runs(rows, report),
@@ -200,7 +196,7 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     return state
 
 
-def file_answer(state: State, suffix: object, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
+def file_answer(state: State, suffix: object, progress: Progress = quiet) -> tuple[str, bytes]:
     """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip."""
     if not isinstance(suffix, str) or suffix not in (*FORMATS, _FILM):
         raise InputError(f"suffix must be one of {', '.join((*FORMATS, _FILM))}, got {shown(suffix)}")
@@ -209,8 +205,7 @@ def file_answer(state: State, suffix: object, progress: Callable[[str], None] | 
     result = planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
-    if progress is not None:
-        progress(f"writing {suffix}")
+    progress(f"writing {suffix}")
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"

@@ -1,4 +1,4 @@
-"""The query that the page sends on a click: its state, checked; and the answers, a plan and a roll–pitch diagram.
+"""The queries that the page sends on a click: its state, checked; and the answers: plan, roll–pitch diagram, map.
 
 Anyone might have sent it: unknown names, wrong types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES`
 are refused, and a vehicle is a preset's name, never a file.
@@ -10,35 +10,42 @@ import json
 import math
 import threading
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
+from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    coefficients_of,
     hover_thrust_shares,
     least_singular_value,
     least_singular_value_on_red,
     level_determinant,
+    noise_of,
 )
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, request_of
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.surface.adjacency import text_from_types
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.robustness.biased import Robustness
-    from gaitgraph.validation.report import Check
+    from gaitgraph.validation.report import Report
 
-    Progress = Callable[[str], None]
+    Progress = Callable[..., None]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -126,6 +133,10 @@ _plans: dict[str, Plan] = {}  # the last used is the last
 _lock = threading.Lock()
 
 
+def quiet(*_: object) -> None:
+    """Report no progress. Otherwise it is called before each step of long work, and may raise to stop it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
     """A checked state."""
@@ -205,7 +216,7 @@ def _check_count(name: str, value: object, most: int) -> None:
         raise InputError(f"{name} must have at most {most} entries, got {len(value)}")
 
 
-def planned(state: State, progress: Progress | None = None) -> Plan:
+def planned(state: State, progress: Progress = quiet) -> Plan:
     """Return the plan of a state that has waypoints; the last few are kept, for the diagram and for undoing."""
     with _lock:
         found = _plans.pop(state.key, None)
@@ -218,12 +229,12 @@ def planned(state: State, progress: Progress | None = None) -> Plan:
     return found
 
 
-def plan_answer(state: State, progress: Progress | None = None) -> dict[str, Any]:
+def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     """Return the plan of a state as plain values.
 
     ``status`` is "empty", "infeasible" or "planned"; with it come the verdict and its checks, the paths in the plane,
     the series over one period and the scene of the tilting vehicle. Angles are exact in ``corners`` and ``vertices``,
-    elsewhere rounded to 1e-6 rad for the picture. `progress` is called before each step of long work.
+    elsewhere rounded to 1e-6 rad for the picture.
     """
     lists = "checks warnings obstacles corners types colors path vertices order alternatives"
     answer: dict[str, Any] = {
@@ -258,25 +269,20 @@ def plan_answer(state: State, progress: Progress | None = None) -> dict[str, Any
     timed, report, gait = result.timed(samples=state.samples), loop.report, loop.gait
     t = timed.t if len(timed.t) <= _MOST_ROWS else np.linspace(0.0, timed.period, _MOST_ROWS)
     alpha, rates, _ = timed.at(t)
-    hovers = report["hover_thrust"].value is not None
     return answer | {
         "status": "planned",
         "color": loop.color,
         "sign": loop.sign,
         "length": loop.length,
         "lower_bound": loop.lower_bound,
-        "valid": report.valid,
-        "two_color": report.two_color,
-        "flyable": report.flyable,
-        "reachable_from_hover": report.reachable_from_hover,
-        "checks": checks_answer(report.checks),
+        **verdict_answer(report),
         "corners": gait.alpha.tolist(),
         "types": list(gait.types),
         "colors": list(gait.colors),
         "path": _closed_path(loop),
         "vertices": loop.path.vertices().tolist(),
         "order": list(loop.order),
-        "series": series_answer(alpha, gait.vehicle, gait.coefficients, t=t, rates=rates, hovers=hovers),
+        "series": series_answer(alpha, gait, report, t=t, rates=rates),
         "scene": scene_answer(alpha, gait.vehicle, t=t),
     }
 
@@ -290,32 +296,28 @@ def rounded(values: FloatArray, digits: int = 6) -> list[Any]:
     return list((np.round(values, digits) + 0.0).tolist())
 
 
-def checks_answer(checks: Iterable[Check]) -> list[dict[str, Any]]:
-    """Return checks for the page: with a title, a mark, and the angles of the place by name."""
-    out = []
-    for check in checks:
+def verdict_answer(report: Report) -> dict[str, Any]:
+    """Return the verdict of a report and its checks, each with a title, a mark, and the angles of its place by name."""
+    checks = []
+    for check in report.checks:
         place = check.where
         if place is not None:
             angles = dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), place["alpha"], strict=True))
             place = {name: value for name, value in place.items() if name != "alpha"} | angles
         title = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
-        out.append(check.as_mapping() | title)
-    return out
+        checks.append(check.as_mapping() | title)
+    names = ("valid", "two_color", "flyable", "reachable_from_hover")
+    return {name: getattr(report, name) for name in names} | {"checks": checks}
 
 
 def series_answer(
-    alpha: FloatArray,
-    vehicle: Vehicle,
-    coefficients: Coefficients,
-    *,
-    t: FloatArray | None,
-    rates: FloatArray | None,
-    hovers: bool,
+    alpha: FloatArray, gait: Gait, report: Report, *, t: FloatArray | None, rates: FloatArray | None = None
 ) -> dict[str, Any]:
-    """Return tilt angles, shape (n, 4) [rad], and what follows from them, as lists over the rows.
+    """Return tilt angles of a gait, shape (n, 4) [rad], and what follows from them, as lists over the rows.
 
-    R has the given coefficients, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
+    R has the gait's coefficients, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
     """
+    vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
     shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
     if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # on the red sheet in closed form, which is quicker
@@ -326,7 +328,7 @@ def series_answer(
         **({} if t is None else {"t": rounded(t, 9)}),
         "alpha": rounded(alpha.T),
         **({} if rates is None else {"rates": rounded(rates.T)}),
-        "R": rounded(np.asarray(level_determinant(alpha, coefficients)), _FINE_DIGITS),
+        "R": rounded(np.asarray(level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
         "least_singular_value": rounded(least, _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
@@ -344,7 +346,7 @@ def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
 
 
-def diagram_answer(state: State, progress: Progress | None = None) -> dict[str, Any]:
+def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     """Return the roll–pitch diagram of a state's plan, and of the gait biased by the state's η, as plain values."""
     answer = {"extent": [-math.pi / 2, math.pi / 2], "own": None, "biased": None, "eta": state.eta}
     if state.empty:
@@ -352,8 +354,7 @@ def diagram_answer(state: State, progress: Progress | None = None) -> dict[str, 
     result = planned(state, progress)
     if result.loop is None:
         return answer | {"reason": result.reason}
-    if progress is not None:
-        progress("drawing the roll–pitch diagram")
+    progress("drawing the roll–pitch diagram")
     found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES, progress=progress)
     return answer | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
 
@@ -375,3 +376,103 @@ def _diagram(one: Robustness) -> dict[str, Any]:
         "least_singular_value": one.singular_value[1],
         "tilt_deg": math.degrees(one.tilt),
     }
+
+
+# ---------------------------------------------------------------- the map
+
+SHADINGS = ("R", "least_singular_value", "none")
+"""What shades the map."""
+
+_REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
+_POINTS = 129
+_ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
+_SINGULAR_BLUE = "with exact coefficients R = 0 on the whole blue sheet: the matrix is singular there"
+_ROUNDED_BLUE = (
+    "the sign of R on blue is what the rounding of the published coefficients leaves; in exact physics the matrix is "
+    "singular on the whole sheet"
+)
+
+
+def map_answer(content: object, progress: Progress = quiet) -> dict[str, Any]:
+    """Return the shading, the regions and the plane types of one sheet, for the map below the loop, as plain values.
+
+    A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
+    has `n`·`n` ``values``, row by row from α2 = −π/2 up, in each from α1 = −π/2, or None; their ``range``; regions as
+    rings in the plane [rad], holes too, to be filled by the even-odd rule; the plane types of the nodes of the paper's
+    grid, None where R has no sign; and a note, or None.
+    """
+    query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
+    vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))
+    kind = checked_choice("coefficients", query.get("coefficients"), ("published", "exact", None))
+    sheet: Color = checked_choice("sheet", query.get("sheet", "red"), COLORS)
+    shading: str = checked_choice("shading", query.get("shading", "none"), SHADINGS)
+    coefficients = coefficients_of(vehicle, kind)
+    progress("shading the map")
+    values, extent = _shading(vehicle, coefficients, sheet, shading)
+    blank = sheet == "blue" and coefficients.kind == "exact"
+    regions = []
+    for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
+        progress(f"drawing the region {label}")
+        rings = _rings(name, vehicle, coefficients, sheet)
+        if rings is not None:
+            regions.append({"name": name, "label": label, "polygons": rings})
+    return {
+        "n": _POINTS,
+        "values": values,
+        "range": extent,
+        "regions": regions,
+        "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
+        "note": None if sheet == "red" else _SINGULAR_BLUE if blank else _ROUNDED_BLUE,
+    }
+
+
+def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArray:
+    """Return the tilt angles of a sheet over a grid, rows of constant α2, shape (points, points, 4)."""
+    axis = np.linspace(-HALF_PI, HALF_PI, points)
+    a1, a2 = np.meshgrid(axis, axis)
+    return np.stack([a1, a2, *sheet_angles(sheet, a1, a2, coefficients)], axis=-1)
+
+
+@lru_cache(maxsize=32)
+def _shading(
+    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str
+) -> tuple[list[float] | None, list[float] | None]:
+    """Return the values of a shading, and their range."""
+    if shading == "none":
+        return None, None
+    alpha = _on_grid(_POINTS, coefficients, sheet)
+    signed = shading == "R"
+    values = np.asarray(level_determinant(alpha, coefficients) if signed else least_singular_value(alpha, vehicle))
+    short = [float(f"{value:.5g}") for value in values.ravel().tolist()]
+    return short, [float(values.min()), float(values.max())]
+
+
+@lru_cache(maxsize=32)
+def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
+    """Return the types of the nodes of the paper's grid, row by row; None where R has no sign."""
+    alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
+    third, fourth = types_of(sheet, alpha[..., 0], alpha[..., 1], coefficients, math.pi / (2 * DEFAULT_DIVISIONS))
+    signed = np.abs(level_determinant(alpha, coefficients)) > noise_of(coefficients)
+    rows = zip(third.ravel().tolist(), fourth.ravel().tolist(), signed.ravel().tolist(), strict=True)
+    return [text_from_types(a, b) if there else None for a, b, there in rows]
+
+
+@lru_cache(maxsize=64)
+def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[Any] | None:
+    """Return a region as rings, or None where the vehicle's flyable region is unknown."""
+    import shapely
+
+    from gaitgraph.surface.admissible import admissible_region, hover_region, sign_region
+
+    if name == "hover":
+        region = hover_region(vehicle)
+    elif name == "flyable":
+        try:
+            region = admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
+        except GaitgraphError:
+            return None
+    else:
+        sign: Any = "positive" if name == "R>0" else "negative"
+        region = sign_region(sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY)
+    rings = shapely.get_rings(shapely.get_parts(region.inner))
+    return [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings]
