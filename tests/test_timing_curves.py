@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
 from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, values_of
+from gaitgraph.timing.rest_to_rest_and_smooth import bernstein_from_power, derivative_of, values_of
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(

@@ -15,9 +15,9 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
 from gaitgraph.timing.curve import rounded
+from gaitgraph.timing.rest_to_rest_and_smooth import fastest_squared_speeds, law_through_nodes, phases
 from gaitgraph.timing.time_optimal import Limits, least_period, limits_of, paced
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.timing.timing_laws import fastest_squared_speeds, law_through_nodes, phases
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ def test_a_period_that_is_asked_for_is_met_by_scaling_or_refused_with_the_limit_
     assert (bool(short), short.status, short.timed, short.limit) == (False, "too short", None, "acceleration")
     assert short.where is not None
     assert f"{fast.least:.4f} s" in short.reason
-    assert "limit 60" in short.reason
+    assert f"would reach {60 * (fast.least / 0.7) ** 2:.3g} rad/s², limit 60" in short.reason
     # Below the lower bound it is certain.
     assert "needs at least" in paced(SQUARE, LIMITS, 0.9 * fast.lower_bound, rounding=0.03).reason
 

@@ -24,21 +24,7 @@ from gaitgraph.surface.sheets import family_distances
 from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Place, Report, limit_check
 from gaitgraph.validation.rules import segments_of
-from tests.published import GAITS, PublishedGait
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("rounding", [None, 5e-4])
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_the_four_gaits_as_printed(gait: PublishedGait, rounding: float | None) -> None:
-    """Three printed decimals are still on the surface, and R of Gaits 1 and 2 stays undecided."""
-    for angles in (np.array(gait.angles), np.round(gait.angles, 3)):
-        printed = Gait(alpha=np.column_stack([angles, gait.printed]), colors=(gait.color,) * 4)
-        report = gg.validate(printed, angle_rounding=rounding)
-        assert report.valid
-        assert report["R_sign"].decided is (gait.color == "red")
-        assert report.flyable is gait.flyable
-        assert report.reachable_from_hover is gait.reachable
+from tests.published import GAITS
 
 
 @pytest.mark.no_cover

@@ -25,8 +25,15 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
+from gaitgraph.timing.rest_to_rest_and_smooth import (
+    bernstein_from_power,
+    derivative_of,
+    divided,
+    located,
+    peaks_of,
+    values_of,
+)
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.timing.timing_laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
+from gaitgraph.timing.rest_to_rest_and_smooth import divided
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.timing.timing_laws import divided
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -19,8 +19,7 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, rounded
-from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.timing.timing_laws import (
+from gaitgraph.timing.rest_to_rest_and_smooth import (
     fastest_squared_speeds,
     laws_under_jerk,
     nodes_along,
@@ -29,6 +28,7 @@ from gaitgraph.timing.timing_laws import (
     smoothed_law,
     tilts_over_time,
 )
+from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:

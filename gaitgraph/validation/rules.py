@@ -94,8 +94,13 @@ class Setting:
         """How narrow brackets of singular values and thrusts must be; those of a curve are reported."""
         return 1e-6 if self.beside else 1e-4
 
+    @property
+    def singular_value_slack(self) -> float:
+        """By how much the least singular value may be less on a curve: at most √(2 + κ²) per radian of four angles."""
+        return math.sqrt(2.0 + self.vehicle.drag_ratio**2) * _SQRT2 * self.beside
+
     def level_slack(self, coefficients: Coefficients) -> float:
-        """Return by how much R may be less on a curve than on its chords; 0 without a curve.
+        """Return by how much R may be less on a curve than on its chords.
 
         R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
         2√2·beside in sum.
@@ -246,7 +251,6 @@ class _TwoColor(Rule):
     families: set[int] = field(default_factory=set)
 
     def update(self, run: Segments) -> None:
-        """Look for the first point without a color, or pair of points that Figure 15 forbids."""
         self.families |= set(np.unique(run.sheet).tolist()) - {0}
         if self.broken is not None:
             return
@@ -489,14 +493,9 @@ class _SingularValue(Rule):
     worst: Worst = field(default_factory=Worst)
     above: bool = True
 
-    @property
-    def _slack(self) -> float:
-        # The least singular value changes by at most √(2 + κ²) per radian of the four angles.
-        return math.sqrt(2.0 + self.setting.vehicle.drag_ratio**2) * _SQRT2 * self.setting.beside
-
     def update(self, run: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
-        setting, floor = self.setting, self.setting.floor + self._slack
+        setting, floor = self.setting, self.setting.floor + self.setting.singular_value_slack
         found = least_singular_value_of_all(
             run.starts, run.ends, setting.vehicle, tolerance=setting.bracket, known=self.worst.upper
         )
@@ -508,7 +507,7 @@ class _SingularValue(Rule):
             )
 
     def checks(self) -> Iterator[Check]:
-        floor, place, lower = self.setting.floor, self.worst.place, self.worst.lower - self._slack
+        floor, place, lower = self.setting.floor, self.worst.place, self.worst.lower - self.setting.singular_value_slack
         value = lower if self.setting.beside else self.worst.upper
         message = f"least singular value {value:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
         if not self.above:
