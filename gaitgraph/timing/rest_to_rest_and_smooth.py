@@ -45,6 +45,7 @@ _BRIEF = 1e-6
 
 _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
+_MOST_STEPS = 120  # of such growth, which is a factor of 5e13
 _CAP = 1e30
 _PASSES = 100
 _PROGRAMMES = 10
@@ -303,18 +304,13 @@ def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArra
     at_break = np.minimum(steps, np.roll(steps, 1))
     parts = []
     for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
-        sides: list[list[float]] = []
-        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
-            size, covered = nearest, 0.0
-            side: list[float] = []
-            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
-                side.append(size)
-                covered += size
-                size *= 1 + _GROWTH
-            sides.append(side)
-        middle = whole - sum(sides[0]) - sum(sides[1])
+        sides = []
+        for nearest in (at_break[k], at_break[(k + 1) % len(steps)]):
+            sizes = np.cumprod([nearest] + [1 + _GROWTH] * _MOST_STEPS)
+            sides.append(sizes[(sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)])
+        middle = whole - sides[0].sum() - sides[1].sum()
         count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
+        sizes = np.concatenate([sides[0], [middle / count] * count, sides[1][::-1]])
         parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
     return np.concatenate([*parts, breaks[-1:]])
 
