@@ -45,7 +45,6 @@ _BRIEF = 1e-6
 
 _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
-_MOST_STEPS = 120  # of such growth, which is a factor of 5e13
 _CAP = 1e30
 _PASSES = 100
 _PROGRAMMES = 10
@@ -117,8 +116,6 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     the period, and averages of accelerations within convex limits stay within them but for how much the path's
     direction and curvature change over the window.
     """
-    from scipy.interpolate import PPoly
-
     speed, span = np.sqrt(squared), float(s[-1])
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
     period = float(t[-1])
@@ -139,13 +136,30 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     gained[-1] = 0.0
     steps = h * gained[:-1] + h**2 * (2 * rise[:-1] + rise[1:]) / 6
     first = (span - steps.sum()) / period
-    # The mean of s from −half to half, where s(−u) = s(T − u) − span.
-    position = PPoly(np.stack([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]]), t)
-    near_zero = position.integrate(0.0, half) + position.integrate(period - half, period)
-    start = float(near_zero - span * half) / (2 * half)
+    start = _mean_near_zero(t, s, speed, half)
     smooth = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
     smooth[-1] = start + span
     return TimingLaw(t=knots, s=smooth, speed=gained + first, acceleration=rise)
+
+
+def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float) -> float:
+    """Return the mean of s over times from −half to half, by Simpson's rule, exact for piecewise quadratics."""
+    period, span = float(t[-1]), float(s[-1])
+    # By symmetry s(−u) = s(T − u) − span: on both sides the edges are those of either.
+    inner, outer = t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]
+    edges = np.unique(np.concatenate([[0.0], inner, outer, [half]]))
+
+    def position(time: FloatArray) -> FloatArray:
+        piece, local = located(t, time)
+        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
+        return np.asarray(s[piece] + speed[piece] * local + rise * local**2 / 2 + span * np.floor(time / period))
+
+    low, high = edges[:-1], edges[1:]
+    total = 0.0
+    for sign in (1.0, -1.0):
+        ends = position(sign * low) + position(sign * high)
+        total += float(((high - low) * (ends + 4 * position(sign * (low + high) / 2)) / 6).sum())
+    return total / (2 * half)
 
 
 def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -304,13 +318,18 @@ def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArra
     at_break = np.minimum(steps, np.roll(steps, 1))
     parts = []
     for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
-        sides = []
-        for nearest in (at_break[k], at_break[(k + 1) % len(steps)]):
-            sizes = np.cumprod([nearest] + [1 + _GROWTH] * _MOST_STEPS)
-            sides.append(sizes[(sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)])
-        middle = whole - sides[0].sum() - sides[1].sum()
+        sides: list[list[float]] = []
+        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
+            size, covered = nearest, 0.0
+            side: list[float] = []
+            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
+                side.append(size)
+                covered += size
+                size *= 1 + _GROWTH
+            sides.append(side)
+        middle = whole - sum(sides[0]) - sum(sides[1])
         count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        sizes = np.concatenate([sides[0], [middle / count] * count, sides[1][::-1]])
+        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
         parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
     return np.concatenate([*parts, breaks[-1:]])
 
