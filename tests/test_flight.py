@@ -140,10 +140,8 @@ class TestThrusts:
         strong = flown_by(RED, PAPER.replace(max_thrust=2.0))
         assert fly(strong, anyway=True, settings=short()).peak_thrust == 2.0
         assert fly(strong, anyway=True, settings=short(thrust_limit=1.9)).peak_thrust == 1.9
-        stiff = {"attitude_stiffness": 2500.0, "attitude_damping": 100.0}
-        free = fly(RED, settings=short(saturation=False, **stiff))
-        assert free.thrusts.min() < 0
-        assert free.saturated_fraction == 0
+        free = fly(RED, settings=short(saturation=False, attitude_stiffness=2500.0, attitude_damping=100.0))
+        assert (free.thrusts.min() < 0, free.saturated_fraction) == (True, 0)
 
     def test_they_change_at_the_control_rate_and_energy_counts_each(self) -> None:
         flight = fly(RED, settings=short(control_rate=100.0))
@@ -348,9 +346,7 @@ class TestTakeOff:
         both = flown_by(RED, PAPER.replace(max_thrust=1.5, max_tilt_rate=1.0))
         warnings = fly(both, settings=short(duration=0.02), anyway=True).warnings
         flown = [one for one in warnings if one.startswith("flown although it is not flyable: ")]
-        assert len(flown) == 2
-        assert "limit 1.5 N" in flown[0]
-        assert "limit 1" in flown[1]
+        assert [limit in one for limit, one in zip(("limit 1.5 N", "limit 1"), flown, strict=True)] == [True, True]
 
     def test_physics_alone_refuses(self) -> None:
         """A biased gait is off the surfaces, which the paper forbids but physics does not."""
@@ -377,9 +373,10 @@ def course_of(timed: TimedGait, **options: Any) -> Course:
 
 
 class TestCourse:
-    @pytest.mark.parametrize("kind", ["published", "exact"])
-    @pytest.mark.parametrize("law", ["smooth", "constant-speed"])
-    @pytest.mark.parametrize(("periods", "pause", "duration"), [(1, 0.0, None), (3, 0.2, 0.7)])
+    @pytest.mark.parametrize(
+        ("kind", "law", "periods", "pause", "duration"),
+        [("published", "smooth", 1, 0.0, None), ("exact", "constant-speed", 3, 0.2, 0.7)],
+    )
     def test_its_length_and_the_gait_in_it(
         self, kind: Any, law: str, periods: int, pause: float, duration: float | None
     ) -> None:
