@@ -237,7 +237,8 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        field = re.match(r"\w*", str(error))[0]  # type: ignore[index]  # which matches any text
+        match = re.match(r"\w+(?=:| must | is )", str(error))
+        field = match[0] if match else ""
         name = names.get(field, field)
         if given.get(name) is None:
             raise

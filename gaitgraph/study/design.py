@@ -186,8 +186,7 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
     if file is None:  # the request is checked here for the paper's vehicle
         request = request_from_mapping({key: value for key, value in values.items() if key != "name"})[0]
         plain = request.as_mapping() | {"waypoints": [list(point) for point in request.waypoints]}
-        stated = [key for key in values if key not in ("name", "law")]
-        content = {key: plain[key] for key in sorted(stated, key="waypoints".__eq__)}
+        content = {key: plain[key] for key in values if key not in ("name", "law")}
         return GaitSource(name=name, kind="request", content=content, law=request.law)
     if match := re.fullmatch(r"gait([1-4])", file):
         return GaitSource(name=name, kind="paper", content={"number": int(match[1])})
