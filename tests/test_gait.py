@@ -274,6 +274,10 @@ def test_the_request_stays_unless_another_vehicle_is_given() -> None:
     assert closed_rows(made)[0].request == gg.gait_of(made).request == {"waypoints": [[0.4, -0.4]]}
     assert closed_rows(made, coefficients="exact")[0].request == {}
     assert closed_rows(made, vehicle=gg.vehicle_named("beetle_omni"))[0].coefficients.kind == "exact"
+    timed = Table(columns={**made.columns, "t": np.arange(3.0)}, about=made.about | {"crossing_tolerance": 0})
+    assert closed_rows(timed)[0].crossing_tolerance == 0
+    assert "request" in merged(completed_pieces(lambda: [timed])()).about
+    assert "request" not in merged(completed_pieces(lambda: [timed], coefficients="exact")()).about
 
 
 def test_stated_R_stays_within_its_digits_and_not_beyond() -> None:

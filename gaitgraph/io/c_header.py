@@ -23,7 +23,7 @@ from gaitgraph.io.formats import FORMATS
 from gaitgraph.io.ros import merged_up_to
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from gaitgraph.io.formats import FormatOptions
 
@@ -156,7 +156,9 @@ def _tables(curve: _Curve) -> list[str]:
     """Return the definitions of the period, the number of rows and the scale, and the tables."""
     name, upper = curve.name, curve.name.upper()
     lines = [f"#define {upper}_PERIOD {curve.literal(curve.times[-1])}", f"#define {upper}_ROWS {curve.rows}"]
-    kind, text, tables = curve.real, curve.literal, {"angle": curve.angles, "rate": curve.rates}
+    kind: str = curve.real
+    text: Callable[[Any], str] = curve.literal
+    tables: dict[str, Any] = {"angle": curve.angles, "rate": curve.rates}
     if curve.number == "fixed":
         lines.append(f"#define {upper}_SCALE {curve.literal(2.0**-curve.bits)}")
         kind, text, tables = "int16_t", str, {"angle": curve.units()}

@@ -204,7 +204,7 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
         )
     if suffix not in known:
         which = f"{str(path)!r}, a folder without a .mcap file" if is_folder else repr(str(path))
-        hint = "; ros2 bag convert makes one" if suffix == ".db3" else did_you_mean(suffix, known)
+        hint = "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
 
