@@ -221,8 +221,10 @@ WRONG = {
     ),
     "an idle size": (["--size", "2"], "--size has an effect with --reference step, line, circle only"),
     "no screen": (["--view"], "--view needs a screen"),
-    "no film": (["--render", "--output", "a.csv"], "--render needs a film"),
-    "a vehicle without mass": (["--vehicle", "light.toml"], "gaitgraph: vehicle 'light' states no mass (kg), which flight needs"),
+    "a vehicle without mass": (
+        ["--vehicle", "light.toml"],
+        "gaitgraph: vehicle 'light' states no mass (kg), which flight needs",
+    ),
 }
 
 

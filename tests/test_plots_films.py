@@ -187,6 +187,7 @@ def test_frames_last_as_long_as_the_period_where_the_format_can(period: float, f
 
 def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Uneven times, a hostile name, edges of discs, and a table without times, which lasts a second."""
+    monkeypatch.setattr(films, "_FEWEST", 3)
     monkeypatch.setattr(films, "_DELAY", 10)
     columns = {f"alpha{k + 1}": np.linspace(-2, 2, 30) * (-1) ** k for k in range(4)}
     about = {"vehicle": X_FRAME.as_mapping(), "coefficients": "exact"}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import LAWS, Kind, command, file, films_in, flag, named_in_errors, one_of, option
+from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -100,7 +100,6 @@ def _wind(text: str) -> tuple[float, ...]:
     ),
     *SETTINGS,
     "outputs force",
-    flag("--render", "Let the engine render the film, where it can.  [default: drawn]"),
     flag("--view", "Then show the flight in the engine's viewer."),
     "json",
 )
@@ -112,7 +111,6 @@ def fly_command(
     anyway: bool = False,
     outputs: tuple[str, ...] = (),
     force: bool = False,
-    render: bool = False,
     view: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -124,7 +122,7 @@ def fly_command(
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
-    from gaitgraph.flight.engine import check_rendering, check_screen, mujoco_library, show_flight
+    from gaitgraph.flight.engine import check_screen, mujoco_library, show_flight
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
@@ -146,10 +144,6 @@ def fly_command(
     with named_in_errors(asked):
         start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
     mujoco_library()
-    if render and not films_in(outputs):
-        raise InputError("--render needs a film, got no --output FILE.gif")
-    if render:
-        check_rendering(PAPER)
     if view:
         check_screen()
 
@@ -183,7 +177,7 @@ def fly_command(
                 warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
-            write_flight(flight, written, force=force, rendered=render)
+            write_flight(flight, written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
     show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
     if view and len(flight.rows):

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     Words = Iterable[str] | Callable[[], Iterable[str]]
 
 REMOVED = {
+    "--render": "A film is drawn; --view shows the flight in the engine's own viewer",
     "--watch": "Run the command again when the file changes, for example with: entr, watchexec",
     "--sheets": "No gait on a fibre can fly; gaitgraph roots lists the fibres",
     "--divisions": "Only plan and cycles use a grid; a transition is found at any angle",

@@ -1,4 +1,4 @@
-"""A tilt-rotor in the physics engine MuJoCo: its model, its state, its off-screen pictures, and the engine's viewer.
+"""A tilt-rotor in the physics engine MuJoCo: its model, its state, and the engine's viewer.
 
 The model is a free body with four arms on tilting hinges and a rotor at the end of each. Body axes and signs are those
 of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's drag torques the body about the
@@ -8,7 +8,6 @@ Stiff position actuators hold the hinges where the servos are.
 
 from __future__ import annotations
 
-import io
 import math
 import os
 import subprocess
@@ -37,10 +36,7 @@ _BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
 _MOST_ARM_MASS = 0.02  # of the vehicle's mass
 _LEAST_INERTIA = 1e-9  # kg m²; the engine takes no body of less than 1e-15, and arms have a millionth
 
-_WIDTH, _HEIGHT = 480, 360  # px of a rendered picture
-_CAMERA = 6.0  # arm lengths from the camera to the vehicle
 _VIEWER_CAMERA = 8.0
-_LONGEST_RENDERING = 300.0  # s
 _FRAME = 1.0 / 60.0  # s between two pictures of the viewer
 
 
@@ -53,7 +49,7 @@ def mujoco_library() -> Any:
     except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL by the variable MUJOCO_GL
         stated = os.environ.get("MUJOCO_GL", "")
         try:
-            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL; rendering reports by itself that it cannot
+            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL
             import mujoco
         except (AttributeError, OSError, RuntimeError):
             raise InputError(f"mujoco does not load with MUJOCO_GL={shown(stated)}; unset or change it") from error
@@ -239,80 +235,12 @@ def _is_rigid(moments: Sequence[float]) -> bool:
     return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)
 
 
-def check_rendering(vehicle: Vehicle) -> None:
-    """Raise InputError if the engine cannot render here, and MissingExtra if mujoco is missing."""
-    mujoco_library()
-    upright = np.concatenate([np.zeros(3), quaternion_of(0.0, 0.0, 0.0), np.zeros(4)])
-    _rendered(vehicle, upright[None, :], (0.0, 0.0))
-
-
-def rendered_frames(flight: Flight, times: npt.ArrayLike, *, view: tuple[float, float]) -> npt.NDArray[np.uint8]:
-    """Return pictures of a flight at times [s] that the engine renders off-screen, shape (n, 360, 480, 3).
-
-    The camera follows the vehicle, at an azimuth and an elevation from it [rad]. The variable ``MUJOCO_GL`` selects
-    OpenGL as it does for the engine; otherwise EGL and OSMesa are tried on Linux. The same flight gives the same
-    pictures only on the same machine. InputError if the engine cannot render here.
-    """
-    rows = np.clip(np.searchsorted(flight.column("t"), np.asarray(times) + 1e-12) - 1, 0, len(flight.rows) - 1)
-    return _rendered(flight.vehicle, _states(flight)[rows], view)
-
-
 def _states(flight: Flight) -> FloatArray:
     """Return the engine's ``qpos`` at each row of a flight, shape (n, 11)."""
     columns = [flight.column(name) for name in ("x", "y", "z", "alpha1", "alpha2", "alpha3", "alpha4")]
     angles = np.stack([flight.column(name) for name in ("roll", "pitch", "yaw")], axis=-1)
     turned = np.array([quaternion_of(*row) for row in angles.tolist()])
     return np.column_stack([*columns[:3], turned, *columns[3:]])
-
-
-def _rendered(vehicle: Vehicle, states: FloatArray, view: tuple[float, float]) -> npt.NDArray[np.uint8]:
-    """Render in another process, because a failing OpenGL may end the process that calls it."""
-    (length,) = vehicle.require("arm_length", purpose="a picture of flight")
-    stream = io.BytesIO()
-    np.savez(stream, model=np.array(mjcf_of(vehicle)), states=states, distance=_CAMERA * length, view=view)
-    stated = os.environ.get("MUJOCO_GL")
-    backends = [stated] if stated else ["egl", "osmesa"] if sys.platform.startswith("linux") else [""]
-    size = (len(states), _HEIGHT, _WIDTH, 3)
-    for backend in backends:
-        variables = {"MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend} if backend in ("egl", "osmesa") else {}
-        try:
-            done = subprocess.run(
-                [sys.executable, "-c", "from gaitgraph.flight.engine import _render; _render()"],
-                input=stream.getvalue(),
-                capture_output=True,
-                check=False,
-                env=os.environ | variables,
-                timeout=_LONGEST_RENDERING,
-            )
-        except subprocess.TimeoutExpired:
-            continue
-        if not done.returncode and len(done.stdout) == math.prod(size):
-            return np.frombuffer(done.stdout, dtype=np.uint8).reshape(size)
-    tried = ", ".join(backend or "the platform's OpenGL" for backend in backends)
-    raise InputError(f"film: the engine cannot render here ({tried} tried); a drawn film needs no OpenGL")
-
-
-def _render() -> None:
-    """Read a model and states from standard input, and write pictures of them to standard output: the other process."""
-    mujoco: Any = mujoco_library()
-    with np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False) as given:
-        model = mujoco.MjModel.from_xml_string(str(given["model"]))
-        states, distance, view = given["states"], float(given["distance"]), given["view"]
-    data, camera = mujoco.MjData(model), mujoco.MjvCamera()
-    azimuth, elevation = (math.degrees(angle) for angle in view)
-    camera.azimuth, camera.elevation, camera.distance = azimuth + 180.0, -elevation, distance
-    # Both lights together are too bright, and shadows on an endless floor are coarse.
-    model.vis.headlight.ambient, model.vis.headlight.diffuse = [0.45] * 3, [0.4] * 3
-    model.light_diffuse[:], model.light_specular[:] = 0.35, 0.0
-    with mujoco.Renderer(model, _HEIGHT, _WIDTH) as renderer:
-        for state in states:
-            data.qpos[:] = state
-            camera.lookat[:] = state[:3]
-            mujoco.mj_forward(model, data)
-            renderer.update_scene(data, camera)
-            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
-            sys.stdout.buffer.write(renderer.render().tobytes())
-    sys.stdout.buffer.flush()
 
 
 def check_screen() -> None:

@@ -212,7 +212,7 @@ _SLOW = 25  # frames in which the arms go through a period where even frames wou
 _CURVE_POINTS = 400
 
 
-def write_flight_film(flight: Flight, path: Path, *, rendered: bool = False) -> None:
+def write_flight_film(flight: Flight, path: Path) -> None:
     """Write a film of a flight at its own pace; the last frame stays a little longer.
 
     Parameters
@@ -221,13 +221,11 @@ def write_flight_film(flight: Flight, path: Path, *, rendered: bool = False) -> 
         With at least one row.
     path
         A new file.
-    rendered
-        Whether the physics engine renders the frames. Their bytes are the same on the same machine only.
 
     Raises
     ------
     InputError
-        If nothing was flown, or the engine cannot render here.
+        If nothing was flown.
     MissingExtra
         If matplotlib or Pillow is missing.
 
@@ -242,7 +240,7 @@ def write_flight_film(flight: Flight, path: Path, *, rendered: bool = False) -> 
     """
     times, delays, slowed = flight_frame_times(flight)
     with paper_style():
-        figure, frame = (_rendered_film if rendered else _flight_film)(flight, times, slowed)
+        figure, frame = _flight_film(flight, times, slowed)
         _write_frames(figure, frame, delays, provenance_text(flight.table()), path)
 
 
@@ -260,18 +258,6 @@ def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
     times[-1] = flight.flown
     delays[-1] += _HELD
     return times, delays, slowed
-
-
-def _rendered_film(flight: Flight, times: FloatArray, _: bool) -> tuple[Figure, Frame]:
-    """Return a figure that shows what the engine renders, and what changes its frame."""
-    from matplotlib.figure import Figure
-
-    from gaitgraph.flight.engine import rendered_frames
-
-    pictures = rendered_frames(flight, times, view=DEFAULT_VIEW)
-    height, width = pictures.shape[1:3]
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-    return figure, lambda k: [figure.figimage(pictures[k])]
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:

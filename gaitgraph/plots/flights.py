@@ -339,7 +339,7 @@ def check_flight_outputs(
     check_new_files(paths, force=force)
 
 
-def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False, rendered: bool = False) -> None:
+def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Write a flight to files, each whole or not at all; the suffix says what.
 
     Parameters
@@ -350,8 +350,6 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         Tables (.csv, .json, .npz, .mat, .parquet), plots over time (.png, .svg, .pdf), or films (.gif, .mp4).
     force
         Overwrite files that exist.
-    rendered
-        Whether films are rendered by the engine, where it can, instead of drawn.
 
     Raises
     ------
@@ -367,7 +365,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         plot_flight(flight, axes=_panel_axes(figure, PANELS))
         return figure
 
-    film = partial(write_flight_film, flight, rendered=rendered)
+    film = partial(write_flight_film, flight)
     write_whole([(Path(path), _content(path, flight.table, plotted, film)) for path in paths], force=force)
 
 
