@@ -95,6 +95,11 @@ class Basin:
         return float(self.settled.mean())
 
     @property
+    def acceptable_fraction(self) -> float:
+        """Part of the grid's attitudes at which the gait is never singular."""
+        return float(self.inside.mean())
+
+    @property
     def cases(self) -> dict[str, int]:
         """Number of attitudes of each of :data:`CASES`."""
         counts = [(self.inside == here) & (self.settled == well) for here in (True, False) for well in (True, False)]
@@ -138,7 +143,7 @@ class Basin:
             "period": self.timed.period,
             "law": self.timed.law,
             "fraction": self.fraction,
-            "acceptable_fraction": float(self.inside.mean()),
+            "acceptable_fraction": self.acceptable_fraction,
             **self.cases,
             "outcomes": self.outcomes,
             "flights": {name: np.asarray(values).tolist() for name, values in self.columns().items() if name != "eta"},
@@ -154,7 +159,7 @@ class Basin:
             return f"{head}: refused before take-off: {self.refusal}"
         cases, counts = self.cases, [f"{count} {name}" for name, count in self.outcomes.items()]
         lines = [
-            f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.inside.mean():.1f} % acceptable",
+            f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable",
             f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
             f"  singular once {cases['outside_settled']} settled, {cases['outside_lost']} lost",
             f"  flights       {', '.join(counts)}",

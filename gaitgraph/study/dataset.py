@@ -5,7 +5,7 @@
     study.json                 what the study is, resolved; its fingerprint; the versions that rows are made with
     rows/part-00000.parquet    cases 0 to B − 1, in order; written whole or not at all
     rows/part-00001.parquet    the next B, and so on; B follows from the number of cases
-    summary.html               once all are there: counts, tables, pictures; no script, and nothing to load
+    summary.html               once all are there: counts, tables, a picture; no script, and nothing to load
 
 Rows hold nothing of the clock, the machine or the process, so parts have the same bytes whichever worker flew them.
 """
