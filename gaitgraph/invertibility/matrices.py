@@ -141,14 +141,18 @@ def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
     return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
 
 
-def _arm_frame_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
-    """Return (Rθ, Rφ) for a first arm along body x, by the factorised form of (4) and (5)."""
+def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
+    """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     delta = coefficients.delta
     scale = 1.0 / math.sin(2.0 * delta)
     pitch = scale * np.sin(a1 + a3 - 2 * delta) * np.sin(a2 - a4)
     roll = -scale * np.sin(a1 - a3) * np.sin(a2 + a4 + 2 * delta)
-    return pitch, roll
+    turn = coefficients.first_arm_angle
+    if turn == 0.0:
+        return roll, pitch
+    sine, cosine = math.sin(turn), math.cos(turn)
+    return roll * cosine - pitch * sine, pitch * cosine + roll * sine
 
 
 def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -159,9 +163,7 @@ def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(roll_sensitivity([0.3, -0.2, 0.3, 0.1], coefficients_of()))
     -0.0
     """
-    pitch, roll = _arm_frame_sensitivities(alpha, coefficients)
-    turn = coefficients.first_arm_angle
-    return roll if turn == 0.0 else roll * math.cos(turn) - pitch * math.sin(turn)
+    return sensitivities(alpha, coefficients)[0]
 
 
 def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -170,9 +172,7 @@ def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2], coefficients_of()))
     0.0
     """
-    pitch, roll = _arm_frame_sensitivities(alpha, coefficients)
-    turn = coefficients.first_arm_angle
-    return pitch if turn == 0.0 else pitch * math.cos(turn) + roll * math.sin(turn)
+    return sensitivities(alpha, coefficients)[1]
 
 
 def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -412,9 +412,8 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
     """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
 
     The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
-    e3 the sum of the squares of all 3×3 minors. All roots are real, so Newton's iteration from λ = 0 increases towards
-    the least of them and never passes it. Five steps come within a few parts in 10⁶, unless other singular values are
-    near; the result stays a bound.
+    e3 the sum of the squares of all 3×3 minors. All are real, so Newton's iteration from λ = 0 increases towards the
+    least of them and never passes it; five steps come within a few parts in 10⁶, unless other ones are near.
     """
     kappa = vehicle.signed_drag_ratio
     angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))

@@ -240,8 +240,8 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
 def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and norms of its parts.
 
-    The second array has the factors of cos Δ1, then cos Δ2, as columns; the third their sizes; the last number is a
-    norm of the part without differences.
+    The second array has the factors of cos Δ1, then cos Δ2, as columns, the third their sizes; last is a norm of the
+    part without differences.
     """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
@@ -292,12 +292,6 @@ def least_level_determinant(
     return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
 
 
-def _residual_phases(alpha: FloatArray, delta: float) -> FloatArray:
-    """Return phases whose sines are the factors of Rθ, then those of Rφ, shape (4, k)."""
-    a1, a2, a3, a4 = alpha.T
-    return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])
-
-
 def largest_residual(
     starts: FloatArray,
     ends: FloatArray,
@@ -312,15 +306,20 @@ def largest_residual(
     """
     delta = coefficients.delta
 
+    def phases(alpha: FloatArray) -> FloatArray:
+        """Return phases whose sines are the factors of Rθ, then those of Rφ, shape (4, k)."""
+        a1, a2, a3, a4 = alpha.T
+        return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])
+
     def minus_larger(sines: FloatArray) -> FloatArray:
         x, y, u, v = sines
         return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * delta)))
 
     def value(alpha: FloatArray) -> FloatArray:
-        return minus_larger(np.abs(np.sin(_residual_phases(alpha, delta))))
+        return minus_larger(np.abs(np.sin(phases(alpha))))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return minus_larger(largest_sine(_residual_phases(p0, delta), _residual_phases(p1, delta)))
+        return minus_larger(largest_sine(phases(p0), phases(p1)))
 
     return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
 
@@ -380,8 +379,7 @@ def least_singular_value_of_all(
 ) -> Least:
     """Bracket the least singular value over many segments, most of them without any decomposition.
 
-    A bound from arithmetic alone settles those that certainly stay above the least of all, or above `known`; their
-    `upper` is +∞, since no value of theirs is known.
+    A bound from arithmetic alone settles those that stay above the least of all, or `known`: their `upper` is +∞.
     """
     if _on_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
@@ -481,10 +479,9 @@ def thrust_shares_along(
     each: bool = False,
     known: tuple[float, float] = (math.inf, math.inf),
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
-    """Bracket the hover thrusts along segments.
+    """Return whether every thrust is positive on whole segments (:func:`thrusts_push_up`), and brackets of the shares.
 
-    Returns whether every thrust is positive on the whole segment (:func:`thrusts_push_up`), and the brackets of the
-    least share T/(m·g) and of minus the largest one, NaN where not all are positive.
+    Bracketed are the least share T/(m·g) and minus the largest one, NaN where not all are positive.
     """
     upward = thrusts_push_up(starts, ends, vehicle)
     lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)

@@ -32,9 +32,8 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
     noise_of,
-    pitch_sensitivity,
-    roll_sensitivity,
     rotor_directions,
+    sensitivities,
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
@@ -60,12 +59,8 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
     >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
     [0.0, 0.0, 4.0]
     """
-    parts = (
-        -np.asarray(pitch_sensitivity(alpha, coefficients)),
-        roll_sensitivity(alpha, coefficients),
-        level_determinant(alpha, coefficients),
-    )
-    return np.stack(np.broadcast_arrays(*parts), axis=-1) + 0.0
+    roll, pitch = sensitivities(alpha, coefficients)
+    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
 
 
 def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:
@@ -273,8 +268,8 @@ def least_tilt_margin(
     if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
         # Exactly, v may not vanish here: the margin cannot be decided.
         return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
-    reason = "the matrix is singular at every attitude there, and not beside" if alone else "R vanishes there"
-    reason = "R changes its sign" if crossed else reason
+    touched = "the matrix is singular at every attitude there, and not beside" if alone else "R vanishes there"
+    reason = "R changes its sign" if crossed else touched
     return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
 
 

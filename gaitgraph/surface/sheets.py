@@ -44,8 +44,7 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     level_determinant,
     pair_features,
-    pitch_sensitivity,
-    roll_sensitivity,
+    sensitivities,
 )
 from gaitgraph.surface.adjacency import FIBER_TYPES, FREE, text_from_types
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -277,11 +276,9 @@ def roots(
         )
         found += [(color, label, a3, a4) for a3, a4 in product(third, fourth)]
     alpha = np.array([(a1, a2, a3, a4) for _, _, a3, a4 in found])
-    R, R_phi, R_theta = (
-        # A residual of −0.0 is printed as 0.0.
-        (function(alpha, coefficients) + 0.0).tolist()
-        for function in (level_determinant, roll_sensitivity, pitch_sensitivity)
-    )
+    R = level_determinant(alpha, coefficients).tolist()
+    # A residual of −0.0 is printed as 0.0.
+    R_phi, R_theta = ((residual + 0.0).tolist() for residual in sensitivities(alpha, coefficients))
     answer = RootSet(
         Root(
             alpha1=a1,
