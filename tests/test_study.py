@@ -100,6 +100,7 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
     assert 150 < sum(one.model.base.name == "beetle_omni" for one in cases) < 250
     masses = [one.vehicle.mass for one in cases if one.varied]
     assert len(set(masses)) == len(masses)
+    assert len(study_from_mapping(asked | {"sample": {"count": 1}})) == 1
     # Pinned: later versions continue a stored study.
     assert (cases[17].roll, cases[17].period) == pytest.approx((0.4349099096549526, 1.1392466424151815), abs=1e-15)
 
