@@ -101,6 +101,7 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
     masses = [one.vehicle.mass for one in cases if one.varied]
     assert len(set(masses)) == len(masses)
     assert len(study_from_mapping(asked | {"sample": {"count": 1}})) == 1
+    assert study.as_mapping()["sample"] == asked["sample"]
     # Pinned: later versions continue a stored study.
     assert (cases[17].roll, cases[17].period) == pytest.approx((0.4349099096549526, 1.1392466424151815), abs=1e-15)
 
@@ -112,6 +113,7 @@ def test_a_study_is_known_by_its_content() -> None:
     }
     study = study_from_mapping(asked)
     assert study_from_mapping(asked).fingerprint == study.fingerprint
+    assert study.as_mapping()["sample"] == {"kind": "grid"}
     assert study_from_mapping(asked | {"name": "other"}).fingerprint != study.fingerprint
     assert pickle.loads(pickle.dumps(study)) == study  # as workers get it
     assert list(columns_of(study))[3:6] == ["inertia_x", "inertia_y", "inertia_z"]
