@@ -68,7 +68,7 @@ def test_a_file_has_the_colourings_that_its_report_counts(tmp_path: Path) -> Non
     for rows in (table, [*table, (*RICH[0], "red")], [*table, (*RICH[0], "blue")]):  # blue there is a point of its own
         path = written(tmp_path, "a.csv", csv_of("alpha1,alpha2,color", rows))
         listing = gg.validate(path).listing
-        assert colorings_of_file(path).listing() == listing
+        assert colorings_of_file(path) == listing
 
 
 def test_plans_and_requests(tmp_path: Path) -> None:

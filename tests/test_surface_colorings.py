@@ -193,19 +193,18 @@ def test_fifty_thousand_points_are_counted_exactly_and_listed_lazily(pattern: Lo
 def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> None:
     assert int(4000 / math.log10(2)) == 13_287
     found = gg.colorings([MEETING] * n, sign="negative")
-    listing = found.listing()
-    assert found.count == listing.count == 2**n
-    assert len(listing.first) == MOST_LISTED
-    for mapping in (found.as_mapping(), listing.as_mapping()):
-        json.loads(json.dumps(mapping, allow_nan=False))
-        if n == 13_287:
-            assert mapping["colorings_count"] == 2**n
-        else:
-            assert mapping["colorings_count"] is None
-            assert mapping["colorings_count_log10"] == pytest.approx(n * math.log10(2), abs=1e-6)
+    assert found.count == 2**n
+    assert len(found.first) == MOST_LISTED
+    mapping = json.loads(json.dumps(found.as_mapping(), allow_nan=False))
+    if n == 13_287:
+        assert mapping["colorings_count"] == 2**n
+    else:
+        assert mapping["colorings_count"] is None
+        assert mapping["colorings_count_log10"] == pytest.approx(n * math.log10(2), abs=1e-6)
     text = str(2**n) if n == 13_287 else f"about 10^{n * math.log10(2):.0f}"
     assert str(found) == f"{text} colourings of a loop of {n} points"
-    assert str(listing) == (f"{text} with R < 0, all red or all blue (those that change color jump between the sheets)")
+    jump = "(those that change color jump between the sheets)"
+    assert found.in_report() == f"{text} with R < 0, all red or all blue {jump}"
 
 
 # --- loops in pieces -------------------------------------------------------------------------------------------------
@@ -305,7 +304,7 @@ def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...] | None) -> Non
             check_obstacle(loop, "negative", count.obstacle, PUBLISHED)
             text = f"0 colourings of a loop of {len(loop)} points\n  R < 0  none: {count.obstacle.message}"
             assert str(found) == text
-            assert str(found.listing()) == f"none: {count.obstacle.message}"
+            assert found.in_report() == f"none: {count.obstacle.message}"
 
 
 # --- texts and mappings ----------------------------------------------------------------------------------------------
@@ -328,13 +327,12 @@ def test_colourings_and_listings_in_words() -> None:
     assert str(gg.colorings(G3.angles)) == (
         "2 colourings of a loop of 4 points\n  R > 0  none: point 1 has no root with R > 0, neither red nor blue"
     )
-    assert str(gg.colorings(G3.angles).listing()) == "2 with R < 0, all red or all blue"
-    mapping = gg.colorings(G3.angles).listing().as_mapping()
-    assert mapping["colorings"] == [["red"] * 4, ["blue"] * 4]
-    assert (mapping["coloring_signs"], mapping["colorings_count"]) == (["negative"] * 2, 2)
+    assert gg.colorings(G3.angles).in_report() == "2 with R < 0, all red or all blue"
+    mapping = gg.colorings(G3.angles).as_mapping()
+    assert (mapping["colorings_count"], mapping["counts"]) == (2, {"negative": 2, "positive": 0})
     assert set(mapping["coloring_obstacles"]) == {"positive"}
     only = gg.colorings([RED_ONLY, MEETING, BLUE_ONLY, MEETING], sign="negative")
-    assert str(only.listing()) == "4 with R < 0 (those that change color jump between the sheets)"
+    assert only.in_report() == "4 with R < 0 (those that change color jump between the sheets)"
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ So the number of colourings is 0, or 2 to the power of the number of runs that c
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from itertools import chain, groupby, islice, product
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -34,7 +34,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -193,72 +193,22 @@ class ColoringCount:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ColoringListing:
-    """How many colourings a loop has for each sign of R, the colors that all of it can have, and why there is none.
-
-    `first` holds at most 16 of them, and none of a loop that is too long to be listed.
-    """
-
-    counts: dict[Sign, int]
-    plain: dict[Sign, tuple[str, ...]]
-    first: tuple[Coloring, ...]
-    obstacles: dict[Sign, ColoringObstacle]
-
-    @property
-    def count(self) -> int:
-        """The exact number of colourings."""
-        return sum(self.counts.values())
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON; a count of more than 4000 digits is given by its logarithm alone."""
-        return {
-            "colorings": [list(coloring.colors) for coloring in self.first],
-            "coloring_signs": [coloring.sign for coloring in self.first],
-            **_count_as_mapping(self.count),
-            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
-        }
-
-    def __str__(self) -> str:
-        if not self.count:
-            return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
-        parts = []
-        for sign, count in self.counts.items():
-            if count:
-                plain = self.plain[sign]
-                mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
-                all_of = f", all {' or all '.join(plain)}" if plain else ""
-                parts.append(f"{_count_as_text(count)} with {RELATION[sign]}{all_of}{mixed}")
-        return "; ".join(parts)
-
-
-def listing_of(counting: dict[Sign, ColoringCount], first: Iterable[Coloring] = ()) -> ColoringListing:
-    """Return the listing of a loop, which it closes, from what was counted for each sign, and from its colourings."""
-    return ColoringListing(
-        counts={sign: one.closed() for sign, one in counting.items()},
-        plain={sign: one.plain for sign, one in counting.items()},
-        first=tuple(islice(first, MOST_LISTED)),
-        obstacles={sign: one.obstacle for sign, one in counting.items() if one.obstacle is not None},
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Colorings:
-    """Every Two-Color-consistent colouring of a closed loop; iterate to list them, lazily.
+    """Every Two-Color-consistent colouring of a closed loop, counted; iterate to list them, lazily.
 
     Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Every
     iteration starts anew. Falsy when there is none.
 
-    `points` are the loop, shape (n, 2) [rad]; `choices` are those of :func:`color_choices`.
+    For each sign of R, `counts` has the exact number, `plain` the colors that all of the loop can have, and `obstacles`
+    why there is none. `points` are the loop, shape (n, 2) [rad], and `choices` those of :func:`color_choices`; without
+    them colourings are counted and not listed.
     """
 
-    points: FloatArray
-    choices: dict[Sign, BoolArray]
-    counting: dict[Sign, ColoringCount]
-
-    @property
-    def counts(self) -> dict[Sign, int]:
-        """The exact number of colourings for each sign of R."""
-        return {sign: one.closed() for sign, one in self.counting.items()}
+    counts: dict[Sign, int]
+    plain: dict[Sign, tuple[str, ...]]
+    obstacles: dict[Sign, ColoringObstacle]
+    points: FloatArray = field(compare=False, default_factory=lambda: np.zeros((0, 2)))
+    choices: dict[Sign, BoolArray] = field(compare=False, default_factory=dict)
 
     @property
     def count(self) -> int:
@@ -266,9 +216,9 @@ class Colorings:
         return sum(self.counts.values())
 
     @property
-    def obstacles(self) -> dict[Sign, ColoringObstacle]:
-        """Why there is no colouring, for each sign of R without one."""
-        return listing_of(self.counting).obstacles
+    def first(self) -> tuple[Coloring, ...]:
+        """The first colourings, at most 16."""
+        return tuple(islice(self, MOST_LISTED))
 
     def __bool__(self) -> bool:
         return self.count > 0
@@ -278,7 +228,7 @@ class Colorings:
 
     def of(self, sign: Sign) -> Iterator[Coloring]:
         """Return an iterator over the colourings with one sign of R."""
-        if not self.counting[sign].closed():
+        if not self.counts[sign]:
             return
         choices = self.choices[sign]
         changes = _changes(np.concatenate([choices, choices[:1]]))
@@ -291,16 +241,15 @@ class Colorings:
         for chosen in product(*([color for color in range(2) if can[color]] for can in shared)):
             yield Coloring(colors=tuple(COLORS[chosen[k]] for k in run.tolist()), sign=sign)
 
-    def listing(self) -> ColoringListing:
-        """Return the first colourings and their number."""
-        return listing_of(self.counting, self)
-
     def types_of(self, coloring: Coloring) -> list[str]:
         """Return the plane types of every point in a colouring."""
         return _types(coloring.colors, self.choices[coloring.sign])
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return how many there are, and why there are none, as plain values, ready for JSON."""
+        """Return how many there are, and why there are none, as plain values, ready for JSON.
+
+        A count of more than 4000 digits is given by its logarithm alone.
+        """
         return {
             **_count_as_mapping(self.count),
             "counts": {sign: _count_as_mapping(count)["colorings_count"] for sign, count in self.counts.items()},
@@ -312,6 +261,29 @@ class Colorings:
         lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop of {n} point{'s' * (n > 1)}"]
         lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
+
+    def in_report(self) -> str:
+        """Return the line that a report has of them."""
+        if not self:
+            return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
+        parts = []
+        for sign, count in self.counts.items():
+            if count:
+                plain = self.plain[sign]
+                mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
+                all_of = f", all {' or all '.join(plain)}" if plain else ""
+                parts.append(f"{_count_as_text(count)} with {RELATION[sign]}{all_of}{mixed}")
+        return "; ".join(parts)
+
+
+def colorings_counted(counting: dict[Sign, ColoringCount], **loop: Any) -> Colorings:
+    """Return the colourings of a loop, which it closes, from what was counted, and its points and choices if known."""
+    return Colorings(
+        counts={sign: one.closed() for sign, one in counting.items()},
+        plain={sign: one.plain for sign, one in counting.items()},
+        obstacles={sign: one.obstacle for sign, one in counting.items() if one.obstacle is not None},
+        **loop,
+    )
 
 
 def _count_as_mapping(count: int) -> dict[str, Any]:
@@ -384,4 +356,4 @@ def colorings(
     counting = {one: ColoringCount(one) for one in SIGNS if sign in ("auto", one)}
     for one, count in counting.items():
         count.add(choices[one])
-    return Colorings(points=plane[:, :2], choices={one: choices[one] for one in counting}, counting=counting)
+    return colorings_counted(counting, points=plane[:, :2], choices={one: choices[one] for one in counting})

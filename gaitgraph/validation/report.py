@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gaitgraph.surface.loop_colorings import ColoringListing
+    from gaitgraph.surface.loop_colorings import Colorings
 
 RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 """The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
@@ -130,7 +130,7 @@ class Report:
     reachability: str
     notes: tuple[str, ...] = ()
     rows: int | None = None
-    listing: ColoringListing | None = None
+    listing: Colorings | None = None
 
     @property
     def valid(self) -> bool:
@@ -182,14 +182,19 @@ class Report:
         }
         if self.rows is not None:
             out["rows"] = self.rows
-        return out | (self.listing.as_mapping() if self.listing is not None else {})
+        if self.listing is not None:
+            first = self.listing.first
+            out["colorings"] = [list(coloring.colors) for coloring in first]
+            out["coloring_signs"] = [coloring.sign for coloring in first]
+            out |= {name: value for name, value in self.listing.as_mapping().items() if name != "counts"}
+        return out
 
     def __str__(self) -> str:
         lines = [verdict_line(self.valid, self.flyable, self.reachable_from_hover)]
         lines += lines_of_checks(self.checks)
         lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
         if self.listing is not None:
-            lines.append(_line("ok" if self.listing.count else "--", "colorings", str(self.listing)))
+            lines.append(_line("ok" if self.listing.count else "--", "colorings", self.listing.in_report()))
         lines += [fill(f"warning: {note}", _WIDTH, subsequent_indent="  ") for note in self.notes]
         return "\n".join(lines)
 

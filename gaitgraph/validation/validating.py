@@ -33,7 +33,7 @@ from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.loop_colorings import ColoringCount, ColoringListing, color_choices, colorings, listing_of
+from gaitgraph.surface.loop_colorings import ColoringCount, Colorings, color_choices, colorings, colorings_counted
 from gaitgraph.surface.sheets import (
     DEFAULT_TOLERANCE,
     HOVER_LABEL,
@@ -265,7 +265,7 @@ def validate(
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
-        return replace(report, listing=loop.listing())
+        return replace(report, listing=loop)
     source: Any = as_table(gait)
     if not isinstance(source, (Table, str, Path)):
         raise InputError(f"gait must be a gait, a timed gait, a table, a frame or a file's path, got {shown(gait)}")
@@ -398,12 +398,11 @@ class _TableChecker:
             self.notes |= self.rates.notes
         return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=self._listing())
 
-    def _listing(self) -> ColoringListing:
+    def _listing(self) -> Colorings:
         if self.rows > MOST_LISTED_ROWS:
-            return listing_of(self.chains)
+            return colorings_counted(self.chains)
         setting, plane = self.setting, np.concatenate(self.plane)
-        loop = colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
-        return loop.listing()
+        return colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
 
 
 class _RowRates:
