@@ -139,6 +139,22 @@ class TestFormulaOneIsTheDeterminant:
         )
         assert self.vanishes(self.part("(6)") - self.part("(2)"))
 
+    def test_R_and_both_residuals_factorise(self) -> None:
+        """On red R = 2/(κ cos²δ)·cos β1·cos β2·(2κ cos α1 cos α2 − sin(α1 − α2)), on blue 0."""
+        k, (c1, c2, c3, c4), (s1, s2, s3, s4) = self.kappa, self.cosines, self.sines
+        product = (c1 + k * s1) * (c2 - k * s2) * (2 * k * c1 * c2 - s1 * c2 + c1 * s2)
+        red = self.part("(6)").subs({c3: c1, s3: s1, c4: c2, s4: s2})
+        assert self.vanishes(k * red - 2 * product)
+        # cos 2δ and sin 2δ times 1 + κ².
+        C, S = 1 - k**2, 2 * k
+        turned = {c3: C * c1 + S * s1, s3: S * c1 - C * s1, c4: C * c2 - S * s2, s4: -S * c2 - C * s2}
+        assert self.vanishes(sympy.expand(k * self.part("(6)").subs(turned, simultaneous=True)))
+        # With sin 2δ·Rφ = −sin(β1 − β3)·sin(β2 + β4) and sin 2δ·Rθ = sin(β1 + β3)·sin(β2 − β4).
+        even = (s2 * c4 + c2 * s4) * C + (c2 * c4 - s2 * s4) * S
+        odd = (s1 * c3 + c1 * s3) * C - (c1 * c3 - s1 * s3) * S
+        assert self.vanishes(S * self.part("(4)") + (s1 * c3 - c1 * s3) * even)
+        assert self.vanishes(S * self.part("(5)") - odd * (s2 * c4 - c2 * s4))
+
 
 class TestCodeAgainstThePaper:
     @pytest.mark.parametrize("kappa", [None, *KAPPAS])

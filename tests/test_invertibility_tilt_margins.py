@@ -32,6 +32,7 @@ from gaitgraph.invertibility.tilt_margins import (
     singular_everywhere,
     tilt_margin,
 )
+from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 from tests.samples import (
     EXACT,
@@ -142,6 +143,20 @@ class TestTiltMargin:
             assert np.isnan(tilt_margin(blue, exact)).all()
             for alpha in (red, blue):
                 assert np.isnan(nearest_singular_attitude(alpha, exact)).all()
+
+    def test_turned_arms_and_mirrored_spin(self) -> None:
+        """Turned arms turn v and nothing else; a mirrored vehicle with negated angles is as robust."""
+        alpha = random_tilts(5, 50, reach=1.6)
+        for ratio, turn in ((0.01, 2.0), (PAPER.drag_ratio, -0.7), (3.0, 1.1)):
+            vehicle = Vehicle(drag_ratio=ratio)
+            plain, turned, mirrored = (
+                coefficients_of(vehicle.replace(**options), "exact")
+                for options in ({}, {"first_arm_angle": turn}, {"first_rotor_spin": "counterclockwise"})
+            )
+            v, c, s = attitude_sensitivities(alpha, plain), math.cos(turn), math.sin(turn)
+            rotated = v @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+            np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
+            np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
 
     def test_printed_digits_of_blue_say_nothing(self) -> None:
         """Floating point makes up to 90° of noise out of rounded angles; their digits say what it is worth."""

@@ -47,9 +47,7 @@ def test_figure_15_b_by_labels_and_by_arrays() -> None:
         by_angle = all({first[m], second[m]} != {"+", "-"} for m in (1, 3))
         assert types_may_be_adjacent(first, second) is FIGURE_15_B[first, second] is by_angle
         assert table[i, k] == by_angle
-
-
-def test_the_free_angle_of_a_fibre_may_be_a_neighbour_of_every_type() -> None:
+    # The free angle of a fibre may be a neighbour of every type.
     for fiber, other in itertools.product(FIBER_TYPES, (*ORDER, *FIBER_TYPES)):
         assert types_may_be_adjacent(fiber, other)
         assert types_may_be_adjacent(other, fiber)

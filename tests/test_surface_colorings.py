@@ -117,7 +117,7 @@ def test_the_loops_of_the_papers_gaits(gait: PublishedGait, expected: list[tuple
     assert set(found.obstacles) == set(SIGNS) - {sign for sign, _ in expected}
     assert found
     # In exact physics blue has R = 0, so red remains.
-    exact = gg.colorings(gait.angles, coefficients=EXACT)
+    exact = gg.colorings([[*pair, 9.0, 9.0] for pair in gait.angles], coefficients=EXACT)  # two angles count
     assert [(one.sign, set(one.colors)) for one in exact] == [(s, {c}) for s, c in expected if c == "red"]
     for one in found:
         lifted = gg.lift(gait.angles, one.colors)
@@ -151,19 +151,6 @@ def test_the_same_list_in_the_same_order_as_brute_force(
     assert list(found) == whole  # every iteration starts anew
     assert found.count == len(whole)
     assert bool(found) == bool(whole)
-
-
-@pytest.mark.parametrize("coefficients", [PUBLISHED, EXACT], ids=["published", "exact"])
-def test_every_node_of_the_papers_grid_and_its_sides_alone_and_in_pairs(coefficients: gg.Coefficients) -> None:
-    axis = [k * pi / 16 for k in range(-8, 9)]
-    grid = [(a, b) for a in axis for b in axis]
-    choices = {sign: offers(grid, sign, coefficients) for sign in SIGNS}
-    for k, point in enumerate(grid):
-        assert gg.colorings([point], coefficients=coefficients).counts == {s: len(choices[s][k]) for s in SIGNS}
-        other = (7 * k + 3) % len(grid)  # 7 and 289 have no common divisor: every node is met as neighbour
-        pair = gg.colorings([point, grid[other]], coefficients=coefficients)
-        for sign in SIGNS:
-            assert [one.colors for one in pair.of(sign)] == brute([choices[sign][k], choices[sign][other]])
 
 
 # --- long loops, counted without listing -----------------------------------------------------------------------------
@@ -223,15 +210,6 @@ def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coeffici
             assert pieces.points == whole.points == len(loop)
             everywhere = [set(choice) for choice in offers(loop, sign, coefficients)]
             assert set(pieces.plain) == set(whole.plain) == set.intersection(*everywhere)
-
-
-# --- metamorphic -----------------------------------------------------------------------------------------------------
-
-
-def test_tables_of_four_angles_count_by_the_first_two() -> None:
-    four = gg.colorings(np.hstack([np.array(RICH), np.full((4, 2), 9.0)]))
-    np.testing.assert_array_equal(four.points, RICH)
-    assert list(four) == list(gg.colorings(RICH))
 
 
 # --- obstacles -------------------------------------------------------------------------------------------------------
@@ -310,19 +288,10 @@ def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...] | None) -> Non
 # --- texts and mappings ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("colors", "sign", "text"),
-    [
-        ("bbb", "positive", "R > 0  all blue"),
-        ("rrbr", "positive", "R > 0  red 1 to 2, blue 3, red 4 (jumps between the sheets)"),
-    ],
-)
-def test_a_colouring_in_words(colors: str, sign: Sign, text: str) -> None:
-    names = {"r": "red", "b": "blue"}
-    assert str(Coloring(colors=tuple(names[letter] for letter in colors), sign=sign)) == text
-
-
-def test_colourings_and_listings_in_words() -> None:
+def test_colourings_in_words() -> None:
+    assert str(Coloring(colors=("blue",) * 3, sign="positive")) == "R > 0  all blue"
+    mixed = Coloring(colors=("red", "red", "blue", "red"), sign="negative")
+    assert str(mixed) == "R < 0  red 1 to 2, blue 3, red 4 (jumps between the sheets)"
     assert str(gg.colorings([MEETING], sign="negative", coefficients=EXACT)) == "1 colouring of a loop of 1 point"
     assert str(gg.colorings(G3.angles)) == (
         "2 colourings of a loop of 4 points\n  R > 0  none: point 1 has no root with R > 0, neither red nor blue"

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import strategies as st
-from scipy import ndimage
+from hypothesis import given, settings, strategies as st
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError
@@ -25,11 +24,11 @@ from gaitgraph.invertibility.matrices import (
     noise_of,
 )
 from gaitgraph.invertibility.segment_bounds import (
+    least_level_determinant,
     least_singular_value_along,
     thrust_shares_along,
     thrusts_push_up,
 )
-from gaitgraph.surface import admissible
 from gaitgraph.surface.admissible import (
     admissible_region,
     certain_determinant,
@@ -99,37 +98,33 @@ def edges(region: Region) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
 # --- the signs of the factors of R -----------------------------------------------------------------------------------
 
 
+@pytest.mark.no_cover
 @every_vehicle
-def test_labels_are_the_signs_of_the_factors_and_their_product_that_of_R(vehicle: Vehicle) -> None:
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
+@settings(deadline=None, max_examples=30)
+@given(first=points, second=points)
+def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle, first: Any, second: Any) -> None:
     exact = coefficients_of(vehicle, "exact")
-    a1, a2 = np.random.default_rng(2).uniform(-1.5, 1.5, (2, 3, 1000))
-    label = red_label(a1, a2, vehicle)
-    assert label.shape == (3, 1000, 3)
-    # cos α1 and cos α2 are positive here, so that the curve may be written with tangents.
-    above = (np.tan(a1) - np.tan(a2) < 2 * kappa) == (kappa > 0)
-    expected = np.stack([np.cos(a1 - delta) > 0, np.cos(a2 + delta) > 0, above], axis=-1)
-    np.testing.assert_array_equal(label > 0, expected)
-    alpha = np.stack([a1, a2, a1, a2], axis=-1)
-    R = level_determinant(alpha, exact)
-    decided = np.abs(R) > 10 * level_determinant_resolution(alpha, exact)
-    assert decided.mean() > 0.999
-    np.testing.assert_array_equal(label.prod(axis=-1)[decided], np.sign(R[decided]))
-    assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
+    start, end = red([first]), red([second])
+    sign = float(np.sign(level_determinant(start[0], exact)))
+    label, other = red_label(*first, vehicle), red_label(*second, vehicle)
+    assert label.prod() == sign or abs(level_determinant(start[0], exact)) < 1e-9
+    joined = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0] > 1e-9
+    assert not joined or (label == other).all()
+    assert (separating_factor(first, second, vehicle) is None) == (label == other).all()
 
 
 @every_vehicle
 def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
     side, delta = math.copysign(1.0, kappa), math.atan(kappa)
-    line1, line2 = delta - side * HALF_PI, side * HALF_PI - delta
-    hover, first, second = (0.0, 0.0), (line1 - side * 1e-4, 0.0), (0.0, line2 + side * 1e-4)
+    line = delta - side * HALF_PI
     curve = f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}"
     assert separating_factor((0.5 * delta, -0.5 * delta), (side * 1.5, -side * 1.5), vehicle) == curve
-    texts = [f"the line α1 = {line1:.4f} (β1 = ∓π/2)", f"the line α2 = {line2:.4f} (β2 = ±π/2)"]
-    assert [separating_factor(hover, one, vehicle) for one in (first, second)] == texts
+    first, second = (line - side * 1e-4, 0.0), (0.0, -line + side * 1e-4)
+    texts = f"the line α1 = {line:.4f} (β1 = ∓π/2)", f"the line α2 = {-line:.4f} (β2 = ±π/2)"
+    assert separating_factor((0.0, 0.0), first, vehicle) == texts[0]
     assert separating_factor(first, second, vehicle) == " and ".join(texts)
+    assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
 
 
 # --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
@@ -156,15 +151,8 @@ def test_components_have_the_signs_of_their_factors_along_their_borders_too(vehi
         assert (part.label[1] * np.cos(a2 + delta) > 0).all()
 
 
-def test_components_are_not_joined_across_a_saddle_where_a_grid_joins_them() -> None:
-    """At the saddle where β1 = −π/2 meets D = 0 two corners of R < 0 touch: the sign of R on a grid connects them."""
-    axis = np.linspace(-HALF_PI, HALF_PI, 21)[1:-1]
-    alpha1, alpha2 = np.meshgrid(axis, axis, indexing="ij")
-    alpha = np.stack([alpha1, alpha2, alpha1, alpha2], axis=-1)
-    leaked, _ = ndimage.label(level_determinant(alpha, coefficients_of(kind="exact")) < 0)
-    labels = red_label(alpha1, alpha2)
-    here, there = ((labels == label).all(axis=-1) for label in ((1, 1, -1), (-1, 1, 1)))
-    assert set(leaked[here]) == set(leaked[there]) == {1}
+def test_components_are_not_joined_across_a_saddle() -> None:
+    """At the saddle where β1 = −π/2 meets D = 0 two corners of R < 0 touch."""
     region = sign_region("negative")
     x = math.atan(PAPER.drag_ratio) - HALF_PI
     saddle = np.array([x, math.atan(math.tan(x) - 2 * PAPER.drag_ratio)])
@@ -304,13 +292,10 @@ def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> No
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
-@pytest.mark.parametrize("sign", ["positive", "negative"])
-def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any, sign: Any) -> None:
+def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any) -> None:
     coefficients = coefficients_of(kind=kind)
-    region = admissible_region(use="valid", sign=sign, coefficients=coefficients, accuracy=1e-4)
-    for part in region.components:
-        corners = np.asarray(part.exterior.coords)[:-1]
-        report = check_gait(lift(corners, "red", coefficients=coefficients))
+    for part in admissible_region(use="valid", coefficients=coefficients, accuracy=1e-4).components:
+        report = check_gait(lift(np.asarray(part.exterior.coords)[:-1], "red", coefficients=coefficients))
         assert report.valid, [check.message for check in report.checks if not check.ok]
 
 
@@ -341,13 +326,10 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
 
 
 def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
-    for sign in ("positive", "negative"):
-        region = admissible_region(sign=sign, floor=0.0)
-        parts = [part for part in sign_components() if part.sign == (1 if sign == "positive" else -1)]
-        hover = hover_region()
-        expected = sum((part.region.inner & hover.inner).area for part in parts)
-        assert region.area == pytest.approx(expected, abs=0.02)
-        assert region.area < expected
+    for sign, number in (("positive", 1), ("negative", -1)):
+        region = admissible_region(sign=sign, floor=0.0)  # type: ignore[arg-type]
+        parts = [part.region & hover_region() for part in sign_components() if part.sign == number]
+        assert sum(part.area for part in parts) - 0.02 < region.area < sum(part.area for part in parts)
         assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
@@ -411,7 +393,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
         (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
         (sign_region, {"sign": "up"}, "sign must be 'positive' or 'negative', got 'up'"),
         (sign_region, {"sign": "positive", "color": "green"}, "color must be 'red' or 'blue', got 'green'"),
-        (sign_region, {"sign": "positive", "least": -1.0}, "least must be a finite number ≥ 0, got -1.0"),
         (admissible_region, {"use": "fun"}, "use must be 'valid' or 'flyable', got 'fun'"),
         (admissible_region, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
         (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, r"point must be finite .* got \[1.0, 2.0, 3.0\]"),
@@ -422,15 +403,6 @@ def test_bad_input_is_refused_in_one_line(ask: Any, arguments: dict[str, Any], m
     with pytest.raises(InputError, match=f"^{message}") as raised:
         ask(**arguments)
     assert "\n" not in str(raised.value)
-
-
-def test_every_region_is_the_same_each_time() -> None:
-    texts = []
-    for _ in range(2):
-        for cached in (admissible._admissible, admissible._singular_value_polygon, admissible._thrust_pair):
-            cached.cache_clear()
-        texts.append(admissible_region(PAPER.replace(max_thrust=2.0)).inner.wkb)
-    assert texts[0] == texts[1]
 
 
 # --- how borders are followed ----------------------------------------------------------------------------------------
@@ -482,13 +454,11 @@ def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
     assert border.deviation(at(0.0)[None], at(0.1)[None], 0.4)[0] == np.inf
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(4))
 def test_zeros_of_degree_two(seed: int) -> None:
     a = np.random.default_rng(seed).normal(size=5)
     if seed == 0:
         a = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])  # cos x − 1: a double zero
-    if seed == 1:
-        a = np.zeros(5)
 
     def value(x: Any) -> Any:
         return a[0] + a[1] * np.cos(x) + a[2] * np.sin(x) + a[3] * np.cos(2 * x) + a[4] * np.sin(2 * x)
@@ -499,5 +469,5 @@ def test_zeros_of_degree_two(seed: int) -> None:
     assert all(np.abs(found - change).min() < 1e-3 for change in changes)
     if seed == 0:
         assert np.abs(found).min() < 1e-6
-    if seed > 1:
+    if seed:
         assert (np.abs(value(found)) < 1e-3).all()

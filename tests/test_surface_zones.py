@@ -3,53 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings, strategies as st
 
 from gaitgraph.errors import InputError
 from gaitgraph.surface.region import Zones, zones_region
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 BESIDE = [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)]
-
-Corners = list[tuple[float, float]]
-
-
-def inside(point: tuple[float, float], corners: Corners) -> bool:
-    """Return whether a ray from the point crosses the boundary an odd number of times."""
-    x, y = point
-    odd = False
-    for (x0, y0), (x1, y1) in zip(corners, [*corners[1:], corners[0]], strict=True):
-        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
-            odd = not odd
-    return odd
-
-
-def boundary_distance(point: tuple[float, float], corners: Corners) -> float:
-    p = np.array(point)
-    distances = []
-    for start, end in zip(corners, [*corners[1:], corners[0]], strict=True):
-        a, b = np.array(start), np.array(end)
-        along = min(1.0, max(0.0, float((p - a) @ (b - a) / ((b - a) @ (b - a)))))
-        distances.append(float(np.linalg.norm(a + along * (b - a) - p)))
-    return min(distances)
-
-
-@st.composite
-def star_polygons(draw: st.DrawFn) -> Corners:
-    """Return a simple polygon, as a rule not convex: corners around a center, in order."""
-    radii = draw(st.lists(st.floats(0.2, 1.2), min_size=3, max_size=9))
-    x, y = draw(st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
-    turns = (np.arange(len(radii)) + draw(st.floats(0, 1))) * 2 * math.pi / len(radii)
-    corners = [(x + r * math.cos(turn), y + r * math.sin(turn)) for r, turn in zip(radii, turns.tolist(), strict=True)]
-    return corners[::-1] if draw(st.booleans()) else corners
-
-
-somewhere = st.tuples(st.floats(-2, 2), st.floats(-2, 2))
 
 
 @pytest.mark.parametrize("shift", [1e-8, 1e-10])
@@ -99,26 +64,6 @@ def test_several_polygons() -> None:
     assert mixed.allow_segments(starts, ends).tolist() == [False, True, False]
 
 
-@settings(deadline=None, max_examples=60)
-@given(corners=star_polygons(), queries=st.lists(somewhere, min_size=1), start=somewhere, end=somewhere)
-def test_any_polygon_against_counting_crossings(corners: Corners, queries: Corners, start: Any, end: Any) -> None:
-    keep_in, keep_out = Zones(keep_in=[corners]), Zones(keep_out=[corners])
-    clear = [point for point in queries if boundary_distance(point, corners) > 1e-6]
-    expected = [inside(point, corners) for point in clear]
-    assert keep_in.allow_points(clear).tolist() == expected
-    assert keep_out.allow_points(clear).tolist() == [not one for one in expected]
-    # The boundary itself belongs to both.
-    following = np.array([*corners[1:], corners[0]])
-    edge = np.vstack([(1 - s) * np.array(corners) + s * following for s in (0.0, 0.3, 0.5)])
-    assert keep_in.allow_points(edge).all()
-    assert keep_out.allow_points(edge).all()
-    # An allowed segment has allowed points only, and a forbidden end forbids it.
-    samples = np.array(start) + np.linspace(0, 1, 101)[:, None] * (np.array(end) - np.array(start))
-    for zones in (keep_in, keep_out):
-        assert zones.allow_points(samples).all() or not zones.allow_segments([start], [end])[0]
-        assert zones.allow_points(samples[[0, -1]]).all() or not zones.allow_segments([end], [start])[0]
-
-
 def test_corners_may_be_texts_arrays_and_closed_twice_and_are_copied() -> None:
     typed = Zones(keep_out=[[("0", "0"), ("pi/4", 0), ["45deg", "π/4"], (0, "0.5")]])
     assert typed.keep_out == (((0.0, 0.0), (math.pi / 4, 0.0), (math.pi / 4, math.pi / 4), (0.0, 0.5)),)
@@ -131,21 +76,12 @@ def test_corners_may_be_texts_arrays_and_closed_twice_and_are_copied() -> None:
     assert Zones(keep_in=[SQUARE]) != zones
 
 
-def test_what_is_no_list_of_polygons_is_refused() -> None:
-    with pytest.raises(InputError, match="^keep_in must be a list of polygons, each a list of .*, got 'square'"):
-        Zones(keep_in="square")
-
-
-@pytest.mark.parametrize("name", ["keep_out", "keep_in"])
 @pytest.mark.parametrize(
     ("corners", "expected"),
     [
-        (3, "must be a list of corners [alpha1, alpha2], got 3"),
         ("square", "must be a list of corners [alpha1, alpha2], got 'square'"),
         ([(0, 0), (1, 0), (0.5,)], "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]"),
-        ([], "must have three or more corners that are not on a line, got []"),
         ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
-        ([(0, 0), (1, 1), (2, 2)], "must have three or more corners that are not on a line"),
         ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
         ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
         ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got [(0, 0), (1, 0), (10000000.0, 1)]"),
@@ -153,13 +89,12 @@ def test_what_is_no_list_of_polygons_is_refused() -> None:
         ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
     ],
 )
-def test_a_malformed_polygon_is_refused_with_its_number(name: str, corners: Any, expected: str) -> None:
-    with pytest.raises(InputError) as caught:
-        Zones(**{name: [SQUARE, corners, BESIDE]})
-    message = str(caught.value)
-    assert message.startswith(f"{name} polygon 2")
-    assert expected in message
-    assert "\n" not in message
+def test_a_malformed_polygon_is_refused_with_its_number(corners: Any, expected: str) -> None:
+    for name in ("keep_out", "keep_in"):
+        with pytest.raises(InputError, match=f"^{name} polygon 2[^\\n]*{re.escape(expected)}[^\\n]*$"):
+            Zones(**{name: [SQUARE, corners, BESIDE]})
+    with pytest.raises(InputError, match="^keep_in must be a list of polygons, each a list of .*, got 'square'"):
+        Zones(keep_in="square")
 
 
 def test_the_region_of_zones_is_exact() -> None:
