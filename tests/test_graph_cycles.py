@@ -18,7 +18,7 @@ from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import Cycle, SimpleCycle, cycles, simple_cycle
 from gaitgraph.graph.cycle_search import CycleSearch
 from gaitgraph.planning.grid import grid_cycles
-from gaitgraph.planning.request import request_of
+from gaitgraph.planning.request import PlanRequest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -414,7 +414,7 @@ def test_simple_cycle_refuses_too_and_graphs_need_their_metadata() -> None:
 
 
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
-    request = request_of([(0.0, 0.0)], divisions=6)
+    request = PlanRequest([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))

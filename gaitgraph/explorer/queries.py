@@ -29,7 +29,7 @@ from gaitgraph.invertibility.matrices import (
     noise_of,
 )
 from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import PlanRequest, request_of
+from gaitgraph.planning.request import PlanRequest
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.surface.adjacency import text_from_types
@@ -170,7 +170,7 @@ def state_of(content: object) -> State:
     fields["vehicle"] = vehicle_of(values["vehicle"], values["drag_ratio"])
     fields["coefficients"] = checked_choice("coefficients", values["coefficients"], ("published", "exact", None))
     empty = not values["waypoints"]
-    request = request_of(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
+    request = PlanRequest(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
     key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
     return State(request=request, empty=empty, samples=samples, eta=float(values["eta"]), key=key)
 

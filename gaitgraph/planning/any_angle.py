@@ -32,7 +32,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_along,
     thrust_shares_along,
 )
-from gaitgraph.planning.request import Case, FoundPath, Obstacle
+from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
 from gaitgraph.validation.rules import jumps
@@ -406,8 +406,8 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import request_of
-    >>> found = location_of(request_of([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
+    >>> from gaitgraph.planning.request import PlanRequest
+    >>> found = location_of(PlanRequest([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
     >>> [waypoint.part for waypoint in found.regions[0].waypoints], bool(found)
     ([1, None], False)
     >>> [round(angle, 4) for angle in found.regions[0].waypoints[1].nearest]

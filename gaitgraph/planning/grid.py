@@ -20,7 +20,8 @@ from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.planning.request import Case, FoundPath, Obstacle, PlanRequest, Point
+    from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
+    from gaitgraph.planning.request import PlanRequest, Point
 
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
@@ -174,8 +175,8 @@ def grid_cycles(
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import request_of
-    >>> found = grid_cycles(request_of([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
+    >>> from gaitgraph.planning.request import PlanRequest
+    >>> found = grid_cycles(PlanRequest([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
     >>> cycle = next(found.cycles)
     >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
     ('negative', 5, 1.2257, True)

@@ -18,7 +18,8 @@ from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
-from gaitgraph.planning.request import FoundPath, Obstacle, PlanRequest, request_of
+from gaitgraph.planning.refusal import FoundPath, Obstacle, cases_of
+from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks, verdict_line
@@ -36,10 +37,14 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
 
 _WIDTH = 110
+# A plan without a loop as plain values, in the order in which files have them.
 _NO_LOOP: dict[str, Any] = {
-    **dict.fromkeys(("color", "sign", "length", "lower_bound")),
+    **dict.fromkeys(("status", "reason", "color", "sign", "waypoints")),
+    **{name: [] for name in ("path", "types", "colors")},
+    **dict.fromkeys(("length", "lower_bound")),
+    **{name: [] for name in ("corners", "vertices", "alternatives")},
     **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
-    **{name: [] for name in ("path", "types", "colors", "corners", "vertices", "checks")},
+    **{name: [] for name in ("checks", "warnings", "obstacles", "crossing_tolerance", "method", "request")},
 }
 _FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
@@ -164,10 +169,11 @@ class Plan:
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
         return {
+            **_NO_LOOP,
+            **(self.loop.as_mapping() if self.loop else {}),
             "status": self.status,
             "reason": self.reason,
             "waypoints": [list(point) for point in self.waypoints],
-            **(self.loop.as_mapping() if self.loop else _NO_LOOP),
             "alternatives": [other.as_mapping() for other in self.alternatives],
             "warnings": list(self.warnings),
             "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
@@ -321,7 +327,7 @@ def plan_loop(
         vehicle, numbers = vehicle_and_coefficients(graph)
         coefficients, method = numbers.kind, "grid"
         sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
-    request = request_of(
+    request = PlanRequest(
         waypoints,
         color=color,
         sign=sign,
@@ -361,7 +367,7 @@ def plan(
             path, order = path.reversed(), (order[0], *order[:0:-1])
         return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound)
 
-    for sign, group in groupby(request.cases(), key=lambda case: case.sign):
+    for sign, group in groupby(cases_of(request), key=lambda case: case.sign):
         cases = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:

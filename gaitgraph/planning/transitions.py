@@ -25,7 +25,8 @@ from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
-from gaitgraph.planning.request import Case, request_of
+from gaitgraph.planning.refusal import Case
+from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -336,7 +337,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
-            request = request_of(
+            request = PlanRequest(
                 ends,
                 color=color,
                 sign=sign,

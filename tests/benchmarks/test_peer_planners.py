@@ -14,7 +14,8 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
-from gaitgraph.planning.request import Case, request_of
+from gaitgraph.planning.refusal import Case
+from gaitgraph.planning.request import PlanRequest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +30,7 @@ SPACES = ["ProjectedStateSpace", "AtlasStateSpace"]
 def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
-    request = request_of(GAIT_3, color="red", sign="negative")
+    request = PlanRequest(GAIT_3, color="red", sign="negative")
     case = Case(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
 
     def planned() -> gg.Gait:
@@ -144,7 +145,7 @@ def keep_outs() -> list[list[tuple[float, float]]]:
 @pytest.fixture(scope="module")
 def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what each corner sees."""
-    request = request_of(ACROSS, color="red", keep_out=keep_outs())
+    request = PlanRequest(ACROSS, color="red", keep_out=keep_outs())
     prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
     prepared.paths.prepare()
     return prepared

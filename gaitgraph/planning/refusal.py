@@ -1,0 +1,132 @@
+"""Why a plan was refused: what is in the way of a color and sign of R, as the certificate of a refusal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
+from gaitgraph.surface.sheets import COLORS, RELATION, SIGNS, RootArrays, root_arrays, separating_factor
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.surface.sheets import Color, Sign
+
+FoundPath = tuple["Gait", tuple[int, ...], float | None]
+"""A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """Why one color and sign of R has no loop: the certificate of a refusal.
+
+    `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
+    its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
+    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; and "color" if the
+    color does not exist. `waypoints` are the numbers of those concerned, from 1.
+    """
+
+    color: str
+    sign: str
+    kind: Literal["waypoint", "separated", "color"]
+    message: str
+    waypoints: tuple[int, ...] = ()
+    R: float | None = None
+    components: tuple[int, ...] = ()
+    nearest: Point | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One color and sign of R for which a request is answered; waypoints are counted from 0."""
+
+    request: PlanRequest
+    coefficients: Coefficients
+    color: Color
+    sign: Sign
+
+    def __str__(self) -> str:
+        return f"{self.color}, {RELATION[self.sign]}"
+
+    @property
+    def wanted(self) -> float:
+        """The sign of R as +1 or −1."""
+        return 1.0 if self.sign == "positive" else -1.0
+
+    @property
+    def _is_singular(self) -> bool:
+        return self.color == "blue" and self.coefficients.kind == "exact"
+
+    @property
+    def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """R of the roots above each waypoint, and whether they are of this color."""
+        found = _roots_above(self.request.waypoints, self.coefficients)
+        return found.R, found.sheet == (1 if self.color == "red" else -1)
+
+    def rootless(self) -> list[int]:
+        """Return the waypoints that have no root of this color and sign, or lie where polygons forbid it."""
+        waypoints, zones = self.request.waypoints, self.request.zones
+        if self._is_singular:
+            return list(range(len(waypoints)))
+        R, of_color = self._roots
+        rooted = (of_color & (self.wanted * R > noise_of(self.coefficients))).any(axis=1)
+        if zones is not None:
+            rooted &= zones.allow_points(np.array(waypoints))
+        return [int(k) for k in np.flatnonzero(~rooted)]
+
+    def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
+        """Return what is in the way at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
+        if self._is_singular:
+            message = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
+            return Obstacle(color=self.color, sign=self.sign, kind="color", message=message, R=0.0)
+        if why is None:
+            values, of_color = (part[k] for part in self._roots)
+            R = float(max(values[of_color], key=lambda value: self.wanted * value))
+            if self.wanted * R > 0 and self.request.zones is not None:
+                why = " lies where keep_out or keep_in forbids it"
+            else:
+                why = " has R = 0, the matrix is singular there" if abs(R) < 1e-9 else f" has R = {R:.4g}"
+        first, second = self.request.waypoints[k]
+        message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
+        return Obstacle(color=self.color, sign=self.sign, kind="waypoint", message=message, waypoints=(k + 1,), R=R)
+
+    def separation(self, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
+        """Return that two waypoints are separated by a factor of R, or by what `otherwise` names."""
+        first, second = (self.request.waypoints[k] for k in ends)
+        factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        numbers = ends[0] + 1, ends[1] + 1
+        return Obstacle(
+            color=self.color,
+            sign=self.sign,
+            kind="separated",
+            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+            waypoints=numbers,
+            components=components,
+        )
+
+
+@lru_cache(maxsize=2)
+def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
+    """Return the roots above waypoints; each color and sign of one request asks for them again."""
+    plane = np.array(waypoints)
+    return root_arrays(plane[:, 0], plane[:, 1], coefficients)
+
+
+def cases_of(request: PlanRequest) -> list[Case]:
+    """Return the cases of color and sign of R that a request asks for, R > 0 first."""
+    coefficients = coefficients_of(request.vehicle, request.coefficients)
+    return [
+        Case(request=request, coefficients=coefficients, color=color, sign=sign)
+        for sign in reversed(SIGNS)
+        if request.sign in ("auto", sign)
+        for color in COLORS
+        if request.color in ("auto", color)
+    ]
