@@ -7,10 +7,10 @@ requests are answers, not errors: a plan carries its reason, and only asking it 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 
 class GaitgraphError(Exception):
@@ -83,6 +83,14 @@ def did_you_mean(word: object, known: Sequence[str]) -> str:
 
     close = get_close_matches(word, known, n=1) if isinstance(word, str) else []
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def checked_choice(name: str, value: Any, known: Iterable[str]) -> Any:
+    """Return a value that is one of a few words; raise InputError for anything else."""
+    words = list(known)
+    if isinstance(value, str) and value in words:
+        return value
+    raise InputError(f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}")
 
 
 def check_fields(who: str, stated: object, known: Sequence[str]) -> None:

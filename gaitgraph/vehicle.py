@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of, text_from_angle
-from gaitgraph.errors import InputError, MissingConstant, check_fields, did_you_mean, shown
+from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 
 if TYPE_CHECKING:
@@ -146,10 +146,7 @@ class Vehicle:
                 raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
         stated["first_arm_angle"] = angle_from_text(first_arm_angle, "first_arm_angle")
-        if first_rotor_spin not in ("clockwise", "counterclockwise"):
-            hint = did_you_mean(first_rotor_spin, ["clockwise", "counterclockwise"])
-            got = shown(first_rotor_spin)
-            raise InputError(f"first_rotor_spin must be 'clockwise' or 'counterclockwise', got {got}{hint}")
+        checked_choice("first_rotor_spin", first_rotor_spin, ("clockwise", "counterclockwise"))
         # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),

@@ -210,7 +210,7 @@ class TestCoefficients:
             "coefficients must be 'exact' for 'beetle_omni' (κ = 0.0599129), got 'published', "
             "which belong to the paper's vehicle (κ = 0.168666)"
         )
-        with pytest.raises(InputError, match="coefficients must be 'published' or 'exact', got 'rounded'"):
+        with pytest.raises(InputError, match="coefficients must be one of published, exact, got 'rounded'"):
             coefficients_of(PAPER, "rounded")  # type: ignore[arg-type]
 
 

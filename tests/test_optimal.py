@@ -21,7 +21,6 @@ from gaitgraph.optimization.bounds import (
     component_meeting,
     highest_level,
     least_loop_length,
-    least_share_region,
     level_region,
     shortest_loop,
 )
@@ -35,7 +34,7 @@ from gaitgraph.optimization.least_effort import (
     power_pieces,
 )
 from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES
-from gaitgraph.surface.admissible import admissible_region, hover_region
+from gaitgraph.surface.admissible import admissible_region, hover_region, thrust_region
 from gaitgraph.surface.region import Zones
 from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate
@@ -138,9 +137,9 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
 @pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.2f}")
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.4, 1.0])
-def test_least_share_region_is_where_the_shares_are(vehicle: Vehicle, share: float) -> None:
+def test_least_thrusts_are_where_the_shares_are(vehicle: Vehicle, share: float) -> None:
     rng = np.random.default_rng(3)
-    region = least_share_region(share, vehicle, accuracy=1e-5)
+    region = thrust_region(None, vehicle, least=share, accuracy=1e-5)
     points = rng.uniform(-math.pi / 2, math.pi / 2, (5000, 2))
     for part in region.outer.geoms:
         along = shapely.line_interpolate_point(part.exterior, rng.uniform(0, part.exterior.length, 500))
@@ -421,8 +420,8 @@ def test_answers_that_are_no() -> None:
         ({"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
         ({"radius": 6.3}, "radius must be an angle from 0 to 2π (rad), got 6.3"),
         ({"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
-        ({"objective": "tilt"}, "objective must be singular_value, hover_reserve or tilt_rate, got 'tilt'; did"),
-        ({"sign": "both"}, "sign must be auto, positive or negative, got 'both'"),
+        ({"objective": "tilt"}, "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'; did"),
+        ({"sign": "both"}, "sign must be one of auto, positive, negative, got 'both'"),
         ({"floor": -1}, "floor must be a finite number ≥ 0, got -1"),
         ({"period": 0}, "period must be between 1e-6 and 1e9 s, got 0"),
         ({"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),

@@ -539,7 +539,7 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         (G4, G4.parametrize(), {}, "end must be a gait or 'hover', got <TimedGait: "),
         ("hover", G4, {"vehicle": gg.PAPER}, "vehicle and coefficients must not be stated beside a gait"),
         (G4, "hover", {"coefficients": "exact"}, "vehicle and coefficients must not be stated beside a gait"),
-        ("hover", "hover", {"coefficients": "rounded"}, "coefficients must be 'published' or 'exact', got 'rounded'"),
+        ("hover", "hover", {"coefficients": "rounded"}, "coefficients must be one of published, exact, got 'rounded'"),
         ("hover", G4, {"samples": 0}, "samples must be a whole number from 1 to 10000000, got 0"),
         ("hover", G4, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
         ("hover", G4, {"samples": 5_000_001}, "samples must give at most 5000000 samples, got 5000001"),
@@ -550,7 +550,7 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
             {},
             "end must be a gait for 'paper' (published coefficients), as the start is, ",
         ),
-        ("hover", G3, {"law": "fast"}, "law must be smooth, constant-speed or equal-time, got 'fast'"),
+        ("hover", G3, {"law": "fast"}, "law must be one of smooth, constant-speed, equal-time, got 'fast'"),
         ("hover", G3, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
     ],
 )

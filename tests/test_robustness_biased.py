@@ -270,7 +270,7 @@ class TestWrongInput:
             ("tolerance", (0, -1, math.nan, math.inf, "x"), "tolerance must be a finite number above 0, got "),
             ("angle_rounding", (-1, math.nan, math.inf, "x"), "angle_rounding must be a finite number ≥ 0, got "),
             ("curves", (-1, 10_001, 1.5, True, "x"), "curves must be a whole number from 0 to 10000, got "),
-            ("coefficients", ("rough",), "coefficients must be 'published' or 'exact', got 'rough'"),
+            ("coefficients", ("rough",), "coefficients must be one of published, exact, got 'rough'"),
         ],
     )
     def test_options(self, name: str, wrong: tuple[Any, ...], message: str) -> None:

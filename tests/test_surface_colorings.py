@@ -315,8 +315,8 @@ def test_colourings_in_words() -> None:
         ({"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
         ({"points": [[2.0, 0.0]]}, "alpha1 must be from"),
         ({"points": [[0.0, math.nan]]}, "alpha2 must be from"),
-        ({"sign": "negativ"}, "sign must be auto, negative or positive, got 'negativ'; did you mean 'negative'?"),
-        ({"sign": None}, "sign must be auto, negative or positive, got None"),
+        ({"sign": "negativ"}, "sign must be one of auto, negative, positive, got 'negativ'; did you mean 'negative'?"),
+        ({"sign": None}, "sign must be one of auto, negative, positive, got None"),
         ({"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
     ],
 )

@@ -430,7 +430,7 @@ def test_angles_outside_are_refused_with_their_name(value: float) -> None:
         (lambda: root_arrays(["x"], [0.0]), r"alpha1 must be angles in radians, got \['x'\]$"),
         (lambda: sheet_grid("red", [0.0], [1j]), r"alpha2 must be angles in radians, got \[1j\]$"),
         (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1 and alpha2 must be axes of one dimension, got 0 and 1"),
-        (lambda: sheet_grid("green", [0], [0]), "color must be 'red' or 'blue', got 'green'"),  # type: ignore[arg-type]
+        (lambda: sheet_grid("green", [0], [0]), "color must be one of red, blue, got 'green'"),  # type: ignore[arg-type]
     ],
 )
 def test_bad_input_is_refused(call: Callable[[], Any], message: str) -> None:

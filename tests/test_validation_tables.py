@@ -417,7 +417,7 @@ def test_reports_of_tables_serialise() -> None:
     [
         ({"tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
         ({"crossing_tolerance": "x"}, "crossing_tolerance must be .* got 'x'"),
-        ({"coefficients": "rough"}, "coefficients must be 'published' or 'exact', got 'rough'"),
+        ({"coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
     ],
 )
 def test_limits_are_checked(limits: dict[str, Any], message: str) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
-from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
+from gaitgraph.errors import GaitgraphError, InputError, checked_choice, did_you_mean, shown
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -168,7 +168,6 @@ def state_of(content: object) -> State:
     samples = checked_clock(values["period"], values["law"], samples=values["samples"])
     fields = {name: value for name, value in values.items() if name not in _NOT_OF_A_REQUEST}
     fields["vehicle"] = vehicle_of(values["vehicle"], values["drag_ratio"])
-    fields["coefficients"] = checked_choice("coefficients", values["coefficients"], ("published", "exact", None))
     empty = not values["waypoints"]
     request = PlanRequest(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
     key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
@@ -197,16 +196,6 @@ def checked_object(content: object, known: Iterable[str]) -> dict[str, Any]:
             hint = did_you_mean(name, names) or f"; the fields are {', '.join(names)}"
             raise InputError(f"{shown(name)} is no field of this request{hint}")
     return dict(content)
-
-
-def checked_choice(name: str, value: object, allowed: Iterable[str | None]) -> Any:
-    """Return a value that is one of a few; InputError otherwise."""
-    choices = list(allowed)
-    if (isinstance(value, str) or value is None) and value in choices:
-        return value
-    listed = ", ".join("null" if choice is None else choice for choice in choices)
-    hint = did_you_mean(value, [one for one in choices if one is not None]) if isinstance(value, str) else ""
-    raise InputError(f"{name} must be one of {listed}, got {shown(value)}{hint}")
 
 
 def _check_count(name: str, value: object, most: int) -> None:
@@ -403,10 +392,9 @@ def map_answer(content: object, progress: Progress = quiet) -> dict[str, Any]:
     """
     query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
     vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))
-    kind = checked_choice("coefficients", query.get("coefficients"), ("published", "exact", None))
     sheet: Color = checked_choice("sheet", query.get("sheet", "red"), COLORS)
     shading: str = checked_choice("shading", query.get("shading", "none"), SHADINGS)
-    coefficients = coefficients_of(vehicle, kind)
+    coefficients = coefficients_of(vehicle, query.get("coefficients"))
     progress("shading the map")
     values, extent = _shading(vehicle, coefficients, sheet, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"

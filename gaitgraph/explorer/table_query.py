@@ -14,13 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, needs_extra, shown
+from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_choice, needs_extra, shown
 from gaitgraph.explorer.queries import (
     DEFAULTS,
     LIMITS,
     RANGES,
     State,
-    checked_choice,
     planned,
     quiet,
     rounded,
@@ -198,8 +197,7 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
 
 def file_answer(state: State, suffix: object, progress: Progress = quiet) -> tuple[str, bytes]:
     """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip."""
-    if not isinstance(suffix, str) or suffix not in (*FORMATS, _FILM):
-        raise InputError(f"suffix must be one of {', '.join((*FORMATS, _FILM))}, got {shown(suffix)}")
+    suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM))
     if state.empty:
         raise InputError("waypoints must be at least one, got none")
     result = planned(state, progress)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gaitgraph.angles import angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice, did_you_mean, shown
 
 REFERENCES = ("attitude", "hover", "step", "line", "circle")
 """What is followed: the level attitude alone, or places in the plane as well."""
@@ -114,10 +114,8 @@ class FlightSettings:
             value = getattr(self, one.name)
             if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
                 raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
-        for name, value, known in (("reference", self.reference, REFERENCES), ("arms", self.arms, ARMS)):
-            if value not in known:
-                hint = did_you_mean(str(value), list(known))
-                raise InputError(f"{name} must be one of {', '.join(known)}, got {shown(value)}{hint}")
+        checked_choice("reference", self.reference, REFERENCES)
+        checked_choice("arms", self.arms, ARMS)
         if not isinstance(self.saturation, bool):
             raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 1 << 64:

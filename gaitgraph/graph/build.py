@@ -37,7 +37,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of
-from gaitgraph.errors import ContractError, InputError, shown
+from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -138,8 +138,7 @@ def surface_graph(
     (294, '(+,+)')
     """
     divisions = checked_divisions(divisions)
-    if sign not in ("positive", "negative"):
-        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    checked_choice("sign", sign, ("positive", "negative"))
     coefficients = coefficients or coefficients_of(vehicle)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, crossing_tolerance = grid_axis(divisions), math.pi / (2 * divisions)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import checked_choice
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -39,9 +39,7 @@ _ALLOWED: dict[str, Allowed] = {
 
 def allowed_edges(use: object) -> Allowed:
     """Return which edges a use counts, as a predicate on their attributes; InputError if there is no such use."""
-    if not isinstance(use, str) or use not in _ALLOWED:
-        raise InputError(f"use must be one of {', '.join(_ALLOWED)}, got {shown(use)}")
-    return _ALLOWED[use]
+    return _ALLOWED[checked_choice("use", use, _ALLOWED)]
 
 
 def quanta_of(length: float) -> int:

@@ -27,7 +27,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.vehicle import PAPER, Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -109,11 +109,7 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
-    if kind != "exact":
-        raise InputError(
-            f"coefficients must be 'published' or 'exact', got {shown(kind)}"
-            + did_you_mean(str(kind), ["published", "exact"])
-        )
+    checked_choice("coefficients", kind, ("published", "exact"))
     k = vehicle.signed_drag_ratio
     return Coefficients(
         kind=kind,

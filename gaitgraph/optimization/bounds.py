@@ -20,20 +20,10 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value_on_red
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import hover_region, singular_value_region, thrust_region, why_empty
-from gaitgraph.surface.borders import Border, bands_between, cosine
-from gaitgraph.surface.region import (
-    DEFAULT_ACCURACY,
-    TOUCH,
-    Condition,
-    Region,
-    checked_number,
-    offset,
-    region_of,
-)
+from gaitgraph.surface.admissible import singular_value_region, thrust_region, why_empty
+from gaitgraph.surface.region import DEFAULT_ACCURACY, TOUCH, Region, offset
 from gaitgraph.surface.sheets import separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -68,63 +58,6 @@ class Discs:
         return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
 
 
-def least_share_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
-    r"""Return where every rotor's hover thrust is at least a share of m·g, on the red sheet, as a region.
-
-    With S1 = \|sin β2\| and S2 = \|sin β1\| the shares are S1/2D and S2/2D, D = S1·cos α1 + S2·cos α2. Where α1 < δ and
-    α2 > −δ the first is at least c exactly if sin β2·(1 − 2c·cos α1) + 2c·sin β1·cos α2 ≥ 0, that is, if α2 is at
-    least an explicit function of α1. The second condition is the mirror image of the first in the line α2 = −α1, and
-    the other rectangle of hover the image of the first in the origin, with −κ for κ.
-
-    The share is not negative, in units of m·g. The polygons are within `accuracy` [rad] of the curved border.
-
-    Examples
-    --------
-    >>> region = least_share_region(0.3)
-    >>> region.contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
-    [False, True]
-    """
-    checked_number("share", share, "a finite number ≥ 0 (of m·g)")
-    hover = hover_region(vehicle)
-    delta = math.atan(vehicle.signed_drag_ratio)
-    first = _too_little(share, delta, accuracy / 4)
-    other = shapely.transform(_too_little(share, -delta, accuracy / 4), np.negative)
-    mirrored = (shapely.transform(part, lambda at: -at[:, ::-1]) for part in (first, other))
-    forbidden = shapely.union_all([first, other, *mirrored])
-    # With all that is outside, lest drawing inwards leave a strip along the straight borders.
-    frame = shapely.box(-math.pi, -math.pi, math.pi, math.pi) - hover.outer
-    beyond = offset(forbidden, TOUCH) | frame
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        least = float(np.min(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
-        return None if least >= share else f"least hover thrust {least:.3g} of m·g, wanted is ≥ {share:.3g}"
-
-    limit = Condition(name=f"hover thrusts ≥ {share:.3g} of m·g", broken_at=broken_at)
-    inner, outer = hover.inner - offset(forbidden, accuracy / 2), hover.outer - offset(beyond, -accuracy / 2 - TOUCH)
-    return region_of([inner, outer], accuracy, *hover.conditions, limit)
-
-
-def _too_little(share: float, delta: float, tolerance: float) -> BaseGeometry:
-    """Return where the first share is below c, for α1 < δ and α2 > −δ."""
-
-    def root(x: FloatArray) -> FloatArray:
-        sine = np.sin(x - delta)
-        lift = 1 - 2 * share * (np.cos(x) - sine * math.sin(delta))
-        return np.asarray(np.arctan2(-2 * share * sine * math.cos(delta), lift) - delta)
-
-    def short(x: float, y: float) -> bool:
-        first, second = math.sin(y + delta), math.sin(x - delta)
-        return first * (1 - 2 * share * math.cos(x)) + 2 * share * second * math.cos(y) < 0
-
-    turned, tilted = cosine(0.0, 1.0, HALF_PI - delta), cosine(1.0, 0.0, HALF_PI + delta)
-    border = turned + turned * cosine(1.0, 0.0, size=-2 * share) + tilted * cosine(0.0, 1.0, size=2 * share)
-    # Where the root leaves the square through its upper side, α2 = π/2: cos δ·(1 − 2c·cos α1) = 0.
-    leaves = math.acos(0.5 / share) if share > 0.5 else HALF_PI
-    breaks = [-HALF_PI, delta, *(angle for angle in (-leaves, leaves) if -HALF_PI < angle < delta)]
-    ends, sorted_ = (-delta, HALF_PI), np.sort(np.array(breaks))
-    return bands_between(sorted_, [root], short, Border(rest=border), tolerance, ends=ends, ordinate=lambda y: y)
-
-
 def largest_share(vehicle: Vehicle) -> float | None:
     """Return the largest thrust of one rotor in units of m·g, or None if the vehicle states none."""
     if vehicle.max_thrust is None:
@@ -143,11 +76,8 @@ def level_region(
     """
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
-    region = least_share_region(level, vehicle, accuracy=accuracy)
     most = largest_share(vehicle)
-    if most is not None and most > level:
-        return region & thrust_region(most - level, vehicle, accuracy=accuracy)
-    return region
+    return thrust_region(None if most is None else most - level, vehicle, least=level, accuracy=accuracy)
 
 
 def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
@@ -204,16 +134,10 @@ def highest_level(
     # Often a disc alone decides: then its best point is all there is to know. The polygons say whether it is so.
     low, high = 0.0, top
     each = zip(discs.centers, discs.radii, strict=True)
-    guess = min(_best_in_disc(region, objective, center, radius, vehicle) for center, radius in each)
-    beyond = min(guess * (1 + 2 * _CLOSE), top)
-    if not joined(guess * (1 - _CLOSE)):
-        high = guess * (1 - _CLOSE)
-    else:
-        low = guess * (1 - _CLOSE)
-        if not joined(beyond):
-            high = beyond
+    best = min(_best_in_disc(region, objective, center, radius, vehicle) for center, radius in each)
+    guesses = best * (1 - _CLOSE), best * (1 + 2 * _CLOSE)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
-        middle = (low + high) / 2
+        middle = next((guess for guess in guesses if low < guess < high), (low + high) / 2)
         low, high = (middle, high) if joined(middle) else (low, middle)
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     given = _CLOSE

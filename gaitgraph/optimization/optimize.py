@@ -18,7 +18,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import angle_from_text, number_of
-from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
+from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
 from gaitgraph.optimization.bounds import (
@@ -85,42 +85,18 @@ _TEXTS = {  # name, unit, and which side of the value the bound is on
 class OptimalGait:
     """The answer to :func:`optimal_gait`: a smooth gait with its own measures, or why there is none. Truthy with one.
 
-    Parameters
-    ----------
-    objective
-        One of :data:`OBJECTIVES`.
-    waypoints, radius
-        Centres, shape (n, 2), and radii, shape (n,), of the discs to pass [rad]; repeated ones merged.
-    period
-        T [s].
-    reason
-        Why there is no gait, or why it is not flyable; None if it is.
-    sign
-        Sign of R: "positive" or "negative"; None without a gait.
-    curve
-        The gait as a smooth curve; its parameter is the time [s].
-    report
-        All checks, along the whole curve.
-    value, bound
-        What was reached, certain along the whole curve; and what no gait can better: an upper bound of a worst case,
-        a lower bound of effort.
-    effort
-        ∫ ‖α̇‖² dt over the period [rad²/s].
-    gap
-        What a better gait could gain at most, as a fraction of the bound (a worst case), or of the value (effort).
-    stationarity
-        First-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the active constraints
-        are taken off, as a fraction of it; 0 for a gait that stands still.
-    violation
-        How far the gait passes outside a disc, at most [rad]; of the region it is never outside.
-    active
-        What holds the gait, in words.
-    passed, times
-        Where, shape (n, 4) [rad], and when, shape (n,) [s], the discs are passed.
-    history
-        The effort of every loop on the way, the last one the gait's [rad²/s].
-    warnings
-        What deserves attention.
+    `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs to pass [rad], repeated ones merged; `passed`,
+    shape (n, 4) [rad], and `times`, shape (n,) [s], say where and when they are. `reason` says why there is no gait, or
+    why it is not flyable. The parameter of `curve` is the time [s], `report` holds all checks along the whole curve.
+
+    `value` is what was reached, certain along the whole curve, and `bound` what no gait can better: an upper bound of a
+    worst case, a lower bound of effort. `gap` is what a better gait could gain at most, as a fraction of the bound (a
+    worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of every loop
+    on the way, the gait's last.
+
+    `stationarity` is the first-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the
+    active constraints are taken off, as a fraction of it; 0 for a gait that stands still. `active` says what holds the
+    gait. `violation` is how far it passes outside a disc, at most [rad]; of the region it is never outside.
     """
 
     objective: Objective
@@ -180,12 +156,9 @@ class OptimalGait:
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         verdict = self.report.as_mapping() if self.report is not None else {}
-        gait = self.gait if self else None
+        path = self.curve.polyline(_CHORD) if self.curve is not None else None
         return {
-            "status": self.status,
-            "reason": self.reason,
-            "objective": self.objective,
-            "sign": self.sign,
+            **{name: getattr(self, name) for name in ("status", "reason", "objective", "sign")},
             "waypoints": self.waypoints.tolist(),
             "radius": self.radius.tolist(),
             **{name: getattr(self, name) for name in ("period", "value", "bound", "effort")},
@@ -194,8 +167,8 @@ class OptimalGait:
             "passed": [] if self.passed is None else self.passed.tolist(),
             "times": [] if self.times is None else self.times.tolist(),
             "history": list(self.history),
-            "path": [] if gait is None else gait.alpha.tolist(),
-            "colors": [] if gait is None else list(gait.colors),
+            "path": [] if path is None else path.alpha.tolist(),
+            "colors": [] if path is None else list(path.colors),
             **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
             "checks": verdict.get("checks", []),
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
@@ -293,10 +266,8 @@ def optimal_gait(
     >>> bool(found), round(found.value, 2), found.bound - found.value < 1e-3 * found.bound, found.report.flyable
     (True, 0.59, True, True)
     """
-    for name, value, known in (("objective", objective, OBJECTIVES), ("sign", sign, ("auto", "positive", "negative"))):
-        if not isinstance(value, str) or value not in known:
-            hint = did_you_mean(value, list(known)) if isinstance(value, str) else ""
-            raise InputError(f"{name} must be {', '.join(known[:-1])} or {known[-1]}, got {shown(value)}{hint}")
+    checked_choice("objective", objective, OBJECTIVES)
+    checked_choice("sign", sign, ("auto", "positive", "negative"))
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
     if not isinstance(vehicle, Vehicle):

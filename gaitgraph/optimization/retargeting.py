@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
+from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
@@ -60,24 +60,10 @@ _TURN = 2 * math.pi
 class Retargeted:
     """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
 
-    Parameters
-    ----------
-    before
-        The report of what was given.
-    reason
-        Why there is no gait, or why it is not flyable; None if it is.
-    table
-        The new rows, with times if there were any; or None.
-    rows
-        The number, counted from 0, of the new row that each given row became, shape (n,).
-    moved
-        How far each given row was moved, in all four angles [rad], shape (n,).
-    after
-        The report of the new gait; or None.
-    alternatives
-        The summed distance to each component of the flyable region, the chosen one first [rad].
-    warnings
-        What deserves attention.
+    `before` and `after` are the reports of what was given and of the new gait; `reason` says why there is no gait, or
+    why it is not flyable. `table` holds the new rows, with times if there were any; `rows` the number, from 0, of the
+    new row that each given one became; `moved` how far it was moved, in all four angles, both of shape (n,) [rad].
+    `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad].
     """
 
     before: Report
@@ -107,9 +93,8 @@ class Retargeted:
     @property
     def gait(self) -> Gait:
         """The new gait as a closed polyline, straight runs merged; Infeasible if there is none."""
-        if self.table is None:
-            raise Infeasible(self.reason)
-        return gait_of(self.table)
+        self._moves()
+        return gait_of(self.table)  # type: ignore[arg-type]
 
     @property
     def total(self) -> float:
@@ -162,26 +147,23 @@ class Retargeted:
         }
 
     def __repr__(self) -> str:
-        head = "infeasible" if self.status == "infeasible" else str(self).splitlines()[0]
-        return f"<Retargeted: {head}>"
+        return f"<Retargeted: {str(self).splitlines()[0] if self else 'infeasible'}>"
 
     def __str__(self) -> str:
-        before = f"before: {_verdict(self.before)}"
+        before, after = (
+            one and verdict_line(one.valid, one.flyable, one.reachable_from_hover) for one in (self.before, self.after)
+        )
         if self.after is None:
-            return f"no gait: {self.reason}\n{before}"
+            return f"no gait: {self.reason}\nbefore: {before}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
         if self.status == "retargeted":
             far, row = self.largest
             lines.append(
                 f"moved by {far:.4f} rad at most (row {row}), {self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
             )
-        lines += [before] if self.before.flyable else [before, f"        {self.before.reason}"]
-        lines += [f"after:  {_verdict(self.after)}", *([f"        {self.reason}"] if self.reason else [])]
+        for line, report in ((f"before: {before}", self.before), (f"after:  {after}", self.after)):
+            lines += [line] if report.flyable else [line, f"        {report.reason}"]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
-
-
-def _verdict(report: Report) -> str:
-    return verdict_line(report.valid, report.flyable, report.reachable_from_hover)
 
 
 def retarget(
@@ -243,9 +225,8 @@ def retarget(
     [0.45, -1.15, 0.45, -1.15]
     """
     checked_limits(floor=floor, margin=margin)
-    if sign not in (None, "positive", "negative"):
-        hint = did_you_mean(sign, ["positive", "negative"]) if isinstance(sign, str) else ""
-        raise InputError(f"sign must be 'positive', 'negative' or None, got {shown(sign)}{hint}")
+    if sign is not None:
+        checked_choice("sign", sign, ("positive", "negative"))
     table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
@@ -257,10 +238,8 @@ def retarget(
     inside = replace(region, inner=polygons_of(offset(region.inner, -margin))) if margin else region
     parts = inside.components
     if not parts:
-        reason = why_empty(region, floor, chosen)
-        if region.components:
-            reason = f"no point of the flyable region is {margin:g} rad from its border: allow a smaller margin"
-        return Retargeted(before=before, reason=reason)
+        narrow = f"no point of the flyable region is {margin:g} rad from its border: allow a smaller margin"
+        return Retargeted(before=before, reason=narrow if region.components else why_empty(region, floor, chosen))
 
     # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
     closing = is_closed(table)
@@ -277,20 +256,19 @@ def retarget(
     best = int(np.argmin(totals))
 
     # Rows that are flyable where they may be stay as they are.
-    stays = before.flyable and not turned
-    if stays and sign is not None:
-        stays = (sign == "positive") == bool(level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
-    if stays:
-        loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
-        stays = bool(shapely.covers(offset(inside.inner, 2 * region.accuracy), loop))
     new, placed = rows, np.arange(len(rows))
-    if not stays:
+    loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
+    if (
+        turned
+        or not before.flyable
+        or (sign and (sign == "positive") != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0))
+        or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
+    ):
         # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
-        plane = middle.copy()
         outside = shapely.distance(parts[best], points) > _TOUCH
         segments = shapely.get_coordinates(shapely.shortest_line(parts[best], points[outside])).reshape(-1, 2, 2)
-        plane[outside] = segments[:, 0]
-        new, placed = _joined(plane, parts[best])
+        middle[outside] = segments[:, 0]
+        new, placed = _joined(middle, parts[best])
 
     columns: dict[str, Any] = {"t": _times(table["t"], new, placed, closing)} if "t" in table else {}
     if closing:  # the closing row moves with the first
@@ -332,29 +310,22 @@ def _table_of(source: Any) -> Table:
     """Return what was given as a table."""
     source = as_table(source)
     if isinstance(source, (str, Path)):
-        source = read_table(source)
-    if isinstance(source, TimedGait):
-        return table_of(source)
-    if isinstance(source, Table):
-        return source
-    about, columns = {}, {}
-    if isinstance(source, Gait):
-        about = {
-            "vehicle": source.vehicle.as_mapping(),
-            "coefficients": source.coefficients.kind,
-            "crossing_tolerance": source.crossing_tolerance,
-        }
-        columns = {"color": source.colors} if source.colors else {}
-        source = source.alpha
-    try:
-        rows = np.array(source, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"gait must be rows of four angles, a table, a gait or a path, got {shown(source)}") from error
-    if rows.ndim != 2 or rows.shape[1] != 4 or not len(rows):
-        raise InputError(f"gait must have shape (n, 4) with n at least 1, got {rows.shape}")
-    if not np.isfinite(rows).all():
-        raise InputError(f"gait must be finite angles in radians, got {float(rows[~np.isfinite(rows)][0])!r}")
-    return Table(columns=dict(zip(ANGLES, rows.T.copy(), strict=True)) | columns, about=about)
+        return read_table(source)
+    if isinstance(source, (Table, TimedGait)):
+        return source if isinstance(source, Table) else table_of(source)
+    if not isinstance(source, Gait):
+        try:
+            return Table(columns=dict(zip(ANGLES, Gait(alpha=source).alpha.T, strict=True)))
+        except (TypeError, ValueError) as error:
+            allowed = "finite angles of shape (n, 4), n at least 1 (rad), a table, a gait or a path"
+            raise InputError(f"gait must be {allowed}, got {shown(source)}") from error
+    columns: dict[str, Any] = dict(zip(ANGLES, source.alpha.T, strict=True))
+    about = {
+        "vehicle": source.vehicle.as_mapping(),
+        "coefficients": source.coefficients.kind,
+        "crossing_tolerance": source.crossing_tolerance,
+    }
+    return Table(columns=columns | ({"color": source.colors} if source.colors else {}), about=about)
 
 
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
@@ -376,12 +347,9 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
 
 def _times(t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    known = np.append(placed, len(rows))
-    times = np.append(t[: len(placed)], t[-1] if closing else closing_time(t[0], t[-1], len(t)))
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1))])
-    out = np.append(np.empty(len(rows)), times[-1])
-    for first, last, start, stop in zip(known[:-1], known[1:], times[:-1], times[1:], strict=True):
-        length = gone[last] - gone[first]
-        share = (gone[first:last] - gone[first]) / length if length > 0 else np.arange(last - first) / (last - first)
-        out[first:last] = start + share * (stop - start)
-    return out if closing else out[:-1]
+    given = t[: len(placed)]
+    end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
+    times = np.interp(gone, gone[np.append(placed, len(rows))], np.append(given, end))
+    times[placed] = given
+    return times if closing else times[:-1]

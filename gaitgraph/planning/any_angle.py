@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import checked_choice
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.walks import notes_on_order, order_by_lengths, quanta_of
 from gaitgraph.invertibility.matrices import (
@@ -413,8 +413,7 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     >>> [round(angle, 4) for angle in found.regions[0].waypoints[1].nearest]
     [0.1671, 0.5]
     """
-    if use not in ("flyable", "valid"):
-        raise InputError(f"use must be 'flyable' or 'valid', got {shown(use)}")
+    checked_choice("use", use, ("flyable", "valid"))
     color: Color = "blue" if request.color == "blue" else "red"
     regions = []
     for sign in reversed(SIGNS):

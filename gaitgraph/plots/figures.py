@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from gaitgraph.errors import FileProblem, InputError, did_you_mean, shown
+from gaitgraph.errors import FileProblem, InputError, checked_choice, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
 from gaitgraph.gait.table import Table
@@ -400,8 +400,7 @@ def write_figures(
         raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
-        if kind not in FORMATS:
-            raise InputError(f"format must be one of {', '.join(FORMATS)}, got {shown(kind)}")
+        checked_choice("format", kind, FORMATS)
     coefficients_of(vehicle or PAPER, coefficients)
     folder = Path(out)
     paths = {name: [folder / f"{FIGURES[name].stem}.{kind}" for kind in kinds] for name in names}

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -186,8 +186,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     ax
         Plane axes, which lose their frame; by default those of a new figure.
     """
-    if of not in ("angle", "pair"):
-        raise InputError(f"of must be 'angle' or 'pair', got {shown(of)}")
+    checked_choice("of", of, ("angle", "pair"))
     ax = axes_or_new(ax, size=(85, 75))
     if of == "angle":  # judged beside a ? of the other angle, which forbids nothing
         names = {kind: f"({kind},?)" for kind in "+?-"}
@@ -239,8 +238,7 @@ def type_map(
         Plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node is one
         scatter; a written type has the node's (i, j) as its ``gid``.
     """
-    if sign not in RELATION:
-        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients or coefficients_of(), divisions)
     ax = axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))

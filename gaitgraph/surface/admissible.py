@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -186,10 +186,9 @@ def sign_region(
 
 def _checked_signs(color: object, sign: object) -> list[int]:
     """Return a sign as +1 or −1, or both for None; raise InputError for others, and for what is no color."""
-    if color not in COLORS:
-        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
-    if sign is not None and (not isinstance(sign, str) or sign not in SIGNS):
-        raise InputError(f"sign must be 'positive' or 'negative', got {shown(sign)}")
+    checked_choice("color", color, COLORS)
+    if sign is not None:
+        checked_choice("sign", sign, SIGNS)
     return [number for name, number in (("positive", 1), ("negative", -1)) if sign in (None, name)]
 
 
@@ -275,29 +274,50 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     return region_of([rectangles(_OPEN_MARGIN), rectangles(0.0)], _OPEN_MARGIN, condition)
 
 
-def thrust_region(share: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY) -> Region:
-    """Return where hover needs of no rotor more than a share of the weight, all hover thrusts being positive.
+def thrust_region(
+    share: float | None, vehicle: Vehicle = PAPER, *, least: float = 0.0, accuracy: float = DEFAULT_ACCURACY
+) -> Region:
+    """Return where hover needs of no rotor more than a share of the weight, and of each one at least another.
 
-    The largest thrust of one rotor is 0.25 m·g at α = 0; below that the region is small or empty. `accuracy` as for
-    :func:`sign_region`.
+    None is no limit; all hover thrusts are positive. The largest thrust of one rotor is 0.25 m·g at α = 0; below that
+    the region is small or empty. `accuracy` as for :func:`sign_region`.
 
     >>> [round(thrust_region(share).area, 3) for share in (0.3, 0.6, 3.0)]
     [0.169, 4.107, 4.962]
+    >>> thrust_region(None, least=0.3).contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
+    [False, True]
     """
-    share, accuracy = checked_number("share", share, "a positive finite number (of m·g)"), checked_accuracy(accuracy)
+    accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
+    if share is not None:
+        checked_number("share", share, "a positive finite number (of m·g)")
+        region &= _thrust_limit(share, vehicle, accuracy, largest=True)
+    if checked_number("least", least, "a finite number ≥ 0 (of m·g)"):
+        region &= _thrust_limit(least, vehicle, accuracy, largest=False)
+    return region
+
+
+def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: bool) -> Region:
+    """Return where the largest hover thrust is at most a share, or the least one at least, all being positive."""
+    word, symbol = ("largest", "≤") if largest else ("least", "≥")
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
-        peak = float(np.max(hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)))
-        return None if peak <= share else f"largest hover thrust {peak:.3g} of m·g, wanted is ≤ {share:.3g}"
+        shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
+        value = float(shares.max() if largest else shares.min())
+        if value == share or (value < share) == largest:
+            return None
+        return f"{word} hover thrust {value:.3g} of m·g, wanted is {symbol} {share:.3g}"
 
-    limit = Condition(name=f"hover thrusts ≤ {share:.3g} of m·g", broken_at=broken_at)
-    within = region_of(_thrust_pair(share, vehicle.signed_drag_ratio, accuracy), accuracy, limit)
-    return hover_region(vehicle) & within
+    limit = Condition(name=f"hover thrusts {symbol} {share:.3g} of m·g", broken_at=broken_at)
+    return region_of(_thrust_pair(share, vehicle.signed_drag_ratio, accuracy, largest=largest), accuracy, limit)
 
 
 @lru_cache(maxsize=32)
-def _thrust_pair(share: float, kappa: float, accuracy: float) -> Pair:
-    return square_without(thrust_above(share, kappa, chord_tolerance(accuracy)), accuracy / 2)
+def _thrust_pair(share: float, kappa: float, accuracy: float, *, largest: bool) -> Pair:
+    above = thrust_above(share, kappa, chord_tolerance(accuracy))
+    if largest:
+        return square_without(above.union(mirrored(above)), accuracy / 2)
+    pair = offset_both(above, accuracy / 2)[::-1]
+    return np.asarray(shapely.intersection(pair, [mirrored(shape) for shape in pair]))
 
 
 def singular_value_region(
@@ -405,8 +425,7 @@ def admissible_region(
     >>> round(admissible_region().area, 3), round(admissible_region(use="valid").area, 3)
     (4.748, 9.81)
     """
-    if use not in ("valid", "flyable"):
-        raise InputError(f"use must be 'valid' or 'flyable', got {shown(use)}")
+    checked_choice("use", use, ("valid", "flyable"))
     _checked_signs(color, sign)
     coefficients = coefficients or coefficients_of(vehicle)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)

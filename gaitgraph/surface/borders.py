@@ -386,10 +386,10 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
 
 
 def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where, with all hover thrusts positive, one of them is more than a share of the weight.
+    """Return where, with all hover thrusts positive, T1 = T3 is more than a share of the weight.
 
-    T1 = T3 is within the bound where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit in tan α2; the
-    other pair is the mirror image.
+    It is not where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit in tan α2. For the other two rotors
+    the set is the mirror image.
     """
     delta = math.atan(kappa)
 
@@ -407,10 +407,9 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
     vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
     free = math.acos(1 / (2 * share)) if share > 0.5 else 0.0
     breaks = np.unique([-HALF_PI - _BEYOND, -free, free, delta, HALF_PI + _BEYOND])
-    found = bands_between(
+    return bands_between(
         breaks, (border,), above, Border(rest=vanishing), tolerance, ends=(-_FAR, _FAR), ordinate=lambda y: y
     )
-    return found.union(mirrored(found))
 
 
 def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, tolerance: float) -> BaseGeometry:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
@@ -348,9 +348,7 @@ def colorings(
         raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points must be of the shape (n, 2) or (n, 4) with n at least 1, got {plane.shape}")
-    if not isinstance(sign, str) or sign not in ("auto", *SIGNS):
-        hint = did_you_mean(str(sign), ["auto", "negative", "positive"])
-        raise InputError(f"sign must be auto, negative or positive, got {shown(sign)}{hint}")
+    checked_choice("sign", sign, ("auto", *SIGNS))
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     choices = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
     counting = {one: ColoringCount(one) for one in SIGNS if sign in ("auto", one)}

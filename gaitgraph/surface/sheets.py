@@ -37,7 +37,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
@@ -96,8 +96,7 @@ def sheet_angles(
     (-0.648, -0.727)
     """
     alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    if color not in COLORS:
-        raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
+    checked_choice("color", color, COLORS)
     if color == "red":
         return wrapped(alpha1), wrapped(alpha2)
     return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text, number_of
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
@@ -117,8 +117,7 @@ class Curve:
         k = s.size - 1
         if polynomials.ndim != 3 or polynomials.shape[1:] != (k, 2) or not len(polynomials):
             raise InputError(f"pieces must have the shape (degree + 1, {k}, 2), got {polynomials.shape}")
-        if color not in ("red", "blue"):
-            raise InputError(f"color must be 'red' or 'blue', got {shown(color)}")
+        checked_choice("color", color, ("red", "blue"))
         for order, name in enumerate(("position", "first derivative", "second derivative")):
             derivative, width = derivative_of(polynomials, order), np.diff(s)
             start, end = derivative[-1], values_of(derivative, width)

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, completed_pieces, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.io.formats import (
@@ -350,9 +350,7 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
     """
     if not 1e-6 <= number_of(period) <= 1e9:
         raise InputError(f"period must be between 1e-6 and 1e9 s, got {shown(period)}")
-    if law not in LAWS:
-        hint = did_you_mean(law, list(LAWS)) if isinstance(law, str) else ""
-        raise InputError(f"law must be {', '.join(LAWS[:-1])} or {LAWS[-1]}, got {shown(law)}{hint}")
+    checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
         raise InputError(f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}")
     if rate is not None:
