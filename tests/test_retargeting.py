@@ -200,7 +200,7 @@ def test_why_there_is_none() -> None:
         ([], {}, "gait must be finite angles of shape (n, 4)"),
         ([[0, 0, 0, math.inf]], {}, "gait must be finite angles"),
         ([["a", 0, 0, 0]], {}, "gait must be finite angles"),
-        (object(), {}, "gait must be finite angles of shape (n, 4), n at least 1 (rad), a table, a gait or a path, got <"),
+        (object(), {}, "gait must be finite angles of shape (n, 4)"),
         (np.zeros((MOST_ROWS + 1, 4)), {}, "gait must have at most 200000 rows, got 200001"),
         ([[0, 0, 0, 0]], {"margin": -1}, "margin must be a finite number ≥ 0, got -1"),
         ([[0, 0, 0, 0]], {"sign": "both"}, "sign must be one of positive, negative, got 'both'"),
