@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gaitgraph.errors import FileProblem, InputError, checked_choice, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -72,9 +72,6 @@ class _Setting(NamedTuple):
     polyline: Gait | None  # of the table
 
 
-_Drawing: TypeAlias = "Callable[[Figure, _Setting], Any]"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperFigure:
     """A figure: its number in the paper or its name, its title, and the title with what it shows."""
@@ -83,7 +80,7 @@ class PaperFigure:
     title: str
     caption: str
     size: tuple[float, float]  # mm
-    drawing: _Drawing
+    drawing: Callable[[Figure, _Setting], Any]
 
     @property
     def stem(self) -> str:
@@ -117,139 +114,108 @@ def _loops(figure: Figure, of: _Setting) -> None:
     legend_above(ax, columns=3)
 
 
-def _attitudes(figure: Figure, of: _Setting, number: int, eta: float, claim: str) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding."""
-    exact = coefficients_of(of.vehicle, "exact")
-    if number > 2 or not of.vehicle.carries_published_coefficients:
-        gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
-        digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
-        known = claim if of.vehicle.carries_published_coefficients else ""
-        _diagram(figure.add_subplot(), gait, number, eta, f"{digits} coefficients", known)
-        return
-    figure.set_size_inches(170 / INCH, 216 / INCH)
-    layout: Any = figure.get_layout_engine()
-    layout.set(wspace=0.08)
-    rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
-    readings = (
-        ("(a) exact coefficients", paper_gait(number, of.vehicle, exact)),
-        ("(b) four-digit coefficients", rounded),
-        ("(c) printed vertices", printed_gait(number, exact)),
-        ("(d) four-digit surface, exact formula", Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)),
-    )
-    for ax, (title, one) in zip(figure.subplots(2, 2).flat, readings, strict=True):
-        _diagram(ax, one, number, eta, title, claim)
-
-
-def _diagram(ax: Axes, gait: Gait, number: int, eta: float, title: str, claim: str) -> None:
-    """Draw a roll–pitch diagram, and say in its title what it shows and whether it agrees with the paper's claim.
-
-    "farther" claims that the gait has a wider acceptable region than its biased gait, "alike" that it has little more.
-    """
-    roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-    numbers, both = at_face_value(gait.coefficients), (gait, gait.biased(eta))
-    margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
-    texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
-    lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
-    if claim:
-        agrees = not math.isnan(margins[0])  # else the gait is singular at every attitude
-        if agrees:
-            own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
-            agrees = own > biased if claim == "farther" else own < biased + 0.02
-        lines.append("as the paper says" if agrees else "unlike the paper")
-    ax.set_title("\n".join(lines))
-
-
 def _regions(figure: Figure, of: _Setting) -> None:
     left, right = figure.subplots(1, 2)
     regions_map(of.vehicle, ax=left)
     singular_value_map(of.vehicle, ax=right)
 
 
-def _gait(figure: Figure, of: _Setting) -> None:
-    gait_in_four_dimensions(of.timed, gait=of.polyline, axes=axes_of_a_gait(figure))
+def _attitudes(figure: Figure, of: _Setting, number: int, eta: float, claim: str) -> None:
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding.
+
+    A title states whether it agrees with the paper's claim: that the gait's acceptable region is "farther" than that of
+    its biased gait, or "alike".
+    """
+    exact, of_paper = coefficients_of(of.vehicle, "exact"), of.vehicle.carries_published_coefficients
+    if number <= 2 and of_paper:
+        figure.set_size_inches(170 / INCH, 216 / INCH)
+        layout: Any = figure.get_layout_engine()
+        layout.set(wspace=0.08)
+        rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
+        readings = {
+            "(a) exact coefficients": paper_gait(number, of.vehicle, exact),
+            "(b) four-digit coefficients": rounded,
+            "(c) printed vertices": printed_gait(number, exact),
+            "(d) four-digit surface, exact formula": Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact),
+        }
+        panels = list(figure.subplots(2, 2).flat)
+    else:
+        gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
+        digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
+        readings, panels = {f"{digits} coefficients": gait}, [figure.add_subplot()]
+    for ax, (title, gait) in zip(panels, readings.items(), strict=True):
+        roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
+        numbers, both = at_face_value(gait.coefficients), (gait, gait.biased(eta))
+        margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
+        texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
+        lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
+        if of_paper:
+            own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
+            agrees = own > biased if claim == "farther" else own < biased + 0.02
+            singular = math.isnan(margins[0])  # at every attitude
+            lines.append("as the paper says" if agrees and not singular else "unlike the paper")
+        ax.set_title("\n".join(lines))
 
 
 def _figures() -> dict[str, PaperFigure]:
     order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
-    inner = "Interior nodes of the grid of 16 divisions."
-    rounded = (
-        "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones it is singular, "
-        "grey and hollow here."
+    rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
+    readings = (
+        "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken at face value; (c) straight lines "
+        "between the printed vertices; (d) angles of four digits, judged exactly. "
     )
-    table: dict[str, tuple[str, str, tuple[float, float], _Drawing]] = {
-        "1": (
+    lines = "Thin lines are singular attitudes, thick ones border what is never singular around level flight; "
+    table: dict[str | int, tuple[str, str, tuple[float, float], Callable[[Figure, _Setting], Any]]] = {
+        1: (
             "The tilt-rotor with its arms, tilt axes and signs",
-            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the "
-            "outward arm axes e1 to e4; the arrows beside the rotors show where thrusts then lean. cw and ccw are "
-            "spins seen from above.",
+            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the arm "
+            "axes e1 to e4; cw and ccw are spins seen from above.",
             (170, 98),
             lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
         ),
-        "2": (
+        2: (
             "Number of roots (α3, α4) at each node (α1, α2)",
-            "Two inside, three on a side, five in a corner: an angle at an end of [−π/2, π/2] is one at the other end "
-            "too.",
+            "Two inside, three on a side, five in a corner: −π/2 and π/2 are one angle.",
             (85, 92),
             lambda figure, of: root_counts(figure.add_subplot(), of.coefficients, of.divisions),
         ),
     }
     words: dict[Any, str] = {"first": "the first root", "other": "the other root", "both": "both roots"}
     for number, (which, angle) in enumerate(product(words, (3, 4)), start=3):
-        caption = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane. {inner}"
-        caption += f" {order}" if which != "both" else ""
+        caption = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane. {order * (which != 'both')}"
         drawing = partial(_in_space, function=root_angle, angle=angle, which=which)
-        table[str(number)] = f"α{angle} of {words[which]}", caption, (85, 74), drawing
-    both_angles = "α3 and α4 of the {which} root where R {relation} 0", "Red squares are α3, blue discs α4."
-    value = (
-        "R of the {which} root where it is positive",
-        "Red squares lie on the red sheet, blue discs on the blue one.",
-    )
-    for number, function, sign, which in (
-        (9, signed_roots, "positive", "first"),
-        (10, level_determinants, "positive", "first"),
-        (11, signed_roots, "positive", "other"),
-        (12, level_determinants, "positive", "other"),
-        (13, signed_roots, "negative", "first"),
-        (14, signed_roots, "negative", "other"),
-    ):
-        title, squares = both_angles if function is signed_roots else value
-        title = title.format(which=which, relation=">" if sign == "positive" else "<")
-        drawing = partial(_in_space, function=function, sign=sign, which=which)
-        table[str(number)] = title, f"{squares} {inner} {order} {rounded}", (85, 74), drawing
+        table[number] = f"α{angle} of {words[which]}", caption.strip(), (85, 74), drawing
+    signs = (("positive", "first"), ("positive", "other"), ("negative", "first"), ("negative", "other"))
+    for number, (sign, which) in zip((9, 11, 13, 14), signs, strict=True):
+        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
+        drawing = partial(_in_space, function=signed_roots, sign=sign, which=which)
+        table[number] = title, f"Red squares are α3, blue discs α4. {order} {rounded}", (85, 74), drawing
+        if sign == "positive":
+            title, squares = f"R of the {which} root where it is positive", "Red is the red sheet, blue the blue one."
+            drawing = partial(_in_space, function=level_determinants, sign=sign, which=which)
+            table[number + 1] = title, f"{squares} {order} {rounded}", (85, 74), drawing
     table |= {
-        "15": (
+        15: (
             "Which types may be neighbours",
-            "Lined types may; each type may also follow itself. (a) one angle; (b) the pair, without (?,?), which may "
-            "be a neighbour of every type.",
+            "Lined types may, and each may follow itself: (a) of one angle, (b) of the pair; (?,?) fits every type.",
             (170, 68),
             _rule,
         ),
-        "16": (
+        16: (
             "Types of the roots with R < 0",
-            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves those with both; types with a ? "
-            f"are written, those of the red sheet in red, those of the blue one in blue. {inner} {rounded}",
+            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves both; other types are written. "
+            f"{rounded}",
             (170, 173),
             _types,
         ),
-        "17": (
+        17: (
             "Gaits 1 to 3 on the map of types",
-            f"Pale bands are the loops of (α1, α2), arrows their direction; Gaits 2 and 3 share theirs. {rounded}",
+            f"Pale bands are the loops of (α1, α2), arrows their direction. {rounded}",
             (170, 177),
             _loops,
         ),
     }
-    readings = (
-        "The blue sheet depends on rounding: (a) exact coefficients make the gait singular at every attitude; (b) the "
-        "paper's four digits, taken at face value, leave it a small R and no singular attitude; (c) straight lines "
-        "between the vertices as printed, with exact coefficients; (d) angles found with four digits, judged with "
-        "exact coefficients. For another vehicle there is (a) alone. "
-    )
-    lines = (
-        "Thin lines are singular attitudes, red solid for the gait, blue dashed for the biased gait; thick ones border "
-        "what is never singular around level flight. Above: the least tilt from level flight to a singular attitude, "
-        "gait | biased gait, and whether the bordered regions are as the paper says, "
-    )
-    claims = {"farther": "that the gait's is the wider one.", "alike": "that the gait has little advantage."}
+    claims = {"farther": "the paper says that the gait's is the wider.", "alike": "the paper says that they are alike."}
     for number, gait, eta, claim in (
         (18, 1, 0.8, "farther"),
         (19, 2, 0.99, "farther"),
@@ -259,26 +225,25 @@ def _figures() -> dict[str, PaperFigure]:
     ):
         title = f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}"
         caption = f"{readings if gait <= 2 else ''}{lines}{claims[claim]}"
-        table[str(number)] = title, caption, (85, 108), partial(_attitudes, number=gait, eta=eta, claim=claim)
+        table[number] = title, caption, (85, 108), partial(_attitudes, number=gait, eta=eta, claim=claim)
     table |= {
         "regions": (
             "Exact regions of the (α1, α2) plane on the red sheet",
-            "Left: signs of R, where hover takes positive thrusts alone (hatched), and contours of the largest thrust "
-            "of a rotor in hover, in units of the weight. Right: the least singular value in level flight, "
-            "dimensionless; black lines are R = 0, the cross is α = 0.",
+            "Left: signs of R, positive hover thrusts (hatched), and the largest thrust of a rotor in hover, in units "
+            "of the weight. Right: the least singular value in level flight; black lines are R = 0.",
             (170, 93),
             _regions,
         ),
         "gait": (
             "A gait in four dimensions over its period",
             "Angles in time, the loop on the map of types, and three projections with the + planes (red) and − planes "
-            "(blue, dashed) as thin lines; arrows show the direction. Gait 3 unless another is given.",
+            "(blue, dashed); Gait 3 unless another is given.",
             (170, 120),
-            _gait,
+            lambda figure, of: gait_in_four_dimensions(of.timed, gait=of.polyline, axes=axes_of_a_gait(figure)),
         ),
     }
     return {
-        name: PaperFigure(name=name, title=title, caption=f"{title}. {caption}", size=size, drawing=drawing)
+        str(name): PaperFigure(name=str(name), title=title, caption=f"{title}. {caption}", size=size, drawing=drawing)
         for name, (title, caption, size, drawing) in table.items()
     }
 
@@ -325,17 +290,11 @@ def draw(
         By default the paper's. Another one has no four-digit coefficients and no printed vertices: Figures 18, 19 and
         22 then have one panel. The loops of Gaits 1 to 4 are mirrored in the origin if its spin is.
     coefficients
-        "published" or "exact"; by default published for the paper's vehicle, exact for any other. Figures 18, 19 and 22
-        show both.
+        By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
     gait
         For "gait": a gait as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
     divisions
         Pieces n of the grid.
-
-    Raises
-    ------
-    InputError
-        If matplotlib is missing or a value is not allowed.
     """
     names = names_of_figures([name])
     if len(names) != 1:
@@ -378,7 +337,7 @@ def write_figures(
     formats
         Some of png (200 dots per inch), svg and pdf.
     force
-        Overwrite files that exist.
+        Overwrite files that exist. Otherwise OutputExists if there is one, and none is written.
     progress
         Called with a few words before each figure.
 
@@ -386,13 +345,6 @@ def write_figures(
     -------
     list of paths
         In the order of FIGURES, then of `formats`.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If matplotlib is missing, a name, a format or a setting is not allowed, or a file cannot be written.
-    OutputExists
-        If a file exists and `force` is not set; then none is written.
     """
     require_matplotlib()
     names = tuple(FIGURES) if only is None else names_of_figures(only)
