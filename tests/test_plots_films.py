@@ -16,9 +16,17 @@ from PIL import GifImagePlugin, Image
 
 import gaitgraph as gg
 from gaitgraph.gait.table import Table, provenance_text
-from gaitgraph.plots import films
-from gaitgraph.plots.films import MOST_FRAMES, frame_delays, write_films
-from gaitgraph.plots.vehicles import FROM_ABOVE, ROTOR_COLORS, draw_vehicle, underside, vehicle_view
+from gaitgraph.plots import vehicles
+from gaitgraph.plots.vehicles import (
+    FROM_ABOVE,
+    MOST_FRAMES,
+    ROTOR_COLORS,
+    draw_vehicle,
+    frame_delays,
+    underside,
+    vehicle_view,
+    write_films,
+)
 from gaitgraph.timing.timed_gait import table_of
 
 X_FRAME = gg.Vehicle(
@@ -187,8 +195,8 @@ def test_frames_last_as_long_as_the_period_where_the_format_can(period: float, f
 
 def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Uneven times, a hostile name, edges of discs, and a table without times, which lasts a second."""
-    monkeypatch.setattr(films, "_FEWEST", 3)
-    monkeypatch.setattr(films, "_DELAY", 10)
+    monkeypatch.setattr(vehicles, "_FEWEST", 3)
+    monkeypatch.setattr(vehicles, "_DELAY", 10)
     columns = {f"alpha{k + 1}": np.linspace(-2, 2, 30) * (-1) ** k for k in range(4)}
     about = {"vehicle": X_FRAME.as_mapping(), "coefficients": "exact"}
     uneven = Table(columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about)

@@ -25,15 +25,15 @@ from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.plots import films
-from gaitgraph.plots.films import flight_frame_times, flight_view
+from gaitgraph.plots import vehicles
 from gaitgraph.plots.flights import (
-    OUTCOME_LOOKS,
-    basin_map,
+    flight_frame_times,
+    flight_view,
     plot_flight,
     write_basins,
     write_flight,
 )
+from gaitgraph.plots.gaits import OUTCOME_LOOKS, basin_map
 from gaitgraph.plots.vehicles import DEFAULT_VIEW, screen_axes
 from gaitgraph.vehicle import PAPER
 
@@ -121,8 +121,8 @@ def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
 
 def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
-    monkeypatch.setattr(films, "_FEWEST", 3)
-    monkeypatch.setattr(films, "_DELAY", 15)
+    monkeypatch.setattr(vehicles, "_FEWEST", 3)
+    monkeypatch.setattr(vehicles, "_DELAY", 15)
     again = fly(gait(3).parametrize(1.0), settings=SHORT)
     names = ("a.svg", "a.gif")
     for folder, flight in (("one", levelling), ("two", again)):

@@ -51,7 +51,7 @@ def export_command(
     from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import FormatOptions, read_pieces
     from gaitgraph.io.servo_map import servo_map_named
-    from gaitgraph.plots.films import check_films, write_films
+    from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export
 
     chosen = {name: given.pop(name) for name in _FORMAT_OPTIONS if name in given}

@@ -256,7 +256,7 @@ def films_in(paths: Sequence[str]) -> list[str]:
 def check_outputs(paths: Sequence[str], *, force: bool) -> None:
     """Raise before any work is done if a gait cannot be written to one of these files, tables or films."""
     from gaitgraph.io.formats import check_outputs
-    from gaitgraph.plots.films import check_films
+    from gaitgraph.plots.vehicles import check_films
 
     films = films_in(paths)
     check_outputs([path for path in paths if path not in films], force=force)
@@ -267,7 +267,7 @@ def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Sequence[str], *
     """Write a gait that comes piece by piece to files, tables and films."""
     from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import write_tables
-    from gaitgraph.plots.films import write_films
+    from gaitgraph.plots.vehicles import write_films
 
     films = films_in(paths)
     write_tables(pieces, [path for path in paths if path not in films], force=force)

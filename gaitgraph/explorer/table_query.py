@@ -40,7 +40,7 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.io.formats import FORMATS, known_format, read_pieces, write_tables
-from gaitgraph.plots.films import write_films
+from gaitgraph.plots.vehicles import write_films
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping

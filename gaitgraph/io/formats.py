@@ -186,7 +186,7 @@ FORMATS = {
 """The formats by suffix."""
 
 FILMS = (".gif", ".mp4")
-"""Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
+"""Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
 
 
 def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:

@@ -9,14 +9,13 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.plots.axes import plane_axes as plane_axes
     from gaitgraph.plots.figures import FIGURES as FIGURES, draw as draw, write_figures as write_figures
-    from gaitgraph.plots.films import write_films as write_films, write_flight_film as write_flight_film
     from gaitgraph.plots.flights import (
-        basin_map as basin_map,
         plot_flight as plot_flight,
         write_basins as write_basins,
         write_flight as write_flight,
     )
     from gaitgraph.plots.gaits import (
+        basin_map as basin_map,
         gait_in_four_dimensions as gait_in_four_dimensions,
         gait_loop as gait_loop,
         roll_pitch_diagram as roll_pitch_diagram,
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
         draw_vehicle as draw_vehicle,
         vehicle_figure as vehicle_figure,
         vehicle_view as vehicle_view,
+        write_films as write_films,
     )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -1,24 +1,23 @@
-"""Flights over time, basins over the roll–pitch diagram, and the files that both are written to."""
+"""Flights over time and as films, and the files that flights and basins are written to."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.record import TABLES
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.gait.table import provenance_text
 from gaitgraph.io.formats import FILMS, FORMATS, FormatOptions
 from gaitgraph.plots.axes import (
-    COLOR_OF,
     FORMATS as PICTURES,
     GREY,
     INCH,
@@ -26,15 +25,28 @@ from gaitgraph.plots.axes import (
     axes_or_new,
     blank_figure,
     legend_above,
-    legend_below,
     new_figure,
     paper_style,
     picture_bytes,
     require_matplotlib,
 )
-from gaitgraph.plots.films import check_films, quarter_of_weight, write_flight_film
-from gaitgraph.plots.gaits import ANGLE_LOOKS, draw_attitudes, finish_diagram
-from gaitgraph.plots.vehicles import INK
+from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
+from gaitgraph.plots.vehicles import (
+    DEFAULT_VIEW,
+    FILM_HEIGHT,
+    FILM_WIDTH,
+    INK,
+    LINE_GREY,
+    PALE,
+    blank_film,
+    check_films,
+    draw_chart,
+    draw_vehicle,
+    frame_delays,
+    screen_axes,
+    vehicle_view,
+    write_frames,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -42,38 +54,42 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.flight.record import Flight, Outcome
+    from gaitgraph.flight.record import Flight
+    from gaitgraph.plots.vehicles import VehicleView
 
-_HEIGHTS = {"attitude": 40.0, "place": 38.0, "thrusts": 42.0, "tilts": 38.0, "singular_value": 38.0}  # mm
+FloatArray = npt.NDArray[np.float64]
+
+# Height [mm], label, columns of the legend, and what the axis reaches at least, lest rounding be drawn large.
+_PANELS: dict[str, tuple[float, str, int, float]] = {
+    "attitude": (40.0, "attitude (°)", 4, 1.0),
+    "place": (38.0, "place (m)", 4, 0.01),
+    "thrusts": (42.0, "thrust\n(weight / 4)", 5, 0.0),
+    "tilts": (38.0, "tilt (°)", 4, 0.0),
+    "singular_value": (38.0, "least singular\nvalue (1)", 2, 0.0),
+}
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # above each panel, part of its height
-_SECOND = "#0072b2"
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
 
-PANELS = tuple(_HEIGHTS)
+PANELS = tuple(_PANELS)
 """The panels of a flight, from the top."""
 
 
 def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS) -> Any:
-    """Draw what happened in a flight over time.
+    """Draw what happened in a flight over time, and return the axes; the title says what was flown, and the verdict.
 
     Parameters
     ----------
     flight
-        What :func:`gaitgraph.flight.simulation.fly` returns. The panels of a refused one are empty.
+        What :func:`gaitgraph.flight.simulation.fly` returns. The panels of a refused one are empty. A red line at the
+        time of a stop has "stop" as its ``gid``.
     axes
         As many plane axes as there are panels; by default those of a new figure, one below another.
     panels
         Which of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter
         of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
         scaled decoupling matrix, with the value at which flight stops. References are dashed.
-
-    Returns
-    -------
-    array of axes
-        A red line at the time of a stop has "stop" as its ``gid``. The first title says what was flown, and the
-        verdict.
     """
     for name in panels:
         if name not in PANELS:
@@ -85,7 +101,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
     for ax, name in zip(axes, panels, strict=True):
-        _DRAWN[name](axes_or_new(ax), flight)
+        _draw_panel(axes_or_new(ax), flight, name)
         ax.grid(True)
         ax.set(xlim=(0.0, max(_end_of(flight), 1e-9)))
         if not len(flight.rows):
@@ -105,14 +121,14 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
 
     Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
     """
-    top = height = _TOP + _BOTTOM + sum(_HEIGHTS[name] for name in panels)
+    top = height = _TOP + _BOTTOM + sum(_PANELS[name][0] for name in panels)
     figure.set_layout_engine("none")
     figure.set_size_inches(_WIDTH / INCH, height / INCH)
     axes: list[Any] = []
     top -= _TOP
     for name in panels:
-        low = top - _HEIGHTS[name]
-        box = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_HEIGHTS[name] - _LEGEND) / height)
+        low = top - _PANELS[name][0]
+        box = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_PANELS[name][0] - _LEGEND) / height)
         axes.append(figure.add_axes(box, sharex=axes[0] if axes else None))
         axes[-1].tick_params(labelbottom=name == panels[-1])
         top = low
@@ -158,160 +174,209 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
     begins = [begin for begin, _, _ in course.pieces] + [course.duration]
     for k, phase in enumerate(course.phases):
         begin, end = begins[k], min(begins[k + 1], ax.get_xlim()[1])
-        if begin >= end:
-            continue
-        if k % 2:
+        if k % 2 and begin < end:
             ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
-        if named:
+        if named and begin < end:
             at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "color": GREY}
             ax.annotate(phase, (begin, 0.0), (3, 3), **at)
 
 
-def _draw_attitude(ax: Axes, flight: Flight) -> None:
-    t = flight.column("t")
-    looks = {"roll": (INK, "-", 1.4), "pitch": (_SECOND, "-", 1.4), "yaw": (GREY, (0, (1, 1)), 1.1)}
-    for wanted in () if flight.settings.reference == "attitude" else ("roll_wanted", "pitch_wanted"):
-        ax.plot(t, np.degrees(flight.column(wanted)), **_WANTED)
-    for name, (color, dash, width) in looks.items():
-        angle = np.degrees(flight.column(name))
-        angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan  # it wraps there
-        ax.plot(t, angle, color=color, linestyle=dash, linewidth=width, label=name)
-    _finish(ax, "attitude (°)", least=1.0)
-
-
-def _draw_place(ax: Axes, flight: Flight) -> None:
-    t = flight.column("t")
-    looks = {"x": (INK, "-"), "y": (_SECOND, "-"), "z": ("#d55e00", (0, (5, 1.5)))}
-    held = ("z",) if flight.settings.reference == "attitude" else tuple(looks)
-    for name in held:
-        ax.plot(t, flight.column(f"{name}_wanted"), **_WANTED)
-    for name, (color, dash) in looks.items():
-        label, width = (f"${name}$", 1.4) if name in held else (f"${name}$, free", 0.9)
-        ax.plot(t, flight.column(name), color=color, linestyle=dash, linewidth=width, label=label)
-    _finish(ax, "place (m)", least=0.01)
-
-
-def _draw_thrusts(ax: Axes, flight: Flight) -> None:
-    quarter, settings = quarter_of_weight(flight), flight.settings
-    shares = flight.thrusts / quarter
-    for k, look in enumerate(ANGLE_LOOKS):
-        ax.plot(flight.column("t"), shares[:, k], label=f"rotor {k + 1}", **look)
-    most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
-    for limit in (0.0, most) if settings.saturation else ():
-        if limit is not None:
-            ax.axhline(limit / quarter, color=RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
-    if len(shares) and np.abs(shares).max() > _MOST_SHARES:
-        ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
-        tens = [10.0**k for k in range(1, 12)]
-        ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
-        ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
-    ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
-    _finish(ax, "thrust\n(weight / 4)", columns=5)
-
-
-def _draw_tilts(ax: Axes, flight: Flight) -> None:
-    for k, look in enumerate(ANGLE_LOOKS):
-        tilt = np.degrees(flight.column(f"alpha{k + 1}"))
-        ax.plot(flight.column("t"), tilt, label=rf"$\alpha_{k + 1}$", **look)
-    _finish(ax, "tilt (°)")
-
-
-def _draw_singular_value(ax: Axes, flight: Flight) -> None:
-    near, floor = flight.column("nearness"), flight.settings.floor
-    look: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
-    ax.fill_between(flight.column("t"), near, 2.0 * near, **look)
-    if floor > 0:
-        ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
-    ax.set_yscale("log")
-    lowest = min([*near[-1:], near.min(initial=np.inf), *([floor] if floor > 0 else [])], default=0.01)
-    ax.set(ylim=(max(0.6 * float(lowest), 1e-10), 3.0))
-    _finish(ax, "least singular\nvalue (1)", columns=2)
-
-
-def _finish(ax: Axes, label: str, *, columns: int = 4, least: float | None = None) -> None:
-    """Label an axis that reaches ±`least` at least, lest rounding be drawn large, with a legend above."""
-    if least is not None:
+def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
+    """Draw the curves of a panel, with its label and legend."""
+    t, column, settings, (_, label, columns, least) = flight.column("t"), flight.column, flight.settings, _PANELS[name]
+    tracks = settings.reference != "attitude"
+    if name == "attitude":
+        for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
+            ax.plot(t, np.degrees(column(wanted)), **_WANTED)
+        for angle, color, dash, width in (
+            ("roll", INK, "-", 1.4),
+            ("pitch", "#0072b2", "-", 1.4),
+            ("yaw", GREY, (0, (1, 1)), 1.1),
+        ):
+            values = np.degrees(column(angle))
+            values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
+            ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
+    elif name == "place":
+        held = "xyz" if tracks else "z"
+        for axis in held:
+            ax.plot(t, column(f"{axis}_wanted"), **_WANTED)
+        looks: dict[str, Any] = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
+        for axis, (color, dash) in looks.items():
+            text, width = (f"${axis}$", 1.4) if axis in held else (f"${axis}$, free", 0.9)
+            ax.plot(t, column(axis), color=color, linestyle=dash, linewidth=width, label=text)
+    elif name == "thrusts":
+        quarter = quarter_of_weight(flight)
+        shares = flight.thrusts / quarter
+        for k, look in enumerate(ANGLE_LOOKS):
+            ax.plot(t, shares[:, k], label=f"rotor {k + 1}", **look)
+        most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
+        for limit in (0.0, most) if settings.saturation else ():
+            if limit is not None:
+                ax.axhline(limit / quarter, color=RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
+        if len(shares) and np.abs(shares).max() > _MOST_SHARES:
+            ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
+            tens = [10.0**k for k in range(1, 12)]
+            ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
+            ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
+        ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
+    elif name == "tilts":
+        for k, look in enumerate(ANGLE_LOOKS):
+            ax.plot(t, np.degrees(column(f"alpha{k + 1}")), label=rf"$\alpha_{k + 1}$", **look)
+    else:
+        near, floor = column("nearness"), settings.floor
+        band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
+        ax.fill_between(t, near, 2.0 * near, **band)
+        if floor > 0:
+            ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
+        ax.set_yscale("log")
+        ax.set(ylim=(max(0.6 * float(np.nanmin(near, initial=floor or 1.0)), 1e-10), 3.0))
+    if least:
         low, high = ax.get_ylim()
         ax.set(ylim=(min(low, -least), max(high, least)))
     ax.set(ylabel=label)
     legend_above(ax, columns=columns)
 
 
-_DRAWN: dict[str, Callable[[Axes, Flight], None]] = {
-    "attitude": _draw_attitude,
-    "place": _draw_place,
-    "thrusts": _draw_thrusts,
-    "tilts": _draw_tilts,
-    "singular_value": _draw_singular_value,
-}
+# ---------------------------------------------------------------- films
 
-# ---------------------------------------------------------------- basins
-
-# Each outcome has its own shape, so that colors, which colour-blind eyes confuse, are not needed; in the order of
-# flight.record.OUTCOMES, whose codes count them.
-OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
-    "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
-    "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
-    "near singular": {"marker": "x", "color": "black", "markersize": 4.2, "markeredgewidth": 1.1},
-    "sign change": {"marker": "*", "color": "black", "markersize": 5.2, "markeredgewidth": 0.0},
-    "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
-    "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
-    "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
-}
-_WORDS: dict[Outcome, str] = {"sign change": "determinant changed sign", "near singular": "stopped near singularity"}
-_FULL_SIZE = 17  # attitudes along a side whose marks have full size
+_MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
+_ZOOM = 0.68  # of the largest scale at which a level vehicle fits
+_MOST_SHARE = 2.4  # lines of thrust grow no longer
+_GROUND = 1.8  # arm lengths below the start
+_AROUND = 9.0  # arm lengths from the vehicle to the end of the grid
+_HELD = 80  # 1/100 s that the last frame stays longer
+_SLOW = 25  # frames in which the arms go through a period where even frames would be too few
+_CURVE_POINTS = 400
 
 
-def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
-    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait.
-
-    Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
-    thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
-    sheet, or are grey where it is on neither, as a biased gait is. Numbers are of the grid's attitudes. An attitude has
-    the mark of the first of its flights, in the order of take-off, that did not settle; a green disc where all did.
-
-    Parameters
-    ----------
-    basin
-        What was flown.
-    name
-        What the title calls the gait; by default the basin's name.
-    ax
-        Plane axes; by default those of a new figure. Marks have "outcome" as their ``gid``.
-    """
-    ax = axes_or_new(ax, size=(85, 105))
-    gait = basin.timed.gait
-    exact = coefficients_of(gait.vehicle, "exact")
-    label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
-    color = COLOR_OF.get(gait.color or "", GREY)
-    draw_attitudes(ax, replace(gait, coefficients=exact), exact, basin.acceptable, label=label, color=color, count=24)
-    finish_diagram(ax)
-    smaller = min(1.0, _FULL_SIZE / len(basin.angles))
-    for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
-        roll, pitch = (basin.worst == code).nonzero()
-        if len(roll):
-            drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
-            label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
-            ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
-    ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
-    legend_below(ax)
-    return ax
+def _write_film(flight: Flight, path: Path) -> None:
+    """Write a film of a flight at its own pace; the last frame stays a little longer."""
+    times, delays, slowed = flight_frame_times(flight)
+    with paper_style():
+        figure, frame = _flight_film(flight, times, slowed)
+        write_frames(figure, frame, delays, provenance_text(flight.table()), path)
 
 
-def _basins_figure(basins: Sequence[Basin]) -> Figure:
-    """Return a figure of basins side by side, four in a row at most."""
-    width, height, legend_line = 68.0, 73.0, 4.2  # mm
-    columns = min(len(basins), 4)
-    figure = blank_figure(width * columns, height)
-    panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
-    for ax, basin in zip(panels.flat, basins, strict=False):
-        basin_map(basin, ax=ax)
-    for ax in panels.flat[len(basins) :]:
-        ax.set_axis_off()
-    legends = [[ax.get_legend() for ax in row] for row in panels]
-    lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
-    figure.set_size_inches(width * columns / INCH, sum(height + legend_line * count for count in lines) / INCH)
-    return figure
+def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
+    """Return when the frames of a film are [s], how long each is shown [1/100 s], and whether arms are slowed down."""
+    delays = frame_delays(max(flight.flown, 1e-6))
+    times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
+    period = flight.course.timed.period
+    slowed = bool(times[-1] > (len(times) - 1) * period / 2)
+    if slowed:
+        phases = np.arange(len(times)) / _SLOW
+        times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
+    times[-1] = flight.flown
+    delays[-1] += _HELD
+    return times, delays, slowed
+
+
+def flight_view(flight: Flight, row: int) -> VehicleView:
+    """Return the vehicle in a row of a flight, at its attitude, with lines as long as its thrusts."""
+    from scipy.spatial.transform import Rotation
+
+    shares = np.clip(flight.thrusts[row] / quarter_of_weight(flight), -_MOST_SHARE, _MOST_SHARE)
+    angles = [float(flight.column(name)[row]) for name in ("yaw", "pitch", "roll")]
+    attitude = Rotation.from_euler("ZYX", angles).as_matrix()
+    alpha = [float(flight.column(f"alpha{k + 1}")[row]) for k in range(4)]
+    return vehicle_view(alpha, flight.vehicle, attitude=attitude, thrusts=shares)
+
+
+def quarter_of_weight(flight: Flight) -> float:
+    """Return a quarter of the weight [N], the unit of thrusts in pictures."""
+    (mass,) = flight.vehicle.require("mass", purpose="a picture of flight")
+    return float(mass * flight.vehicle.gravity / 4.0)
+
+
+def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
+    """Return the figure of a flight's film, and what draws a frame of it."""
+    (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
+    t, timed, quarter = flight.column("t"), flight.course.timed, quarter_of_weight(flight)
+    place = np.stack([flight.column(name) for name in "xyz"], axis=-1)
+    tracks = flight.settings.reference != "attitude"
+    wanted = np.stack([flight.column(f"{name}_wanted") for name in "xyz"], axis=-1) if tracks else place
+    every = np.unique(np.linspace(0, len(place) - 1, min(len(place), _CURVE_POINTS)).astype(int))
+    screen = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
+
+    head = f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait"
+    roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in flight.attitude)
+    title = f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−")
+    figure, picture, chart = blank_film(title, vehicle_view(np.zeros(4), flight.vehicle), _ZOOM)
+    angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
+    cursor = draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
+    chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
+    path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
+    look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5}
+    box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+    words = figure.text(16 / FILM_WIDTH, 1 - 38 / FILM_HEIGHT, "", bbox=box, **look)
+
+    def frame(k: int) -> list[Any]:
+        row = int(np.clip(np.searchsorted(t, times[k] + 1e-12) - 1, 0, len(place) - 1))
+        here, before = place[row], every[every <= row]
+
+        def seen(points: FloatArray) -> FloatArray:
+            return np.asarray((points - here) / arm @ screen)
+
+        drawn = _draw_ground(picture, here, arm, seen)
+        steps = np.unique(np.linspace(0, row, min(row + 1, _CURVE_POINTS)).astype(int))
+        drawn += picture.plot(*seen(place[steps]).T, color=LINE_GREY, linewidth=1.1, zorder=0.7)
+        if tracks:
+            ring: dict[str, Any] = {"markersize": 6.0, "markerfacecolor": "white", "markeredgecolor": LINE_GREY}
+            drawn += picture.plot(*seen(wanted[row]), "o", zorder=0.8, **ring)
+        drawn += draw_vehicle(picture, flight_view(flight, row))
+        shares = flight.thrusts[row] / quarter
+        x, y, z = np.round(here, 2) + 0.0
+        words.set_text(
+            f"t = {t[row]:.2f} s{', arms slowed down' if slowed else ''}\n"
+            f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
+            f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−")
+        )
+        path_seen.set_data(-place[before, 1], place[before, 0])
+        trail.set_data([-here[1]], [here[0]])
+        cursor.set_xdata([t[row]])
+        if k == len(times) - 1:
+            verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
+            text = "\n".join(wrap(verdict, 52, max_lines=2, placeholder=" …"))
+            bold: dict[str, Any] = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom"}
+            drawn.append(
+                figure.text(16 / FILM_WIDTH, 118 / FILM_HEIGHT, text, bbox=box | {"facecolor": PALE, "pad": 4}, **bold)
+            )
+        return drawn
+
+    return figure, frame
+
+
+def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatArray], FloatArray]) -> list[Any]:
+    """Draw a grid on the ground around a place, and the shadow of the vehicle."""
+    level, reach = -_GROUND * arm, _AROUND * arm
+    power = 10.0 ** math.floor(math.log10(1.4 * arm))
+    spacing = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 1.4 * arm * (1 + 1e-12))
+    lines = []
+    for axis in (0, 1):
+        for k in range(math.ceil((here[axis] - reach) / spacing), math.floor((here[axis] + reach) / spacing) + 1):
+            line = np.full((3, 3), np.nan)  # the last row parts it from the next line
+            line[:2, axis], line[:2, 2] = k * spacing, level
+            line[:2, 1 - axis] = here[1 - axis] + np.array([-reach, reach])
+            lines.append(line)
+    around = np.linspace(0.0, math.tau, 25)
+    ring = [here[0], here[1], level] + 0.35 * arm * np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
+    grid = ax.plot(*seen(np.concatenate(lines)).T, color=PALE, linewidth=0.8, zorder=0.5)
+    return [*grid, *ax.fill(*seen(ring).T, color=PALE, zorder=0.6)]
+
+
+def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm: float) -> tuple[Any, Any]:
+    """Draw the flight from above, forward up, and return the path so far and the mark of the vehicle."""
+    points = np.concatenate([place[:, :2]] + ([] if wanted is None else [wanted[:, :2]]))
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, max(float((high - low).max()) / 2 * 1.15, 1.5 * arm)
+    ax = figure.add_axes(_MAP, xticks=[], yticks=[])
+    ax.set(xlim=(-middle[1] - half, -middle[1] + half), ylim=(middle[0] - half, middle[0] + half))
+    ax.spines[:].set_color(PALE)
+    if wanted is not None:
+        ax.plot(-wanted[:, 1], wanted[:, 0], color=PALE, linewidth=2.2)
+    ax.set_xlabel(f"{2 * half:.3g} m, from above", color=LINE_GREY, fontsize=7.5, labelpad=2.0)
+    path = ax.plot([], [], color=INK, linewidth=0.9)[0]
+    return path, ax.plot([], [], "o", color=INK, markersize=4.3)[0]
 
 
 # ---------------------------------------------------------------- files
@@ -351,45 +416,53 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     force
         Overwrite files that exist.
 
-    Raises
-    ------
-    InputError, FileProblem, OutputExists, MissingExtra
-        If a suffix is not known, a file cannot be written, a library is missing, or nothing was flown.
+    Notes
+    -----
+    The viewer of a film is behind, right and above, and follows the vehicle; lines on the ground, 1.8 arm lengths below
+    the start, show that it moves. Lines of thrust are as long as the thrust is large, up to 2.4 times a quarter of the
+    weight, and lie on the other side of the disc where a rotor pulls.
+
+    Frames are even in time, except where a period has fewer than two of them: each is then taken up to half a period
+    earlier or later, so that the arms go through the gait once in 25 frames, slower than they are, as the frames state.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
         raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
 
-    def plotted() -> Figure:
+    def figure() -> Figure:
         figure = blank_figure(_WIDTH, _WIDTH, layout=None)
         plot_flight(flight, axes=_panel_axes(figure, PANELS))
         return figure
 
-    film = partial(write_flight_film, flight)
-    write_whole([(Path(path), _content(path, flight.table, plotted, film)) for path in paths], force=force)
+    _write(paths, flight.table, figure, partial(_write_film, flight), force=force)
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Write basins of one gait to files: a row for each flight, or the picture of all (.png, .svg, .pdf).
 
-    Parameters
-    ----------
-    basins
-        Of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them; one at least.
-    paths, force
-        As for :func:`write_flight`, which raises the same errors; there are no films.
+    `basins` are of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them, one at
+    least; `paths` and `force` as for :func:`write_flight`.
     """
     check_flight_outputs(paths, of="basin", force=force)
-    table, figure = partial(table_of_basins, basins), partial(_basins_figure, basins)
-    write_whole([(Path(path), _content(path, table, figure)) for path in paths], force=force)
+    _write(paths, partial(table_of_basins, basins), partial(basins_figure, basins), force=force)
 
 
-def _content(path: str | Path, table: Callable[[], Any], figure: Callable[[], Figure], film: Any = None) -> Any:
-    """Return the bytes of a file, or what writes it."""
-    suffix = Path(path).suffix.lower()
-    if suffix in FILMS:
-        return film
-    if suffix in _PLOTS:
-        with paper_style():
-            return picture_bytes(figure(), suffix.removeprefix("."))  # type: ignore[arg-type]  # one of the formats
-    return partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())
+def _write(
+    paths: Sequence[str | Path],
+    table: Callable[[], Any],
+    figure: Callable[[], Figure],
+    film: Callable[[Path], None] | None = None,
+    *,
+    force: bool,
+) -> None:
+    contents: list[tuple[Path, Any]] = []  # bytes, or what writes them
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix in FILMS:
+            contents.append((path, film))
+        elif suffix in _PLOTS:
+            with paper_style():
+                contents.append((path, picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
+        else:
+            contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
+    write_whole(contents, force=force)

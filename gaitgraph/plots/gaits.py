@@ -1,7 +1,8 @@
-"""Gaits: their loops (Figure 17), their singular attitudes (Figures 18 to 22), and one in four dimensions."""
+"""Gaits: loops (Figure 17), singular attitudes (Figures 18 to 22), basins over them, and one in four dimensions."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -12,14 +13,18 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.io.formats import gait_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
+    GREY,
+    INCH,
     MARKER_OF,
     RED,
     angle_axis,
     axes_or_new,
+    blank_figure,
     draw_arrow,
     legend_above,
     legend_below,
@@ -32,10 +37,14 @@ from gaitgraph.surface.sheets import COLORS, RELATION, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from collections.abc import Sequence
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from gaitgraph.flight.basins import Basin
+    from gaitgraph.flight.record import Outcome
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.surface.sheets import Sign
 
 FloatArray = npt.NDArray[np.float64]
@@ -267,3 +276,72 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
     ax.grid(True)
     legend_above(ax, columns=4)
+
+
+# ---------------------------------------------------------------- basins
+
+# Each outcome has its own shape, so that colors, which colour-blind eyes confuse, are not needed; in the order of
+# flight.record.OUTCOMES, whose codes count them.
+OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
+    "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
+    "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
+    "near singular": {"marker": "x", "color": "black", "markersize": 4.2, "markeredgewidth": 1.1},
+    "sign change": {"marker": "*", "color": "black", "markersize": 5.2, "markeredgewidth": 0.0},
+    "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
+    "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
+    "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
+}
+_WORDS: dict[Outcome, str] = {"sign change": "determinant changed sign", "near singular": "stopped near singularity"}
+_FULL_SIZE = 17  # attitudes along a side whose marks have full size
+
+
+def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
+    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait.
+
+    Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
+    thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
+    sheet, or are grey where it is on neither, as a biased gait is. Numbers are of the grid's attitudes. An attitude has
+    the mark of the first of its flights, in the order of take-off, that did not settle; a green disc where all did.
+
+    Parameters
+    ----------
+    basin
+        What was flown.
+    name
+        What the title calls the gait; by default the basin's name.
+    ax
+        Plane axes; by default those of a new figure. Marks have "outcome" as their ``gid``.
+    """
+    ax = axes_or_new(ax, size=(85, 105))
+    gait = basin.timed.gait
+    exact = coefficients_of(gait.vehicle, "exact")
+    label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
+    color = COLOR_OF.get(gait.color or "", GREY)
+    draw_attitudes(ax, replace(gait, coefficients=exact), exact, basin.acceptable, label=label, color=color, count=24)
+    finish_diagram(ax)
+    smaller = min(1.0, _FULL_SIZE / len(basin.angles))
+    for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
+        roll, pitch = (basin.worst == code).nonzero()
+        if len(roll):
+            drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
+            label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
+            ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
+    ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
+    legend_below(ax)
+    return ax
+
+
+def basins_figure(basins: Sequence[Basin]) -> Figure:
+    """Return a figure of basins side by side, four in a row at most."""
+    width, height, legend_line = 68.0, 73.0, 4.2  # mm
+    columns = min(len(basins), 4)
+    figure = blank_figure(width * columns, height)
+    panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
+    for ax, basin in zip(panels.flat, basins, strict=False):
+        basin_map(basin, ax=ax)
+    for ax in panels.flat[len(basins) :]:
+        ax.set_axis_off()
+    legends = [[ax.get_legend() for ax in row] for row in panels]
+    lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
+    figure.set_size_inches(width * columns / INCH, sum(height + legend_line * count for count in lines) / INCH)
+    return figure

@@ -276,6 +276,8 @@ def type_map(
 
 def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: float, sign: str) -> None:
     """Scatter nodes by what their root on the red and on the blue sheet has: the sign, no sign, or there is none."""
+    from matplotlib.markers import MarkerStyle
+
     words = {"yes": sign, "singular": "R = 0"}
     types = [(kind, words[one]) for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one != "no"]
     label = ", ".join(f"{kind}: ${compared}$" for kind, compared in types) or f"no root with ${sign}$"
@@ -285,21 +287,12 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: floa
     x, y = places.T
     if not types:
         ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, **(look | {"linewidth": 0.0}))
-    markers = _half_markers() if len(types) == 2 else (MARKER_OF["red"], MARKER_OF["blue"])
-    for color, is_there, marker in zip(COLORS, state, markers, strict=True):
-        if is_there != "no":
+    halves: tuple[Any, Any] = ("left", "right")
+    for color, is_there, half in zip(COLORS, state, halves, strict=True):
+        if is_there != "no":  # two roots are the left half of a square and the right half of a disc
+            marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(types) == 1 else half)
             face, edge = (COLOR_OF[color],) * 2 if is_there == "yes" else ("white", GREY)
             ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, **look)
-
-
-def _half_markers() -> tuple[Any, Any]:
-    """Return the left half of a square and the right half of a disc: together a mark half red, half blue."""
-    from matplotlib.path import Path
-
-    square = Path(np.array([[0.0, -1.0], [-1.0, -1.0], [-1.0, 1.0], [0.0, 1.0], [0.0, -1.0]]), closed=True)
-    arc = Path.arc(-90, 90)
-    vertices = np.concatenate([np.asarray(arc.vertices), [[0.0, -1.0]]])
-    return square, Path(vertices, [*np.asarray(arc.codes).tolist(), Path.CLOSEPOLY])
 
 
 # ---------------------------------------------------------------- regions

@@ -1,25 +1,37 @@
-"""The vehicle as a picture: the geometry that every drawing of it uses, one drawing by matplotlib, and Figure 1.
+"""The vehicle: the geometry that every drawing of it uses, one drawing by matplotlib, Figure 1, and films of gaits.
 
 The projection is orthographic. A rotor is a disc that tilts about its own arm, so its image is an ellipse: the unit
 disc under an affine map (a, b, c, d, e, f), x' = a·x + c·y + e and y' = b·x + d·y + f.
+
+A film of a gait shows one period: above the vehicle with its discs and lines of thrust, below its four angles over
+time. The same gait gives the same GIF with the same versions of matplotlib and Pillow.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.files import check_new_files, write_whole
+from gaitgraph.gait.table import Table, provenance_text, setting_of
 from gaitgraph.invertibility.matrices import rotor_directions
-from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label
+from gaitgraph.io.formats import FILMS
+from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -180,11 +192,7 @@ def vehicle_view(
 
 
 def underside(color: str) -> str:
-    """Return the color of a disc's underside: mixed with the ink, 11 to 9.
-
-    >>> underside("#ffffff")
-    '#9c9d9f'
-    """
+    """Return the color of a disc's underside: mixed with the ink, 11 to 9."""
     mixed = ((int(color[k : k + 2], 16) * 11 + int(INK[k : k + 2], 16) * 9) // 20 for k in (1, 3, 5))
     return "#" + "".join(f"{part:02x}" for part in mixed)
 
@@ -239,13 +247,8 @@ _LEAN = "#b35900"  # of tilts and what follows from them
 def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw a vehicle from above, and one of its rotors from the tip of its arm: axes, spins, positive tilts (Figure 1).
 
-    Parameters
-    ----------
-    vehicle
-        Its `first_arm_angle` and `first_rotor_spin` are all that shows.
-    ax
-        Plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
-        "lean 1" as its ``gid``, and so on.
+    `ax` are plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
+    "lean 1" as its ``gid``, and so on.
     """
     ax = axes_or_new(ax, size=(170, 92))
     ax.set_axis_off()
@@ -310,3 +313,157 @@ def _draw_from_the_tip(ax: Axes) -> None:
     draw_label(ax, hub + 2.2 * up, "$z$", offset=(0.1, 0.0))
     text = "rotor $i$ from the tip of its arm:\npositive tilts are right-handed\nabout the outward axis $e_i$"
     draw_label(ax, hub - 0.75 * up, text)
+
+
+# ---------------------------------------------------------------- films
+
+MOST_FRAMES = 100
+"""Frames of a film at most."""
+
+PALE = "#dfe2e7"
+FILM_WIDTH, FILM_HEIGHT = 480, 420  # px, at 100 per inch
+_DELAY = 4  # 1/100 s between frames where that is enough
+_SHORTEST, _FEWEST = 20, 10  # 1/100 s that a film lasts at least, and its frames
+_LONGEST = 65535 * MOST_FRAMES  # 1/100 s that the format can state
+_PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
+_CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
+
+
+def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Raise before any work is done if a film cannot be written: its suffix, a library, a name that is taken."""
+    for path in map(Path, paths):
+        if path.suffix.lower() not in FILMS:
+            raise InputError(f"output {str(path)!r}: a film must be {' or '.join(FILMS)}")
+        try:
+            from matplotlib import animation
+            from PIL import Image as _  # noqa: F401
+        except ImportError as error:
+            raise needs_extra(error.name or "Pillow", "a film", "plot") from error
+        if path.suffix.lower() == ".mp4" and not animation.FFMpegWriter.isAvailable():
+            raise InputError(f"output {str(path)!r}: MP4 needs the program ffmpeg; write a .gif, or install it")
+    check_new_files(paths, force=force)
+
+
+def write_films(table: Table, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write films of a gait, one period at its own pace, each whole or not at all.
+
+    Parameters
+    ----------
+    table
+        The gait's rows. Without times a period lasts a second.
+    paths
+        Files with the suffix .gif (by Pillow) or .mp4 (where ffmpeg is installed).
+    force
+        Overwrite files that exist.
+    """
+    check_films(paths, force=force)
+    t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
+    period, vehicle = float(t[-1]), setting_of(table)[0]
+    if not period > 0:
+        period, t = 1.0, np.linspace(0.0, 1.0, len(table))
+    delays = frame_delays(period)
+    phases = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)])
+
+    def angles_at(times: FloatArray) -> FloatArray:
+        return np.stack([np.interp(times, t, column) for column in table.alpha.T])
+
+    seen = vehicle_view(angles_at(phases * period).T, vehicle)
+    name = vehicle.name if len(vehicle.name) <= 32 else vehicle.name[:31] + "…"
+    law, seconds = table.about.get("law"), sum(delays) / 100
+    title = " · ".join([f"Vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])])
+    if abs(seconds - period) > max(0.005, 1e-9 * period):
+        title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
+    with paper_style():
+        figure, picture, chart = blank_film(title, seen, 1.0)
+        times = np.linspace(0.0, period, 161)
+        # Opposite rotors, which move together on the red sheet, differ in width.
+        looks = [(color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)]
+        cursor = draw_chart(chart, times, np.degrees(angles_at(times)), looks, 10.0)
+
+        def frame(k: int) -> list[Any]:
+            cursor.set_xdata([phases[k] * period])
+            return draw_vehicle(picture, seen, k)
+
+        write = partial(write_frames, figure, frame, delays, provenance_text(table))
+        write_whole([(Path(path), write) for path in paths], force=force)
+
+
+def frame_delays(seconds: float) -> list[int]:
+    """Return how long each frame is shown [1/100 s]: 25 a second, 10 to 100 in all.
+
+    They add up to the time, rounded to 1/100 s, from 0.2 s to 65535 s: a shorter film is shown slower, a longer one
+    faster, because GIF cannot state the time.
+
+    >>> frame_delays(1.0) == [4] * 25, sum(frame_delays(1.237)), len(frame_delays(60.0))
+    (True, 124, 100)
+    """
+    total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
+    count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
+    return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
+
+
+def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes, Axes]:
+    """Return a figure with axes for a vehicle, at the largest scale at which it fits times a factor, and for curves."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(FILM_WIDTH / 100, FILM_HEIGHT / 100), dpi=100)
+    picture = figure.add_axes(_PICTURE)
+    picture.set_axis_off()
+    low, high = seen.limits()
+    size = np.array([_PICTURE[2] * FILM_WIDTH, _PICTURE[3] * FILM_HEIGHT])
+    half = size * float(max((high - low) / size)) / 2 / zoom
+    (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
+    picture.set(xlim=(left, right), ylim=(bottom, top))
+    figure.text(16 / FILM_WIDTH, 1 - 19 / FILM_HEIGHT, title, fontsize=10, color=INK, va="center")
+    return figure, picture, figure.add_axes(_CHART)
+
+
+def draw_chart(
+    ax: Axes, times: FloatArray, curves: FloatArray, looks: Sequence[tuple[str, float, str]], step: float
+) -> Any:
+    """Draw angles [°] over time, and return the cursor. The axis ends at a multiple of a step."""
+    most = max(step * math.ceil(float(np.abs(curves).max()) / step - 1e-9), step)
+    for curve, (color, width, label) in zip(curves, looks, strict=True):
+        ax.plot(times, curve, color=color, linewidth=width, label=label)
+    end = max(float(times[-1]), 1e-9)
+    ax.set(xlim=(0.0, end), ylim=(-most, most), xticks=[0.0, end], yticks=[-most, 0.0, most])
+    ax.set_xticklabels(["0", f"{end:.4g} s"])
+    ax.set_yticklabels([f"−{most:g}°", "0", f"{most:g}°"])
+    ax.tick_params(length=0, labelcolor=LINE_GREY)
+    ax.spines[["top", "right", "bottom"]].set_visible(False)
+    ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
+    return ax.axvline(0.0, color=INK, linewidth=0.9)
+
+
+def write_frames(
+    figure: Figure, frame: Callable[[int], list[Any]], delays: Sequence[int], about: str, path: Path
+) -> None:
+    """Write a film; `frame` draws frame k and returns what has to go before the next one."""
+    from matplotlib.animation import FFMpegWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    def drawn() -> Iterator[None]:
+        for k in range(len(delays)):
+            passing = frame(k)
+            yield
+            for one in passing:
+                one.remove()
+
+    if path.suffix.lower() == ".mp4":
+        writer: Any = FFMpegWriter(fps=100 * len(delays) / sum(delays), metadata={"comment": about})  # type: ignore[arg-type]
+        with writer.saving(figure, path, dpi=100):
+            for _ in drawn():
+                writer.grab_frame()
+        return
+    canvas: Any = FigureCanvasAgg(figure)
+    frames = []
+    for _ in drawn():
+        canvas.draw()
+        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+    # One palette for all frames, from a few of them, and no dither, which would flicker.
+    some = [np.asarray(one) for one in frames[:: max(len(frames) // 6, 1)]]
+    palette = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames)
+    times = [10 * delay for delay in delays]
+    first.save(path, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii"))

@@ -261,8 +261,8 @@ class TimedGait:
         write_tables(lambda: pieces_of(self), tables, force=force, options=options)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
-        """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.films.write_films`."""
-        from gaitgraph.plots.films import write_films
+        """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
+        from gaitgraph.plots.vehicles import write_films
 
         write_films(table_of(self), paths, force=force)
 
