@@ -1,6 +1,6 @@
-"""How gaits, timed gaits, plans, reports, regions and vehicles look in a notebook: their text, beside a picture.
+"""How gaits, timed gaits, plans, reports, regions and vehicles look in a notebook: text and tables, beside a picture.
 
-Without matplotlib there is the text alone. Names and messages in it are the user's, and are escaped.
+Without matplotlib there is no picture. Names and messages are the user's, and are escaped.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import Report, verdict_line
+from gaitgraph.validation.report import Report, lines_of_checks, verdict_line
 from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
     >>> "first rotor spin       clockwise" in html_of(PAPER)
     True
     """
-    title, *lines = str(shown).splitlines()
-    picture = ""
+    text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
+    title = text.partition("\n")[0]
     if isinstance(shown, Vehicle):
         picture = _picture(lambda ax: _draw_from_above(ax, shown), "its arms from above")
     elif isinstance(shown, Region):
@@ -52,23 +52,40 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
     elif isinstance(shown, TimedGait):
         picture = _picture(lambda ax: draw_angles(ax, shown.t, shown.alpha), "its tilt angles over one period")
     elif isinstance(shown, Gait):
-        region, words = _region_under(shown)
-        lines += [*_judged(shown), words]
-        picture = _picture(lambda ax: _draw_plane(ax, gait=shown, region=region), words)
-    elif not isinstance(shown, Report):
-        request, gait = shown.request, None if shown.loop is None else shown.loop.gait
-        if gait is not None:
+        gait = shown
+        region, words = _region_under(gait)
+        more = [*_judged(gait), words]
+        picture = _picture(lambda ax: _draw_plane(ax, gait=gait, region=region), words)
+    elif isinstance(shown, Report):
+        report = shown
+    else:
+        request = shown.request
+        if shown.loop is not None:
+            gait, report = shown.loop.gait, shown.loop.report
             region, words = _region_under(gait, request.zones)
         else:
             sign = None if request.sign == "auto" else request.sign
             numbers = coefficients_of(request.vehicle, request.coefficients)
             color = "blue" if request.color == "blue" else "red"
             region, words = _region_of(request.vehicle, color, sign, numbers, request.zones)
-        lines += [f"{words}; rings: waypoints"]
+        more = [f"{words}; rings: waypoints"]
         picture = _picture(lambda ax: _draw_plane(ax, gait=gait, waypoints=shown.waypoints, region=region), words)
-    text = f'<pre style="overflow-x:auto">{escape(chr(10).join(lines))}</pre>'
-    box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{text}</div>'
+    if gait is not None:
+        text = text.replace("\n".join(gait.corner_lines()), "")
+        tables += _table([line.split() for line in gait.corner_lines()])
+    if report is not None:
+        text = text.replace("\n".join(lines_of_checks(report.checks)), "")
+        tables += _table([(check.mark, check.name.replace("_", " "), check.message) for check in report.checks])
+    lines = [line for line in [*text.splitlines()[1:], *more] if line]
+    body = f'<pre style="overflow-x:auto">{escape(chr(10).join(lines))}</pre>{tables}'
+    box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{body}</div>'
     return f'<div style="display:flex;flex-wrap:wrap;gap:4px 20px">{picture}{box}</div>'
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows of texts as a small table."""
+    cells = ["".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows]
+    return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
 
 
 def _judged(gait: Gait) -> list[str]:
