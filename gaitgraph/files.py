@@ -22,44 +22,33 @@ T = TypeVar("T")
 MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
-_BLOCK = 1 << 22
 _DEEPEST = 100
 _EXISTS = "output: {!r} exists; allowed is a new file, or --force (force=True)"
 
 
 def text_of(path: Path, what: str, allowed: str) -> str:
-    """Return the text of a UTF-8 file, with or without a byte-order mark.
+    """Return the text of a UTF-8 file of up to :data:`MOST_BYTES`, with or without a byte-order mark.
 
-    Raises FileProblem if the file cannot be read, and InputError if it is no text or larger than :data:`MOST_BYTES`;
-    `what` messages call it, and what is `allowed`.
+    `what` messages call it, and what is `allowed`; errors as :func:`reading` has.
     """
-    content = bytearray()
-    for block, _ in blocks_of(path, what, allowed):
-        content += block
-        if len(content) > MOST_BYTES:
+    with reading(path, what, allowed):
+        if path.stat().st_size > MOST_BYTES:
             raise InputError(f"{what} {str(path)!r}: more than {MOST_BYTES >> 20} MiB; allowed is {allowed} up to that")
-    return decoded(content, path, what, allowed)
+        return path.read_text(encoding="utf-8-sig")
 
 
-def blocks_of(path: Path, what: str, allowed: str) -> Iterator[tuple[bytes, float]]:
-    """Yield a file piece by piece, each with the fraction of the file that is read by then; errors as `text_of` has."""
+@contextlib.contextmanager
+def reading(path: Path, what: str, allowed: str) -> Iterator[None]:
+    """Raise FileProblem if a file cannot be read, and InputError if it is no UTF-8 text; both name it."""
     try:
-        with path.open("rb") as stream:
-            size, done = os.fstat(stream.fileno()).st_size, 0
-            while block := stream.read(_BLOCK):
-                done += len(block)
-                yield block, min(done / size, 1.0) if size else 0.0
-    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
-        reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
-
-
-def decoded(content: bytes | bytearray, path: Path, what: str, allowed: str) -> str:
-    """Return the text of UTF-8 bytes, or raise InputError naming the file that they are of."""
-    try:
-        return content.decode("utf-8-sig")
+        yield
     except UnicodeDecodeError as error:
         raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}, in UTF-8") from error
+    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
+        if isinstance(error, GaitgraphError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
 
 
 def table_from_toml(text: str) -> dict[str, Any]:

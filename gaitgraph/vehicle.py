@@ -14,14 +14,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from gaitgraph.angles import angle_from_text, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Spin = Literal["clockwise", "counterclockwise"]
 
@@ -43,10 +40,10 @@ UNITS = {
     "arm_inertia": "kg m²",
     "rotor_inertia": "kg m²",
 }
-_ANGLES = frozenset({"first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk"})
+_ANGLES = ("first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Vehicle:
     """The constants of one tilt-rotor; immutable, in SI units.
 
@@ -92,70 +89,50 @@ class Vehicle:
     0.0599
     """
 
-    name: str
-    mass: float | None
-    gravity: float
-    arm_length: float | None
-    thrust_coefficient: float | None
-    drag_coefficient: float | None
-    drag_to_thrust: float | None
-    drag_ratio: float
-    inertia: tuple[float, float, float] | None
-    first_arm_angle: float
-    first_rotor_spin: Spin
-    max_tilt: float | None
-    max_tilt_rate: float | None
-    max_tilt_acceleration: float | None
-    max_tilt_jerk: float | None
-    max_thrust: float | None
-    servo_lag: float | None
-    arm_inertia: float | None
-    rotor_inertia: float | None
+    name: str = "unnamed"
+    mass: float | None = None
+    gravity: float = 9.80665
+    arm_length: float | None = None
+    thrust_coefficient: float | None = None
+    drag_coefficient: float | None = None
+    drag_to_thrust: float | None = None
+    drag_ratio: float = None  # type: ignore[assignment] # never None once the vehicle is made
+    inertia: tuple[float, float, float] | None = None
+    first_arm_angle: float = 0.0
+    first_rotor_spin: Spin = "clockwise"
+    max_tilt: float | None = None
+    max_tilt_rate: float | None = None
+    max_tilt_acceleration: float | None = None
+    max_tilt_jerk: float | None = None
+    max_thrust: float | None = None
+    servo_lag: float | None = None
+    arm_inertia: float | None = None
+    rotor_inertia: float | None = None
 
-    def __init__(
-        self,
-        *,
-        name: str = "unnamed",
-        mass: float | None = None,
-        gravity: float = 9.80665,
-        arm_length: float | None = None,
-        thrust_coefficient: float | None = None,
-        drag_coefficient: float | None = None,
-        drag_to_thrust: float | None = None,
-        drag_ratio: float | None = None,
-        inertia: Sequence[float] | None = None,
-        first_arm_angle: float = 0.0,
-        first_rotor_spin: Spin = "clockwise",
-        max_tilt: float | None = None,
-        max_tilt_rate: float | None = None,
-        max_tilt_acceleration: float | None = None,
-        max_tilt_jerk: float | None = None,
-        max_thrust: float | None = None,
-        servo_lag: float | None = None,
-        arm_inertia: float | None = None,
-        rotor_inertia: float | None = None,
-    ) -> None:
-        stated = {field: value for field, value in locals().items() if field != "self"}
-        if not isinstance(name, str) or not name or not name.isprintable():
-            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
+    def __post_init__(self) -> None:
+        stated: dict[str, Any] = {one.name: getattr(self, one.name) for one in fields(self)}
+        if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
+            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(self.name)}")
         for field in UNITS:
             if field != "inertia" and (stated[field] is not None or field == "gravity"):
                 stated[field] = _positive(field, stated[field])
-        if inertia is not None:
-            if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
-                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
-            stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
-        stated["first_arm_angle"] = angle_from_text(first_arm_angle, "first_arm_angle")
-        checked_choice("first_rotor_spin", first_rotor_spin, ("clockwise", "counterclockwise"))
+        if self.inertia is not None:
+            if not isinstance(self.inertia, (list, tuple)) or len(self.inertia) != 3:
+                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(self.inertia)}")
+            stated["inertia"] = tuple(_positive("inertia", part) for part in self.inertia)
+        stated["first_arm_angle"] = angle_from_text(self.first_arm_angle, "first_arm_angle")
+        checked_choice("first_rotor_spin", self.first_rotor_spin, ("clockwise", "counterclockwise"))
         # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
             ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
         ):
-            derived = _quotient(stated[over], stated[under])
-            if derived is not None and stated[field] is None:
+            if stated[over] is None or stated[under] is None:
+                continue
+            derived = stated[over] / stated[under]
+            if stated[field] is None:
                 stated[field] = _positive(field, derived)  # a quotient of extreme constants can overflow or vanish
-            elif derived is not None and not math.isclose(stated[field], derived, rel_tol=1e-6):
+            elif not math.isclose(stated[field], derived, rel_tol=1e-6):
                 raise InputError(
                     f"{field} must equal {formula} = {derived!r} of the other constants, or be omitted, "
                     f"got {stated[field]!r}"
@@ -218,7 +195,6 @@ class Vehicle:
         return {name: value for name, value in values.items() if value is not None}
 
     def __repr__(self) -> str:
-        """Return a call that makes this vehicle."""
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:
@@ -253,10 +229,6 @@ def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
         unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
         out.append((name.replace("_", " "), f"{text} {unit}".strip()))
     return out
-
-
-def _quotient(numerator: float | None, denominator: float | None) -> float | None:
-    return None if numerator is None or denominator is None else numerator / denominator
 
 
 def _positive(name: str, value: object) -> float:

@@ -246,7 +246,7 @@ class TestRecord:
 
 @pytest.mark.parametrize(("mass", "length", "ratio"), [(1e-6, 0.01, 5.0), (1e-3, 0.05, 0.01), (1e20, 1e3, 5.0)])
 def test_extreme_vehicles_fly_or_are_refused(mass: float, length: float, ratio: float) -> None:
-    moments = tuple(part * mass * length**2 for part in (0.1, 0.12, 0.18))
+    moments = (0.1 * mass * length**2, 0.12 * mass * length**2, 0.18 * mass * length**2)
     vehicle = Vehicle(
         name="extreme", mass=mass, arm_length=length, drag_ratio=ratio, inertia=moments, thrust_coefficient=1e-6
     )

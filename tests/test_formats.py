@@ -16,7 +16,6 @@ import polars as pl
 import pytest
 
 import gaitgraph as gg
-from gaitgraph import files
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files as jsons
@@ -154,7 +153,7 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     timed.write(path)
     report = gg.validate(path)
     export(path, [tmp_path / "whole.csv", tmp_path / "whole.parquet"])
-    monkeypatch.setattr(files, "_BLOCK", 2000)
+    monkeypatch.setattr(jsons, "_BLOCK", 2000)
     monkeypatch.setattr(binary_tables, "ROWS_OF_A_PIECE", 50)
     monkeypatch.setattr(timed_gait, "_BYTES_HELD", 60)
     seen: list[float] = []

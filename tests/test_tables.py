@@ -14,7 +14,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph import files
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.io import formats, text_files
@@ -397,7 +396,7 @@ class TestFiles:
 
     @pytest.fixture(params=[60, 200, 1 << 22], autouse=True)
     def blocks(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(files, "_BLOCK", request.param)
+        monkeypatch.setattr(text_files, "_BLOCK", request.param)
 
     @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
     def test_the_same_table_comes_back(self, tmp_path: Path, end: str) -> None:

@@ -484,9 +484,9 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
         assert len(listing.first) == min(count, 16)
         assert ("all red" in str(validate(gait))) == ("red" in listing.plain["negative"])
     # A gait through the sides of the square has colourings; one beyond has none that are looked for.
-    at_side = Gait(alpha=[[math.pi / 2, 0.3, math.pi / 2, 0.3]], colors=("red",))
+    at_side = Gait(alpha=np.array([[math.pi / 2, 0.3, math.pi / 2, 0.3]]), colors=("red",))
     assert validate(at_side).listing is not None
-    beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))
+    beyond = Gait(alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",))
     assert validate(beyond).listing is None
 
 

@@ -121,12 +121,13 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
+    import numpy as np
+
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.engine import check_screen, mujoco_library, show_flight
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.plots.flights import check_flight_outputs, write_flight
     from gaitgraph.vehicle import PAPER
 
@@ -153,8 +154,7 @@ def fly_command(
             timed = timed_gait(gait_file, given)
         except Infeasible as error:
             # The record needs a gait: one that does not move.
-            vehicle = asked.get("vehicle", PAPER)
-            flown = Gait(alpha=[[0.0] * 4], vehicle=vehicle, coefficients=coefficients_of(vehicle)).parametrize()
+            flown = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()
             course = f"there is no gait to fly: {error}"
         else:
             timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +39,7 @@ FloatArray = npt.NDArray[np.float64]
 _STRAIGHT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Gait:
     """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
 
@@ -80,23 +80,14 @@ class Gait:
     """
 
     alpha: FloatArray
-    colors: tuple[str, ...]
-    vehicle: Vehicle
-    coefficients: Coefficients
-    crossing_tolerance: float
-    request: Mapping[str, Any] = field(compare=False, repr=False)
+    colors: tuple[str, ...] = ()
+    vehicle: Vehicle = PAPER
+    coefficients: Coefficients = None  # type: ignore[assignment] # never None once the gait is made
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    request: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
-    def __init__(
-        self,
-        *,
-        alpha: npt.ArrayLike,
-        colors: Iterable[str] = (),
-        vehicle: Vehicle = PAPER,
-        coefficients: Coefficients | None = None,
-        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-        request: Mapping[str, Any] | None = None,
-    ) -> None:
-        corners, names = np.array(alpha, dtype=float), tuple(colors)
+    def __post_init__(self) -> None:
+        corners, names = np.array(self.alpha, dtype=float), tuple(self.colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
             raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}")
         if not np.isfinite(corners).all():
@@ -106,10 +97,9 @@ class Gait:
         if not all(color in FAMILIES for color in names):
             raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
         corners.flags.writeable = False
-        coefficients = coefficients or coefficients_of(vehicle)
-        stated = (corners, names, vehicle, coefficients, crossing_tolerance, request or {})
-        for one, value in zip(fields(self), stated, strict=True):
-            object.__setattr__(self, one.name, value)
+        object.__setattr__(self, "alpha", corners)
+        object.__setattr__(self, "colors", names)
+        object.__setattr__(self, "coefficients", self.coefficients or coefficients_of(self.vehicle))
 
     @property
     def ends(self) -> FloatArray:

@@ -27,20 +27,16 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-_TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}
-"""Units of time in one second."""
-
-_UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}
-"""How columns in a unit end by default, and the unit's sign."""
-
+_TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}  # in one second
+_UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}  # how columns end by default, and the sign
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
+_SPINS = ("clockwise", "counterclockwise")
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
 _NAME = "a printable text of 1 to 64 characters"
-_ROUNDING = 1e-9
-"""Relative to a limit: what floating point may add to a value that was stated as the limit."""
+_ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was stated as the limit
 
-# Motors 1 to 4 of an X frame, each given as the gait's rotor when rotor 1 is at the front left (first arm at +45°,
-# clockwise) or at the front right (−45°, counter-clockwise); rotors follow counter-clockwise seen from above.
+# Motors 1 to 4 of an X frame as rotors of the gait, rotor 1 at the front left (first arm at +45°, clockwise) or at the
+# front right (−45°, counter-clockwise); rotors follow counter-clockwise seen from above.
 _CLOCKWISE: dict[str, Any] = {"first_rotor_spin": "clockwise", "first_arm_angle": math.pi / 4}
 _COUNTERCLOCKWISE: dict[str, Any] = {"first_rotor_spin": "counterclockwise", "first_arm_angle": -math.pi / 4}
 PRESETS: dict[str, tuple[str, tuple[int, ...], dict[str, Any]]] = {
@@ -84,6 +80,32 @@ class Joint:
     neutral_us: float = 1500.0
     limits_us: tuple[float, float] = (1000.0, 2000.0)
 
+    def __post_init__(self) -> None:
+        who, is_pulses = f"joint {self.name!r}", self.unit == "us"
+        must, make = partial(_must, self, who), partial(object.__setattr__, self)
+        must("name", _is_name(self.name), _NAME)
+        must("unit", self.unit in [*_UNITS], "rad, deg or us")
+        must("column", _is_name(self.column), _NAME)
+        must("rotor", isinstance(self.rotor, int) and number_of(self.rotor) in (1, 2, 3, 4), "1, 2, 3 or 4")
+        must("sign", number_of(self.sign) in (1, -1), "1 or −1")
+        make("zero", angle_from_text(self.zero, f"{who}: zero"))
+        for one in fields(self):
+            if one.name in (("limits",) if is_pulses else _OF_PULSES):
+                must(one.name, getattr(self, one.name) in (None, one.default), f"left out for the unit {self.unit!r}")
+        if is_pulses:
+            (low, high), neutral = _pair(self.limits_us, number_of), number_of(self.neutral_us)
+            slope = "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)"
+            must("us_per_rad", 1e-3 <= number_of(self.us_per_rad) <= 1e9, slope)
+            must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
+            must("neutral_us", low <= neutral <= high, f"between {low:g} and {high:g} µs")
+            make("us_per_rad", number_of(self.us_per_rad))
+            make("neutral_us", neutral)
+            make("limits_us", (low, high))
+        elif self.limits is not None:
+            low, high = _pair(self.limits, partial(angle_from_text, name=f"{who}: limits"))
+            must("limits", low < high, "the least and the largest angle (rad), in this order")
+            make("limits", (low, high))
+
     @property
     def per_radian(self) -> float:
         """Units of the column in one radian."""
@@ -94,8 +116,8 @@ class Joint:
         """The least and the largest value of its column, in its unit; infinite where there is no limit."""
         if self.unit == "us":
             return self.limits_us
-        low, high = self.limits or (-math.inf, math.inf)
-        return (math.degrees(low), math.degrees(high)) if self.unit == "deg" else (low, high)
+        low, high = np.multiply(self.limits or (-math.inf, math.inf), self.per_radian).tolist()
+        return low, high
 
     def value_of(self, tilt: Any) -> Any:
         """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
@@ -119,7 +141,7 @@ class Joint:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the fields that its unit has, as plain values."""
-        return _stated(self, without=("limits",) if self.unit == "us" else _OF_PULSES)
+        return _stated(self, ("limits",) if self.unit == "us" else _OF_PULSES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,6 +174,25 @@ class ServoMap:
     first_rotor_spin: str | None = None
     first_arm_angle: float | None = None
 
+    def __post_init__(self) -> None:
+        must = partial(_must, self, "servos")
+        must("name", _is_name(self.name), _NAME)
+        must("time", _is_name(self.time), _NAME)
+        must("time_unit", self.time_unit in [*_TIME_UNITS], "s, ms or us")
+        must("clip", isinstance(self.clip, bool), "true or false")
+        must("first_rotor_spin", self.first_rotor_spin in (None, *_SPINS), " or ".join(_SPINS))
+        if self.first_arm_angle is not None:
+            turned = angle_from_text(self.first_arm_angle, "first_arm_angle")
+            object.__setattr__(self, "first_arm_angle", turned)
+        for what, names in (
+            ("rotors", [joint.rotor for joint in self.joints]),
+            ("names of joints", self.joint_names),
+            ("columns", (*self.columns, *TEXTS)),
+        ):
+            if len(set(names)) < len(names):
+                raise InputError(f"servos: {what} must all differ, got {', '.join(map(str, names))}")
+        must("joints", len(self.joints) == len(ANGLES), "four, one on each rotor")
+
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, then rates and accelerations of joints that are not in pulse widths."""
@@ -168,8 +209,8 @@ class ServoMap:
         joints = []
         for column, joint in zip(ANGLES, self.joints, strict=True):
             low, high = (float(joint.angle_of(value)) for value in joint.bounds)
-            limits = None if math.isinf(low) else (low, high)
-            joints.append(replace(joint, column=column, unit="rad", us_per_rad=None, limits=limits))
+            stated = {one: getattr(joint, one) for one in ("name", "rotor", "sign", "zero")}
+            joints.append(Joint(**stated, column=column, limits=None if math.isinf(low) else (low, high)))
         return replace(self, joints=tuple(joints), time="t", time_unit="s")
 
     def check_vehicle(self, vehicle: Vehicle) -> None:
@@ -178,17 +219,16 @@ class ServoMap:
         One whose first arm points forward, as the paper's, is taken as turned by the map: that changes no
         determinant, only which body axes roll and pitch are about.
         """
-        who = f"servos {self.name!r}: vehicle {vehicle.name!r}"
+        who, turned = f"servos {self.name!r}: vehicle {vehicle.name!r}", vehicle.first_arm_angle
         if self.first_rotor_spin not in (None, vehicle.first_rotor_spin):
-            spin = f"rotor 1 {vehicle.first_rotor_spin}; it must be {self.first_rotor_spin} for this map"
+            wrong = f"has rotor 1 {vehicle.first_rotor_spin}; it must be {self.first_rotor_spin} for this map"
             end = "_counterclockwise"  # of the presets for the other spin
             other = self.name.removesuffix(end) if self.name.endswith(end) else self.name + end
-            raise InputError(f"{who} has {spin}" + (f"; did you mean {other!r}?" if other in PRESETS else ""))
-        if self.first_arm_angle is None or vehicle.first_arm_angle == 0.0:
-            return
-        if abs(math.remainder(vehicle.first_arm_angle - self.first_arm_angle, math.tau)) > 1e-6:
-            actual, meant = math.degrees(vehicle.first_arm_angle), math.degrees(self.first_arm_angle)
-            raise InputError(f"{who} has its first arm at {actual:.6g}°; it must be at {meant:.6g}°, or at 0°")
+            raise InputError(f"{who} {wrong}" + (f"; did you mean {other!r}?" if other in PRESETS else ""))
+        meant = self.first_arm_angle
+        if turned and meant is not None and abs(math.remainder(turned - meant, math.tau)) > 1e-6:
+            wrong = f"{math.degrees(turned):.6g}°; it must be at {math.degrees(meant):.6g}°, or at 0°"
+            raise InputError(f"{who} has its first arm at {wrong}")
 
     def check_columns(self, names: list[str]) -> None:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
@@ -199,17 +239,13 @@ class ServoMap:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the map as plain values; read back by :func:`servo_map_from_mapping`."""
-        return {**_stated(self, without=("joints",)), "joint": [joint.as_mapping() for joint in self.joints]}
+        return {**_stated(self, ("joints",)), "joint": [joint.as_mapping() for joint in self.joints]}
 
 
-def _stated(record: Joint | ServoMap, *, without: tuple[str, ...]) -> dict[str, Any]:
+def _stated(record: Joint | ServoMap, without: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of a record that are not None, with lists for pairs."""
     found = {one.name: getattr(record, one.name) for one in fields(record) if one.name not in without}
-    plain = {name: list(value) if isinstance(value, tuple) else value for name, value in found.items()}
-    return {name: value for name, value in plain.items() if value is not None}
-
-
-# -- Maps as plain values
+    return {name: list(one) if isinstance(one, tuple) else one for name, one in found.items() if one is not None}
 
 
 _JOINT_FIELDS = tuple(one.name for one in fields(Joint))
@@ -242,68 +278,22 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     own = stated.get("joint", [{}] * 4)
     if not isinstance(own, (list, tuple)) or len(own) != 4:
         raise InputError(f"joint must be four tables [[joint]], one on each rotor, got {shown(own)}")
-    shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
     joints = []
     for number, (rotor, one) in enumerate(zip(rotors, own, strict=True), start=1):
         check_fields(f"joint {number}", one, _JOINT_FIELDS)
-        joints.append(_joint({"name": f"{stem}{number}", "rotor": rotor, **shared, **one}))
+        shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
+        values = {"name": f"{stem}{number}", "rotor": rotor, **shared, **one}
+        column = f"{values['name']}{_UNITS.get(str(values.get('unit')), ('',))[0]}"
+        joints.append(Joint(**values | {"column": values.get("column") or column}))
     if any("rotor" in one for one in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
-    defaults = {"name": preset, "time": "t", "time_unit": "s", "clip": False, "first_rotor_spin": None, **meant_for}
-    values = defaults | {name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated}
-    must = partial(_must, values, "servos")
-    for name in ("name", "time"):
-        must(name, _is_name(values[name]), _NAME)
-    must("time_unit", values["time_unit"] in tuple(_TIME_UNITS), "s, ms or us")
-    must("clip", isinstance(values["clip"], bool), "true or false")
-    spins = (None, "clockwise", "counterclockwise")
-    must("first_rotor_spin", values["first_rotor_spin"] in spins, "clockwise or counterclockwise")
-    if "first_arm_angle" in stated:
-        values["first_arm_angle"] = angle_from_text(stated["first_arm_angle"], "first_arm_angle")
-    servo_map = ServoMap(**values, joints=tuple(joints))
-    for what, names in (
-        ("rotors", [joint.rotor for joint in joints]),
-        ("names of joints", servo_map.joint_names),
-        ("columns", (*servo_map.columns, *TEXTS)),
-    ):
-        if len(set(names)) < len(names):
-            raise InputError(f"servos: {what} must all differ, got {', '.join(map(str, names))}")
-    return servo_map
+    values = {"name": preset, **meant_for} | {name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated}
+    return ServoMap(**values, joints=tuple(joints))
 
 
-def _joint(stated: dict[str, Any]) -> Joint:
-    """Return the joint of plain values, once all are as they must be."""
-    values = {"unit": "rad", "sign": 1, "zero": 0.0, **stated}
-    who, unit = f"joint {values['name']!r}", values["unit"]
-    must = partial(_must, values, who)
-    must("name", _is_name(values["name"]), _NAME)
-    must("unit", unit in tuple(_UNITS), "rad, deg or us")
-    values["column"] = values.get("column") or f"{values['name']}{_UNITS[unit][0]}"
-    must("column", _is_name(values["column"]), _NAME)
-    must("rotor", isinstance(values["rotor"], int) and number_of(values["rotor"]) in (1, 2, 3, 4), "1, 2, 3 or 4")
-    must("sign", number_of(values["sign"]) in (1, -1), "1 or −1")
-    values["zero"] = angle_from_text(values["zero"], f"{who}: zero")
-    for name in ("limits",) if unit == "us" else _OF_PULSES:
-        must(name, values.get(name) is None, f"left out for the unit {unit!r}")
-    if unit == "us":
-        values = {"us_per_rad": None, "neutral_us": 1500.0, "limits_us": (1000.0, 2000.0), **values}
-        must = partial(_must, values, who)
-        slope = "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)"
-        must("us_per_rad", 1e-3 <= number_of(values["us_per_rad"]) <= 1e9, slope)
-        low, high = _pair(values["limits_us"], number_of)
-        must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
-        must("neutral_us", low <= number_of(values["neutral_us"]) <= high, f"between {low:g} and {high:g} µs")
-        values |= {name: number_of(values[name]) for name in ("us_per_rad", "neutral_us")} | {"limits_us": (low, high)}
-    elif values.get("limits") is not None:
-        low, high = _pair(values["limits"], partial(angle_from_text, name=f"{who}: limits"))
-        must("limits", low < high, "the least and the largest angle (rad), in this order")
-        values["limits"] = (low, high)
-    return Joint(**values)
-
-
-def _must(values: dict[str, Any], who: str, name: str, holds: object, allowed: str) -> None:
+def _must(record: Joint | ServoMap, who: str, name: str, holds: object, allowed: str) -> None:
     if not holds:
-        raise InputError(f"{who}: {name} must be {allowed}, got {shown(values[name])}")
+        raise InputError(f"{who}: {name} must be {allowed}, got {shown(getattr(record, name))}")
 
 
 def _is_name(value: object) -> bool:
@@ -335,17 +325,10 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
 def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 
-    These are time, then each joint, then its rates and accelerations in its unit per second and per second squared, if
-    the table has them. Pulse widths have neither.
-
-    Parameters
-    ----------
-    table
-        Rows with alpha1 to alpha4.
-    servo_map
-        What the columns are. A joint beyond its limits is an error unless the map clips; a map for another vehicle is.
-    rows_before
-        Rows of the same table that came before these, for messages.
+    The table has alpha1 to alpha4; `rows_before` counts its rows before these, for messages. Rates and accelerations
+    follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
+    neither. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
+    vehicle.
 
     Examples
     --------
@@ -406,8 +389,6 @@ def tilts_from_joints(
     These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them; other columns are
     ignored. Raises InputError if one is missing or a joint is beyond its limits.
 
-    Examples
-    --------
     >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "deg"})
     >>> found = tilts_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos)
     >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.files import blocks_of, decoded, text_of
+from gaitgraph.files import reading, text_of
 from gaitgraph.gait.table import (
     ANGLES,
     DEGREES,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 _WHAT = "gait file"
 _MADE_BY = "made_by"
-_LONGEST_LINE = 1 << 22
+_BLOCK = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
 _PRINTED_ROWS = 1000
 _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
@@ -53,7 +53,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
     for lines in _lines(path, progress):
         start, is_first = 0, not names
         if is_first:
-            start = next((k for k, text in enumerate(lines) if text), len(lines))
+            start = next((k for k, text in enumerate(lines) if text != "\n"), len(lines))
             if start == len(lines):
                 line += start
                 continue
@@ -74,25 +74,12 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 
 def _lines(path: Path, progress: Progress) -> Iterator[list[str]]:
     """Yield the lines of a file in groups, whatever its size; a byte-order mark and any kind of line end are read."""
-    rest = b""
-
-    def split(content: bytes) -> list[str]:
-        text = decoded(content, path, _WHAT, "a gait table as text")
-        return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
-
-    for block, fraction in blocks_of(path, _WHAT, "a gait table"):
-        content = rest + block
-        # A carriage return at the end may be half of a line end.
-        end = max(content.rfind(b"\n"), content.rfind(b"\r", 0, len(content) - 1)) + 1
-        if not end and len(content) > _LONGEST_LINE:
-            raise InputError(f"a line is longer than {_LONGEST_LINE} bytes; allowed are a header line and rows")
-        content, rest = content[:end], content[end:]
-        if progress is not None:
-            progress(fraction)
-        if content:
-            yield split(content)
-    if rest:
-        yield split(rest)
+    with reading(path, _WHAT, "a gait table as text"), path.open(encoding="utf-8-sig") as stream:
+        size = path.stat().st_size
+        while lines := stream.readlines(_BLOCK):
+            if progress is not None:
+                progress(min(stream.buffer.tell() / size, 1.0) if size else 0.0)
+            yield lines
 
 
 def _names_of(text: str, line: int) -> list[str]:
@@ -123,13 +110,13 @@ def _provenance_taken_out(lines: list[str], start: int, names: list[str]) -> dic
         if len(fields) == len(names) and FORMAT in fields[column]:
             about = about_from_text(fields[column])
             fields[column] = ""
-            lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields)
+            lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
     return about
 
 
 def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) -> dict[str, Any] | None:
     """Return the columns of lines as numpy reads them, or None if anything about the lines is unusual."""
-    text = "\n".join(lines)
+    text = "".join(lines)
     if not text.isascii() or "_" in text or not text.strip("\n"):
         return None
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
