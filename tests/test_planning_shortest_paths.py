@@ -139,7 +139,7 @@ def test_each_bend_touches_the_border_and_turns_around_it() -> None:
 def test_the_visibility_graph_holds_every_way_from_bend_to_bend() -> None:
     rng = np.random.default_rng(11)
     region = random_region(rng, 9)
-    paths = ShortestPaths(region).prepare()
+    paths = ShortestPaths(region)
     graph = paths.graph()
     assert set(graph) == {tuple(corner) for corner in paths.corners.tolist()}
     steps = 0

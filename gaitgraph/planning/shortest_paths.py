@@ -5,7 +5,7 @@ region is cut into triangles whose corners are its own (a constrained Delaunay t
 found by widening cones through them, so that every decision is the sign of the orientation of three given points, which
 is computed exactly. The path is then searched among the reflex corners by A*, with corners' views computed when the
 search first needs them, and kept. Between corners only lines that are tangent at both ends matter; along a finely
-divided curve these are few, and each is looked along by itself.
+divided curve these are few, and shapely says which of them lie in the region.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, S
 _TOLERANCE = 1e-9
 _DIRECT = -1
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
-_FEW = 12  # lines, up to which it is quicker to look along each than all around
 
 
 def orientation(a: Point, b: Point, c: Point) -> float:
@@ -72,9 +71,8 @@ class ShortestPaths:
 
     Notes
     -----
-    Each corner's view is computed once, when a search needs it; :meth:`prepare` computes them all. A point is taken as
-    inside if it is within 1e-9 of the region. Not guaranteed: which of two paths of the same length is taken, but the
-    same input gives the same one.
+    A point is taken as inside if it is within 1e-9 of the region. Not guaranteed: which of two paths of the same length
+    is taken, but the same input gives the same one.
 
     Examples
     --------
@@ -93,11 +91,13 @@ class ShortestPaths:
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._neighbors: list[list[int]] = []
-        self._fans: list[list[int]] = []
         self._triangulate(region)
         self._sides = self._reflex_corners(region)
         self._region = region
-        self._tangents = self._tangent_arrays()
+        # The reflex corners, and each one's place and neighbours on its border (its place again where several meet).
+        self._reflex = sorted(self._sides)
+        rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex]
+        self._around = np.array(rows).reshape(-1, 3, 2)
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
         self._corners = corners
@@ -115,18 +115,14 @@ class ShortestPaths:
         numbers: dict[Point, int] = {}
         edges: dict[tuple[int, int], tuple[int, int]] = {}
         for ring in rings.tolist():
-            corners = [numbers.setdefault((x, y), len(numbers)) for x, y in ring]
+            a, b, c = (numbers.setdefault((x, y), len(numbers)) for x, y in ring)
             turn = orientation(*(tuple(corner) for corner in ring))
-            if not turn:
-                continue
-            a, b, c = corners if turn > 0 else corners[::-1]
-            self._triangles.append((a, b, c))
+            if turn:
+                self._triangles.append((a, b, c) if turn > 0 else (c, b, a))
         self._points = list(numbers)
-        self._fans = [[] for _ in numbers]
         for t, (a, b, c) in enumerate(self._triangles):
             self._neighbors.append([-1, -1, -1])
             for k, edge in enumerate(((a, b), (b, c), (c, a))):
-                self._fans[edge[0]].append(t)
                 edges[edge] = (t, k)
                 if edge[::-1] in edges:
                     other, at = edges[edge[::-1]]
@@ -154,19 +150,10 @@ class ShortestPaths:
                     met.add(number)
         return sides
 
-    def _tangent_arrays(self) -> tuple[npt.NDArray[np.int64], FloatArray]:
-        """Return the reflex corners, and each one's place and neighbours on its border (its place again if several)."""
-        numbers = sorted(self._sides)
-        rows = []
-        for number in numbers:
-            place = self._points[number]
-            rows.append((place, *(self._sides[number] or (place, place))))
-        return np.array(numbers, dtype=np.int64), np.array(rows).reshape(-1, 3, 2)
-
     @property
     def corners(self) -> FloatArray:
         """The reflex corners, the only places where a shortest path can bend, shape (k, 2)."""
-        return np.array([self._points[number] for number in sorted(self._sides)]).reshape(-1, 2)
+        return self._around[:, 0].copy()
 
     def _containers(self, point: Point) -> list[int]:
         """Return the triangles that hold a point, to within the tolerance."""
@@ -236,21 +223,19 @@ class ShortestPaths:
 
         Along a finely divided curve these are few, however many corners are in sight.
         """
-        numbers, arrays = self._tangents
-        here = arrays[np.searchsorted(numbers, corner)]
-        there = arrays[:, 0]
-        noise = _ROUNDING * max(1.0, float(np.abs(arrays).max())) ** 2
+        around, here = self._around, self._around[self._reflex.index(corner)]
+        there, noise = around[:, 0], _ROUNDING * max(1.0, float(np.abs(around).max())) ** 2
 
         def passes(offset: FloatArray, line: FloatArray) -> npt.NDArray[np.bool_]:
             first, second = np.moveaxis(line[..., 0] * offset[..., 1] - line[..., 1] * offset[..., 0], -1, 0)
             return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= noise))
 
         line = (there - here[0])[:, None]
-        both = passes(here[1:] - here[0], line) & passes(arrays[:, 1:] - there[:, None], line)
+        both = passes(here[1:] - here[0], line) & passes(around[:, 1:] - there[:, None], line)
         place = self._points[corner]
         return [
             other
-            for other in numbers[both].tolist()
+            for other in (self._reflex[k] for k in np.flatnonzero(both))
             if other != corner and self._touches(corner, self._points[other]) and self._touches(other, place)
         ]
 
@@ -259,30 +244,20 @@ class ShortestPaths:
         import shapely
 
         shapely.prepare(self._region)
-        found: list[bool] = shapely.covers(
-            self._region, shapely.linestrings(np.array(lines).reshape(-1, 2, 2))
-        ).tolist()
-        return found
+        ends = np.array(lines).reshape(-1, 2, 2)
+        return [bool(found) for found in shapely.covers(self._region, shapely.linestrings(ends))]
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
             place, others = self._points[corner], self._tangent(corner)
-            if len(others) > _FEW or self._sides[corner] is None:
-                seen = self._seen(place, self._fans[corner], None)
-                others = [other for other in others if other in seen]
-            else:
-                inside = self._in_region([(place, self._points[other]) for other in others])
-                others = [other for other, there in zip(others, inside, strict=True) if there]
-            view = ((other, math.dist(place, self._points[other])) for other in others)
-            self._views[corner] = tuple(view)
+            inside = self._in_region([(place, self._points[other]) for other in others])
+            self._views[corner] = tuple(
+                (other, math.dist(place, self._points[other]))
+                for other, there in zip(others, inside, strict=True)
+                if there
+            )
         return self._views[corner]
-
-    def prepare(self) -> ShortestPaths:
-        """Compute every corner's view now, and return the region itself."""
-        for corner in self._sides:
-            self._view(corner)
-        return self
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
         """Return the shortest path from one point to another, or None if none exists.
@@ -351,8 +326,8 @@ class ShortestPaths:
         import networkx as nx
 
         graph: nx.Graph[Any] = nx.Graph()
-        graph.add_nodes_from(self._points[corner] for corner in sorted(self._sides))
-        for corner in sorted(self._sides):
+        graph.add_nodes_from(self._points[corner] for corner in self._reflex)
+        for corner in self._reflex:
             for other, length in self._view(corner):
                 graph.add_edge(self._points[corner], self._points[other], length=length)
         return graph

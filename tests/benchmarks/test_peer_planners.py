@@ -147,7 +147,7 @@ def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what each corner sees."""
     request = PlanRequest(ACROSS, color="red", keep_out=keep_outs())
     prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
-    prepared.paths.prepare()
+    prepared.paths.graph()
     return prepared
 
 
