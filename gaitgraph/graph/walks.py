@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import count, pairwise, permutations
+from itertools import chain, count, pairwise, permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -49,11 +49,10 @@ def quanta_of(length: float) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedWalk:
-    """A closed walk: its nodes, the first not repeated, its length [rad], and the position of each stop in `nodes`."""
+    """A closed walk: its nodes, the first not repeated, and its length [rad]."""
 
     nodes: tuple[Any, ...]
     length: float
-    stops: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,12 +126,8 @@ def closed_walk(
         return Blocked(leg=len(stops) - 1)
 
     length, chosen = best
-    nodes: list[Any] = []
-    starts = []
-    for source, target in pairwise(chosen):
-        starts.append(len(nodes))
-        nodes += paths.path(source, target)[1][:-1]
-    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN, stops=tuple(starts))
+    nodes = [node for source, target in pairwise(chosen) for node in paths.path(source, target)[1][:-1]]
+    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN)
 
 
 def _best_worst_case(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allowed: Allowed) -> float | None:
@@ -303,7 +298,8 @@ def order_by_lengths(lengths: Sequence[Sequence[float]]) -> tuple[int, ...] | No
     between = np.zeros((n, n))
     for k, row in enumerate(lengths):
         between[k, :k] = between[:k, k] = row
-    orders = np.array([(0, *rest) for rest in permutations(range(1, n))])
+    others = np.fromiter(chain.from_iterable(permutations(range(1, n))), dtype=np.intp).reshape(-1, n - 1)
+    orders = np.column_stack([np.zeros(len(others), dtype=np.intp), others])
     # Whole numbers of quanta, so that orders of the same length tie exactly; the first one is taken.
     best = orders[between[orders, np.roll(orders, -1, axis=1)].sum(axis=1).argmin()]
     return tuple(best.tolist())

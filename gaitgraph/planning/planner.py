@@ -110,10 +110,14 @@ class Loop:
     def _verdict(self) -> str:
         return "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
 
-    def __repr__(self) -> str:
+    @property
+    def corners(self) -> str:
+        """How many corners the gait has, as a text."""
         count = len(self.gait.alpha)
-        corners = f"{count} corner{'s' * (count > 1)}"
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {corners}, {self.length:.4f} rad, {self._verdict}>"
+        return f"{count} corner{'s' * (count > 1)}"
+
+    def __repr__(self) -> str:
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.corners}, {self.length:.4f} rad, {self._verdict}>"
 
     def __str__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
@@ -182,35 +186,21 @@ class Plan:
             "request": self.request.as_mapping(),
         }
 
-    @property
-    def headline(self) -> str:
-        """What was planned, in one line."""
-        request, loop = self.request, self.loop
-        if loop is None:
-            return "No gait."
-        corners = len(loop.gait.alpha)
-        return (
-            f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {corners} corner{'s' * (corners > 1)}, "
-            f"{loop.length:.4f} rad around, T = {request.period:g} s, {request.law}"
-        )
-
-    @property
-    def setting(self) -> str:
-        """The vehicle, the coefficients and the method, in one line."""
-        request, vehicle = self.request, self.request.vehicle
-        method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
-        return f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
-
     def __str__(self) -> str:
         def items(texts: Iterable[object], indent: str = "  ") -> list[str]:
             return [fill(str(text), _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ") for text in texts]
 
+        request, vehicle = self.request, self.request.vehicle
+        method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
+        setting = (
+            f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
+        )
         if self.loop is None:
-            reasons = dict.fromkeys(obstacle.message for obstacle in self.obstacles)
-            lines = [self.headline, *items(reasons), self.setting]
+            lines = ["No gait.", *items(dict.fromkeys(obstacle.message for obstacle in self.obstacles)), setting]
         else:
-            report = self.loop.report
-            lines = [self.headline, self.setting, "", *self.loop.gait.corner_lines(), ""]
+            loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
+            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
+            lines = [f"{head}, T = {request.period:g} s, {request.law}", setting, "", *corners, ""]
             lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
             lines += lines_of_checks(report.checks)
         if self.alternatives:
