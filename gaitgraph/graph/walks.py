@@ -298,8 +298,8 @@ def order_by_lengths(lengths: Sequence[Sequence[float]]) -> tuple[int, ...] | No
     between = np.zeros((n, n))
     for k, row in enumerate(lengths):
         between[k, :k] = between[:k, k] = row
-    others = np.fromiter(chain.from_iterable(permutations(range(1, n))), dtype=np.intp).reshape(-1, n - 1)
-    orders = np.column_stack([np.zeros(len(others), dtype=np.intp), others])
+    others = np.fromiter(chain.from_iterable(permutations(range(1, n))), dtype=np.intp)
+    orders = np.pad(others.reshape(math.factorial(n - 1), n - 1), ((0, 0), (1, 0)))  # the first one stays first
     # Whole numbers of quanta, so that orders of the same length tie exactly; the first one is taken.
     best = orders[between[orders, np.roll(orders, -1, axis=1)].sum(axis=1).argmin()]
     return tuple(best.tolist())
