@@ -46,8 +46,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[Any]
 
-_PROVENANCE = "provenance"
-"""The array of an archive, and the field of a struct, that state what made the file."""
+_PROVENANCE = "provenance"  # the array of an archive, and the field of a struct, that state what made the file
 
 
 @contextmanager
@@ -146,9 +145,7 @@ def read_npz(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 
 _PARQUET = "a Parquet file with one column of numbers for each column of the table"
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
-_MOST_UNPACKED = 1 << 32
-_STEEPEST = 100
-"""What a file may unpack to for each of its bytes, where it unpacks to more than that."""
+_MOST_UNPACKED, _STEEPEST = 1 << 32, 100  # bytes in all, or for each byte of the file, whichever is more
 
 
 def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
@@ -163,22 +160,17 @@ def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -
                 made = {_OURS: provenance_text(piece), _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(piece)})}
                 fields = []
                 for name, unit in piece.units.items():
-                    kind = pa.dictionary(pa.int32(), pa.string()) if _is_text(piece, name) else pa.float64()
+                    kind = (
+                        pa.float64() if isinstance(piece[name], np.ndarray) else pa.dictionary(pa.int32(), pa.string())
+                    )
                     fields.append(pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None))
                 schema = pa.schema(fields, metadata=made)
                 writer = pq.ParquetWriter(path, schema, write_page_checksum=True)
-            arrays = [
-                pa.array(list(values)).dictionary_encode() if _is_text(piece, name) else pa.array(values, pa.float64())
-                for name, values in piece.columns.items()
-            ]
-            writer.write_table(pa.Table.from_arrays(arrays, schema=schema), row_group_size=ROWS_OF_A_PIECE)
+            columns = {name: list(one) if isinstance(one, tuple) else one for name, one in piece.columns.items()}
+            writer.write_table(pa.table(columns, schema), row_group_size=ROWS_OF_A_PIECE)
     finally:
         if writer is not None:
             writer.close()
-
-
-def _is_text(table: Table, name: str) -> bool:
-    return name in TEXTS or isinstance(table[name], tuple)
 
 
 def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
@@ -237,9 +229,7 @@ def _values(column: Any) -> Any:
     """Return numbers as an array, texts as a list; a list, with None for what is missing, if anything is."""
     if _kind(column.type) == "text" or column.null_count:
         return column.to_pylist()
-    if hasattr(column, "dictionary_decode"):
-        column = column.dictionary_decode()
-    return np.asarray(column.cast("float64").to_numpy(zero_copy_only=False), dtype=np.float64)
+    return column.cast("float64").to_numpy(zero_copy_only=False)
 
 
 def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -250,19 +240,14 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
                 content = json.loads(text)
             except (RecursionError, ValueError):
                 continue
-            stated = content.get("gaitgraph", content) if isinstance(content, dict) else None
-            return about_from_text(json.dumps(stated))
+            return about_from_text(json.dumps(content.get("gaitgraph", content) if isinstance(content, dict) else None))
     return {}
 
 
 # -- MATLAB files
 
-_GAIT = "gait"
-"""The struct of a MATLAB file."""
-
-_GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}
-"""Matrices with one column for each rotor."""
-
+_GAIT = "gait"  # the struct
+_GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}  # matrices, a column for a rotor
 _MAT = "a MAT-file of level 5 in little-endian order, as save -v7 or save -v6 write it"
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
@@ -272,38 +257,28 @@ _CLASSES = frozenset({_CELL, _STRUCT, _TEXT, *range(6, 16)})  # without objects,
 _DEEPEST = 100
 
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
-_KEYWORDS = frozenset(
-    {"break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global", "if"}
-    | {"otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while"}
-)
 
 
 def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
-    """Write a new MATLAB file.
+    """Write a new MATLAB file: every column as a variable, angles, rates and accelerations as matrices too.
 
-    Every column is a variable, numbers as column vectors, texts as the rows of a character matrix. The angles, and if
-    there are any the rates and accelerations, are there as matrices with four columns too: `alpha`, `alpha_rate`,
-    `alpha_acceleration`. The struct `gait` has `t`, the matrices and the other columns, `names` and `units` of the
-    columns, and `provenance`.
+    The struct `gait` has `t`, the matrices and the other columns, `names` and `units` of the columns, and `provenance`.
     """
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
     table = merged(pieces)
     for name in table.columns:
-        if name in _KEYWORDS or not _NAME.fullmatch(name):
-            raise InputError(f"column must be letters, digits and _ and no keyword in a .mat file, got {shown(name)}")
+        if not _NAME.fullmatch(name):
+            raise InputError(f"column must be up to 63 letters, digits and _ in a .mat file, got {shown(name)}")
     columns = {name: np.asarray(values) for name, values in table.columns.items()}
-    groups = {
-        group: np.column_stack([columns[name] for name in names])
-        for group, names in _GROUPS.items()
-        if all(name in columns for name in names)
-    }
-    grouped = {name for group in groups for name in _GROUPS[group]}
-    fields: dict[str, Any] = {name: values for name, values in columns.items() if name not in grouped}
-    fields = {"t": fields["t"], **groups, **fields} if "t" in fields else {**groups, **fields}
+    fields, groups = dict(columns), {}
+    for group, names in _GROUPS.items():
+        if all(name in columns for name in names):
+            groups[group] = np.column_stack([fields.pop(name) for name in names])
+    fields = {**({"t": fields["t"]} if "t" in fields else {}), **groups, **fields}
     fields["names"], fields["units"] = np.array(list(columns)), np.array(list(table.units.values()))
-    fields[_PROVENANCE] = provenance_text(table)
+    fields[_PROVENANCE] = np.array(provenance_text(table))
     try:
         savemat(path, {**columns, **groups, _GAIT: fields}, oned_as="column", long_field_names=True)
     except MatWriteError as error:

@@ -29,15 +29,12 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-MOST_ROWS = 16_384
-"""A C header may have this many rows at most: as floats with rates, half a megabyte."""
-
+_MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _LARGEST = 32_767
-_EVEN = 1e-6
-_NANOSECOND = 1e-9
+_EVEN, _NANOSECOND = 1e-6, 1e-9
+# The error of a cubic is step² times the largest second difference of the accelerations, divided by this: by 384 where
+# the fourth derivative is steady, and thrice as much where the third one jumps.
 _CUBIC_SHARE = 128.0
-"""The error of a cubic is step² times the largest second difference of the accelerations, divided by this: by 384 where
-the fourth derivative is steady, and thrice as much where the third one jumps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +49,7 @@ class _Curve:
     accelerations: FloatArray | None
     closed: bool
     even: bool
-    bits: int
-    """How many bits of a fixed-point number are behind the point: as many as its largest angle leaves."""
+    bits: int  # of a fixed-point number behind the point: as many as its largest angle leaves
 
     @property
     def rows(self) -> int:
@@ -61,12 +57,10 @@ class _Curve:
 
     @property
     def real(self) -> str:
-        """The type of angles and times."""
         return "double" if self.number == "double" else "float"
 
     @property
     def cubic(self) -> bool:
-        """Whether rows are joined by cubics."""
         return self.number != "fixed" and self.rates is not None
 
     def literal(self, value: float) -> str:
@@ -83,7 +77,7 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
 
     Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
     """
-    table = merged_up_to(pieces, MOST_ROWS + 1, "a C header")
+    table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
     number, name = options.number, options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")

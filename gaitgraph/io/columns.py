@@ -40,12 +40,8 @@ _MOST_NAMED, _MOST_COMPARED = 5, 1000  # of other columns, in a message
 class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
-    Parameters
-    ----------
-    plane_only
-        Whether alpha1 and alpha2 are enough.
-    joints
-        What the columns of a servo table are; columns with the usual names of angles are then ignored.
+    With `plane_only` alpha1 and alpha2 are enough. `joints` are what the columns of a servo table are; columns with the
+    usual names of angles are then ignored.
     """
 
     def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
@@ -97,8 +93,7 @@ class TableBuilder:
             return
         found: dict[str, Any] = {}
         if self.joints is not None:
-            of_joints = {name: used.pop(name) for name in self.joints.columns if name in used}
-            numbers = {name: _numbers(name, values, self.rows) for name, values in of_joints.items()}
+            numbers = {name: _numbers(name, used.pop(name), self.rows) for name in self.joints.columns if name in used}
             found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
         for name, values in used.items():
             if name in TEXTS:
@@ -111,9 +106,12 @@ class TableBuilder:
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
-                which = f"{float(found[name][k])!r} rad" if largest == HALF_PI else repr(float(found[name][k]))
-                limit = f"−π/2 to π/2 (±{HALF_PI!r})" if largest == HALF_PI else f"up to {largest:g}"
-                raise InputError(f"row {self.rows + k + 1}: {name} is {which}; allowed is {limit}")
+                unit, limit = "", f"up to {largest:g}"
+                if largest == HALF_PI:
+                    unit, limit = " rad", f"−π/2 to π/2 (±{HALF_PI!r})"
+                raise InputError(
+                    f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{unit}; allowed is {limit}"
+                )
         if "t" in found:
             times = found["t"]
             step = np.diff(times, prepend=self._last_time)
@@ -230,16 +228,10 @@ def _is_frame(value: object) -> bool:
 def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
-    Parameters
-    ----------
-    frame
-        Columns as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are ignored. An index of
-        pandas that is named `t` counts as that column.
+    Columns are as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are ignored. A pandas index
+    that is named `t` counts as that column. The table states what made it if `attrs` does, as :meth:`Table.to_pandas`
+    and `pandas.read_parquet` leave it.
 
-        The table states what made it if `attrs` does, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
-
-    Examples
-    --------
     >>> table = table_from_frame({"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.8], "color": ["red", "red"]})
     >>> len(table), list(table.columns)
     (2, ['alpha1', 'alpha2', 'color'])

@@ -115,33 +115,20 @@ def _is_topic(value: object) -> bool:
 class Format:
     """One kind of gait file.
 
-    Parameters
-    ----------
-    suffix, name
-        How its files' names end, with the dot, and what people call it.
-    module
-        The module that has its functions: ``write_SUFFIX(pieces, path, options)`` writes a new file or folder from the
-        pieces of a table; ``read_SUFFIX(path, builder, progress)`` yields the tables of its columns, piece by piece.
-    library, extra
-        The library that it needs, and the extra that brings it, if it needs any.
-    mark, end
-        Of texts that are not read as tables: how the line begins that states what made it, and the last line.
-    folder
-        Whether it is a folder of files.
-    options, own
-        Which fields of :class:`FormatOptions` its writer heeds, and names of columns that it has for something else.
+    Its module has ``write_SUFFIX(pieces, path, options)``, which writes a new file or folder from the pieces of a
+    table, and ``read_SUFFIX(path, builder, progress)``, which yields the tables of its columns, piece by piece.
     """
 
     suffix: str
     name: str
     module: str
-    library: str | None = None
+    library: str | None = None  # that it needs, and the extra that brings it
     extra: str | None = None
-    mark: str = ""
-    end: str = ""
+    mark: str = ""  # of texts that are not read as tables: how the line begins that states what made it,
+    end: str = ""  # and the last line
     folder: bool = False
-    options: tuple[str, ...] = ()
-    own: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()  # fields of FormatOptions that its writer heeds
+    own: tuple[str, ...] = ()  # names of columns that it has for something else
 
     @property
     def reads(self) -> bool:
@@ -198,10 +185,8 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     suffix = path.suffix.lower()
     known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
     is_folder = reads and suffix not in FORMATS and path.is_dir()
-    if is_folder:
-        suffix = next(
-            (suffix for suffix, one in FORMATS.items() if one.folder and any(path.glob(f"*{suffix}"))), suffix
-        )
+    if is_folder and any(path.glob("*.mcap")):
+        suffix = ".mcap"
     if suffix not in known:
         which = f"{str(path)!r}, a folder without a .mcap file" if is_folder else repr(str(path))
         hint = "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
@@ -215,8 +200,9 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
 def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
     """Raise InputError if an option is chosen that none of the formats has."""
     there = {name for one in formats for name in one.options}
-    for name, default in ((one.name, one.default) for one in fields(options)):
-        if name not in there and (value := getattr(options, name)) != default:
+    for field in fields(options):
+        name, value = field.name, getattr(options, field.name)
+        if name not in there and value != field.default:
             suffixes = ", ".join(suffix for suffix, one in FORMATS.items() if name in one.options)
             raise InputError(f"{name} needs an output {suffixes}, got {shown(value)} without one")
 
@@ -229,16 +215,14 @@ def write_tables(
     options: FormatOptions | None = None,
     servos: ServoMap | None = None,
 ) -> None:
-    """Write a table to files, each whole or not at all; the format follows from the suffix.
+    """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
     Parameters
     ----------
     table
         What to write, or what yields it piece by piece, with the same columns; it is called once a file.
-    paths
-        Files, or folders for the formats that are folders; :data:`FORMATS` has the suffixes.
-    force
-        Overwrite files that exist.
+    paths, force
+        What to write, with the suffixes of :data:`FORMATS`, and whether to overwrite what exists.
     options
         Choices that some formats have; the others ignore them.
     servos
@@ -320,20 +304,9 @@ def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients:
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
     """Read a gait table, or a plan saved as JSON.
 
-    Parameters
-    ----------
-    path
-        A file of any format that :data:`FORMATS` reads. In texts a byte-order mark and any kind of
-        line end are read too.
-    joints
-        What its columns are if it is a servo table from elsewhere; one of ours states it.
-
-    Raises
-    ------
-    FileProblem
-        If the file cannot be read.
-    InputError
-        If it holds no gait table; the message names file, place and what is allowed.
+    The file is of any format that :data:`FORMATS` reads; `joints` are what its columns are if it is a servo table from
+    elsewhere (one of ours states it). Raises FileProblem if the file cannot be read, and InputError, naming file and
+    place, if it holds no gait table.
     """
     return merged(read_pieces(path, joints=joints))
 

@@ -1,17 +1,8 @@
 """ROS 2: bags with MCAP in them, by rosbags, and the YAML goal of a joint_trajectory_controller.
 
-A bag has three topics:
-
-* ``/gaitgraph`` (std_msgs/msg/String): one message, what made the bag;
-* ``/joint_trajectory`` (trajectory_msgs/msg/JointTrajectory): one message, all points from time 0, stamped 0, which
-  tells a controller to start at once;
-* ``/joint_states`` (sensor_msgs/msg/JointState): a message a point, for plotting.
-
-The time of records and stamps is 1 s at the first point, for tools take 0 for "not set". Bags are written in version 8,
-for Humble cannot read version 9.
-
-The goal is of control_msgs/action/FollowJointTrajectory. Its first lines are comments, the second of which states what
-made the file; so is the last one, so that a file that was cut off is known.
+A bag has three topics: what made it, in one String; the JointTrajectory, one message stamped 0, which makes a
+controller start at once; and a JointState for each point, for plotting, from 1 s on, since tools take 0 for "not set".
+Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it, and ends with another.
 """
 
 from __future__ import annotations
@@ -55,9 +46,7 @@ TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
 
-MOST_POINTS = 100_000
-"""A trajectory for ROS 2 may have this many points at most."""
-
+_MOST_POINTS = 100_000
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
 _LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
@@ -88,10 +77,9 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
     if periods > 1 and not is_closed(table):
         raise InputError(f"periods must be 1 for a table that does not end where it starts, got {periods}")
     rows = len(table)
-    if (rows - 1) * periods + 1 > MOST_POINTS:
-        raise InputError(
-            f"points must be at most {MOST_POINTS}, got {periods} periods of {rows} rows: use fewer periods or samples"
-        )
+    if (rows - 1) * periods + 1 > _MOST_POINTS:
+        got = f"{periods} periods of {rows} rows: use fewer periods or samples"
+        raise InputError(f"points must be at most {_MOST_POINTS}, got {got}")
     seconds = table["t"] - table["t"][0]
     if seconds[-1] * periods > _LAST_SECOND:
         raise InputError(f"time must be at most {_LAST_SECOND} s in all, got {periods} periods of {seconds[-1]:g} s")
@@ -112,7 +100,7 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
 
 def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new file with the goal of an action, as ``ros2 action send_goal`` takes it; times are in nanoseconds."""
-    table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 trajectory")
+    table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 trajectory")
     times, rows = points_of(table, options.periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
@@ -141,7 +129,7 @@ def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    table = merged_up_to(pieces, MOST_POINTS, "a ROS 2 bag")
+    table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 bag")
     times, rows = points_of(table, options.periods)
     names, none = list(options.joints_of(table)[0]), np.zeros(0)
     chosen = {name: getattr(options, name) for name in ("periods", "joint_names", "trajectory_topic", "states_topic")}
