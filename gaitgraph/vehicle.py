@@ -161,6 +161,14 @@ class Vehicle:
             and self.first_arm_angle == PAPER.first_arm_angle
         )
 
+    @property
+    def thrust_share(self) -> float | None:
+        """The largest thrust of one rotor in units of m·g, None if not stated; MissingConstant without a mass."""
+        if self.max_thrust is None:
+            return None
+        mass, gravity = self.require("mass", "gravity", purpose="the limit of the largest thrust")
+        return float(self.max_thrust / (mass * gravity))
+
     def require(self, *names: str, purpose: str) -> tuple[Any, ...]:
         """Return the named constants, or raise MissingConstant for the first that is None; `purpose` needs it."""
         for name in names:

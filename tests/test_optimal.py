@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,6 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
 optimal_gait: Any = optimize.optimal_gait  # it finds a gait here, which types cannot know
@@ -77,19 +77,15 @@ def test_effort_matrix_is_the_integral(count: int) -> None:
     assert abs(effort_matrix(count).sum(axis=1)).max() < 1e-14
 
 
-def test_pieces_of_a_spline_lie_in_their_hulls() -> None:
-    points, t = np.random.default_rng(1).normal(size=(11, 2)), np.linspace(0, 1, 7)
+def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
+    points, t = np.random.default_rng(1).normal(size=(11, 2)) / 3, np.linspace(0, 1, 7)
+    curve = Curve(breaks=np.linspace(0, 2.0, 12), pieces=power_pieces(points, 2.0 / 11))  # refuses jumps itself
     for number, hull in enumerate(hull_matrix(11) @ points):
         bezier = sum(math.comb(3, k) * np.outer(t**k * (1 - t) ** (3 - k), hull[k]) for k in range(4))
         np.testing.assert_allclose(basis_rows(number + t, 11) @ points, bezier, atol=1e-13)
-
-
-def test_a_spline_is_a_curve_twice_continuously_differentiable() -> None:
-    points, s = np.random.default_rng(2).normal(size=(9, 2)) / 3, np.linspace(0, 9, 100)
-    curve = Curve(breaks=np.linspace(0, 2.0, 10), pieces=power_pieces(points, 2.0 / 9))  # refuses jumps itself
-    for order in range(3):
-        expected = basis_rows(s, 9, order) @ points * (9 / 2.0) ** order
-        np.testing.assert_allclose(curve.at(s * 2 / 9, order)[:, :2], expected, atol=1e-9)
+        for order in range(3):
+            expected = basis_rows(number + t, 11, order) @ points * (11 / 2.0) ** order
+            np.testing.assert_allclose(curve.at((number + t) * 2 / 11, order)[:, :2], expected, atol=1e-9)
 
 
 def test_control_points_run_along_a_polygon() -> None:
@@ -97,11 +93,9 @@ def test_control_points_run_along_a_polygon() -> None:
     points, knots = control_points_along(corners, 30)
     assert len(points) == 30
     np.testing.assert_allclose(basis_rows(knots, 30) @ points, corners, atol=1e-15)
-    ring = shapely.LinearRing(corners)
-    on_it = basis_rows(np.linspace(0, 30, 500), 30) @ points
-    assert shapely.distance(ring, shapely.points(on_it)).max() < 1e-14
-    few, _ = control_points_along(corners, 3)
-    assert len(few) == 12  # three for each corner are the least
+    on_it = shapely.points(basis_rows(np.linspace(0, 30, 500), 30) @ points)
+    assert shapely.distance(shapely.LinearRing(corners), on_it).max() < 1e-14
+    assert len(control_points_along(corners, 3)[0]) == 12  # three for each corner are the least
 
 
 # Cells
@@ -156,50 +150,27 @@ def test_least_thrusts_are_where_the_shares_are(vehicle: Vehicle, share: float) 
     assert share or region.area == pytest.approx(hover_region(vehicle).area, abs=1e-4)
 
 
-def bottleneck(value: Callable[..., Any], region: Any, discs: Discs, size: int) -> float:
-    """Return the highest level of a grid's cells through which discs can be joined."""
-    axis = np.linspace(-math.pi / 2, math.pi / 2, size)
-    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
-    grid = np.column_stack([a1.ravel(), a2.ravel()])
-    usable = region.contains(grid).reshape(a1.shape)
-    height = np.where(usable, value(a1, a2), -np.inf)
-    masks = [np.hypot(a1 - x, a2 - y) <= r for (x, y), r in zip(discs.centers, discs.radii, strict=True)]
-    low, high = 0.0, 3.0
-    for _ in range(12):
-        middle = (low + high) / 2
-        labels, _ = ndimage.label(height >= middle, structure=np.ones((3, 3)))
-        reached = set.intersection(*(set(labels[mask]) - {0} for mask in masks))
-        low, high = (middle, high) if reached else (low, middle)
-    return low
-
-
 def least_share(a1: Any, a2: Any) -> Any:
     return hover_thrust_shares(np.stack([a1, a2, a1, a2], axis=-1)).min(axis=-1)
 
 
 @pytest.mark.parametrize("objective", ["singular_value", "hover_reserve"])
-def test_highest_level_agrees_with_a_grid(objective: Any) -> None:
-    centers = [(-1.2, 0.2), (-0.1, 1.2)]
-    discs = discs_of(centers, 0.15)
-    region = admissible_region(PAPER, sign="positive", floor=0.05)
+def test_highest_level_is_that_of_the_pass_between_obstacles(objective: Any) -> None:
+    """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
+    walls = [shapely.box(*box).exterior.coords[:-1] for box in ((-1.57, 0.6, -1.3, 0.7), (-1.25, 0.6, 0.2, 0.7))]
+    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls))
+    discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
     lower, upper = highest_level(region, objective, discs, PAPER, clearance=2e-5)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
     value = least_singular_value_on_red if objective == "singular_value" else least_share
-    assert bottleneck(value, region, discs, 301) == pytest.approx(upper, abs=0.02)
-
-
-def test_highest_level_finds_the_pass_between_obstacles() -> None:
-    """Two discs of high level, joined only through a gate where the level is lower."""
-    zones = Zones(keep_out=[[(-1.57, 0.6), (-1.3, 0.6), (-1.3, 0.7), (-1.57, 0.7)],
-                            [(-1.25, 0.6), (0.2, 0.6), (0.2, 0.7), (-1.25, 0.7)]])  # fmt: skip
-    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
-    discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    _, upper = highest_level(region, "singular_value", discs, PAPER, clearance=2e-5)
-    gate = np.array([(a, b) for a in np.linspace(-1.3, -1.25, 51) for b in np.linspace(0.6, 0.7, 51)])
-    highest = least_singular_value_on_red(*gate.T).reshape(51, 51)
-    assert upper == pytest.approx(highest.max(axis=0).min(), abs=2e-3)
-    ends = [least_singular_value_on_red(*center) for center in discs.centers]
-    assert upper < min(ends) - 0.05
+    a1, a2 = np.meshgrid(np.linspace(-1.57, 0.2, 601), np.linspace(0.0, 1.57, 601), indexing="ij")
+    usable = region.contains(np.column_stack([a1.ravel(), a2.ravel()])).reshape(a1.shape)
+    height = np.where(usable, value(a1, a2), -np.inf)
+    masks = [np.hypot(a1 - x, a2 - y) <= r for (x, y), r in zip(discs.centers, discs.radii, strict=True)]
+    assert objective == "hover_reserve" or upper < min(height[mask].max() for mask in masks) - 0.005
+    for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
+        labels, _ = ndimage.label(height >= level, structure=np.ones((3, 3)))
+        assert bool(set(labels[masks[0]]) & set(labels[masks[1]]) - {0}) == joined
 
 
 # Lengths
@@ -368,25 +339,22 @@ def test_hover_reserve_counts_both_limits() -> None:
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
-def test_a_single_disc_is_a_gait_that_stands_still(objective: Any) -> None:
-    found = optimal_gait([(-0.6, 0.5)], radius=0.2, objective=objective, sign="positive", pieces=8)
-    assert found.effort == 0
+def test_discs_that_share_a_point_are_a_gait_that_stands_still(objective: Any) -> None:
+    found = optimal_gait([(-0.6, 0.5), (-0.6, 0.45)], radius=0.2, objective=objective, sign="positive", pieces=8)
+    assert (found.effort, np.ptp(plane_of(found), axis=0).max()) == (0, 0)
     assert found.report.flyable
+    assert "held by nothing" in str(found)
     x, y = plane_of(found, 2)[0]
-    assert math.hypot(x + 0.6, y - 0.5) <= 0.2
-    if objective != "tilt_rate":
-        value = least_singular_value_on_red if objective == "singular_value" else least_share
-        turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
-        best = value(-0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)).max()
-        assert found.value == pytest.approx(best, rel=2e-3)
-        assert found.bound is not None
-        assert found.bound >= best - 1e-12
-
-
-def test_discs_that_share_a_point_merge() -> None:
-    found = optimal_gait([(-0.6, 0.5), (-0.5, 0.5)], radius=0.3, objective="tilt_rate", sign="positive", pieces=8)
-    assert (found.value, found.gap, np.ptp(plane_of(found), axis=0).max()) == (0, 0, 0)
-    assert "nothing" in str(found)
+    assert max(math.hypot(x + 0.6, y - 0.5), math.hypot(x + 0.6, y - 0.45)) <= 0.2
+    if objective == "tilt_rate":
+        assert found.gap == 0
+        return
+    value = least_singular_value_on_red if objective == "singular_value" else least_share
+    turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
+    a1, a2 = -0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)
+    best = value(a1, a2)[np.hypot(a1 + 0.6, a2 - 0.45) <= 0.2].max()
+    assert found.value == pytest.approx(best, rel=5e-3)
+    assert found.bound >= best - 1e-12
 
 
 def test_mirrored_spin_mirrors_the_answer(robust: Any) -> None:
@@ -416,25 +384,20 @@ def test_answers_that_are_no() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"waypoints": []}, "waypoints must be a list of [alpha1, alpha2]"),
         ({"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
         ({"radius": 6.3}, "radius must be an angle from 0 to 2π (rad), got 6.3"),
         ({"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
         ({"objective": "tilt"}, "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'; did"),
         ({"sign": "both"}, "sign must be one of auto, positive, negative, got 'both'"),
         ({"floor": -1}, "floor must be a finite number ≥ 0, got -1"),
-        ({"period": 0}, "period must be between 1e-6 and 1e9 s, got 0"),
         ({"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),
         ({"concession": 0}, "concession must be above 0 and at most 0.5, got 0"),
         ({"vehicle": "paper"}, "vehicle must be a Vehicle, got 'paper'"),
-        ({"keep_out": [[(0, 0), (1, 1)]]}, "keep_out polygon 1"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(options: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError) as refused:
+def test_bad_input_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         optimal_gait(**{"waypoints": [(0, 0)], **options})
-    assert str(refused.value).startswith(message)
-    assert "\n" not in str(refused.value)
 
 
 def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:
@@ -487,9 +450,7 @@ def test_the_command_prints_writes_and_says_no(tmp_path: Path, capsys: pytest.Ca
     asked = [*points, *words, "--radius", "5deg"]
     assert optimize_command.main(asked, standalone_mode=False) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["status"] == "found"
-    assert answer["radius"] == pytest.approx([math.radians(5)] * 4)
-    assert answer["value"] >= answer["bound"] > 0
+    assert (answer["status"], answer["radius"]) == ("found", pytest.approx([math.radians(5)] * 4))
     assert len(read_table(output)) == 101
     assert optimize_command.main(["--waypoint", "1.2,1.2"], standalone_mode=False) == 1
     assert "no gait: " in capsys.readouterr().out

@@ -294,9 +294,8 @@ def edge_quantities(
         flies &= thrusts_push_up(p, q, vehicle)
         if vehicle.max_tilt is not None:
             flies &= np.maximum(np.abs(p), np.abs(q)).max(axis=1) <= vehicle.max_tilt + _SAME
-        if vehicle.max_thrust is not None and flies.any():
-            mass, gravity = vehicle.require("mass", "gravity", purpose="the limit of the largest thrust")
-            share = vehicle.max_thrust / (mass * gravity)
+        share = vehicle.thrust_share
+        if share is not None and flies.any():
             _, _, largest = thrust_shares_along(p[flies], q[flies], vehicle, each=True)
             flies[flies] = -largest.lower <= share
         flyable[smooth] = flies

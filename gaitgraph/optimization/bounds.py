@@ -43,7 +43,7 @@ _SMALL = 1e-7  # what a side of length zero counts as, so that lengths are smoot
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Discs:
-    """Discs to pass, in order: centres, shape (n, 2), and radii, shape (n,) [rad]; a radius of zero is a point."""
+    """Discs to pass, in order: centres, shape (n, 2), and radii, shape (n,), zero for a point [rad]."""
 
     centers: FloatArray
     radii: FloatArray
@@ -58,14 +58,6 @@ class Discs:
         return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
 
 
-def largest_share(vehicle: Vehicle) -> float | None:
-    """Return the largest thrust of one rotor in units of m·g, or None if the vehicle states none."""
-    if vehicle.max_thrust is None:
-        return None
-    mass, gravity = vehicle.require("mass", "gravity", purpose="the largest thrust as a share of the weight")
-    return float(vehicle.max_thrust / (mass * gravity))
-
-
 def level_region(
     objective: Worst, level: float, vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY
 ) -> Region:
@@ -76,7 +68,7 @@ def level_region(
     """
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
-    most = largest_share(vehicle)
+    most = vehicle.thrust_share
     return thrust_region(None if most is None else most - level, vehicle, least=level, accuracy=accuracy)
 
 
@@ -126,11 +118,10 @@ def highest_level(
         polygons = level_region(objective, level, vehicle, accuracy=_FOLLOWED).outer
         return component_meeting(region.outer & polygons, discs) is not None
 
-    most = largest_share(vehicle)
+    most = vehicle.thrust_share
+    top = _HIGHEST_SHARE if most is None else most / 2
     if objective == "singular_value":
         top = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
-    else:
-        top = _HIGHEST_SHARE if most is None else most / 2
     # Often a disc alone decides: then its best point is all there is to know. The polygons say whether it is so.
     low, high = 0.0, top
     each = zip(discs.centers, discs.radii, strict=True)
@@ -152,7 +143,7 @@ def highest_level(
 
 def _best_in_disc(region: Region, objective: Worst, center: FloatArray, radius: float, vehicle: Vehicle) -> float:
     """Return nearly the highest level at points of a disc in a region: a guess, from samples that close in on it."""
-    most = largest_share(vehicle)
+    most = vehicle.thrust_share
     turn, reach = np.meshgrid(np.arange(24) * (math.pi / 12), np.linspace(0.0, 1.0, 7), indexing="ij")
     pattern = np.column_stack([(reach * np.cos(turn)).ravel(), (reach * np.sin(turn)).ravel()])
     best, at, size = 0.0, center, radius
@@ -190,8 +181,6 @@ def least_loop_length(discs: Discs, region: Region | None = None) -> float:
     and the directions of the shortest polygon make it sharp. If all radii are zero, the lengths of the shortest paths
     inside the region's outer polygons count instead.
 
-    Examples
-    --------
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> round(least_loop_length(Discs(centers=square, radii=np.zeros(4))), 9)
     4.0

@@ -68,9 +68,7 @@ _STILL = 1e-2  # weight of moving the loop as a whole, which costs no effort, ag
 
 
 def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
-    """Return the rows that give the spline, or a derivative of it by s, from its control points.
-
-    Piece j runs from s = j to j + 1, periodic with `count`; parameters have shape (m,), rows (m, count).
+    """Return the rows that give the spline, or a derivative, at parameters s from its control points, (m, count).
 
     >>> basis_rows([0.0], 8)[0, :4].round(4).tolist()
     [0.1667, 0.6667, 0.1667, 0.0]
@@ -168,10 +166,7 @@ class HalfPlanes(NamedTuple):
 def _shortest_segments(
     hulls: FloatArray, starts: FloatArray, ends: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both ends of the shortest segment from each hull of four points to a side beside it, and its length.
-
-    Between disjoint convex polygons, segments included, the shortest segment ends at a corner of one of the two.
-    """
+    """Return both ends of the shortest segment, one at a corner, from each hull to a side beside it, and its length."""
     tried = [(hulls[:, k], _nearest(hulls[:, k], starts, ends)) for k in range(4)]
     tried += [(_nearest(tip, hulls[:, i], hulls[:, j]), tip) for i, j in _PAIRS for tip in (starts, ends)]
     from_hull, to_side = (np.stack([pair[k] for pair in tried]) for k in range(2))
@@ -240,10 +235,7 @@ class LeastEffort:
         )
 
     def evened(self, loop: SmoothLoop) -> SmoothLoop | None:
-        """Return a spline near a loop that runs at even speed, or None if it leaves the polygon.
-
-        Control points are points of the loop, an even length apart: corners are cut. It may miss its discs.
-        """
+        """Return a spline with points of a loop, evenly spaced, as control points, or None if it leaves the polygon."""
         count = len(loop.points)
         s = np.arange(16 * count + 1) / 16
         on_it = basis_rows(s, count) @ loop.points
@@ -258,10 +250,7 @@ class LeastEffort:
         return even if self.keeps_inside(even) else None
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
-        """Return the loop that a start leads to, and the effort of every admissible loop found, in order.
-
-        If the start is not admissible itself, the history is empty.
-        """
+        """Return the loop that a start leads to, and the efforts of all admissible loops; none if it is not."""
         best, history, trust = loop, [loop.effort], 2.0
 
         def admissible(one: SmoothLoop) -> bool:
@@ -283,7 +272,7 @@ class LeastEffort:
             ahead = self.program(best, _FAR).projected(trust)
             moved = improved(self.program(ahead, _FAR).projected(0.0)) if ahead is not None else False
             trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
-            # At first the start's control points are unevenly spread.
+            # At first the start's control points are unevenly spread; from even ones it ends up to 1 % lower.
             even = self.evened(best) if number < 4 else None
             smoothed = improved(self.program(even, _FAR).projected(0.0)) if even is not None else False
             moved = moved or smoothed
@@ -463,9 +452,8 @@ class Program:
     def stationarity(self) -> tuple[float, tuple[int, ...], bool]:
         """Return the residual of the first-order conditions, which discs hold the loop, and whether the border does.
 
-        The slope of the effort is to be a combination of the slopes of the active constraints, not negative for
-        inequalities. Returned is what the nearest one leaves of it, as a fraction, in the norm of the effort itself:
-        its square is about the largest relative decrease that first order still promises.
+        It is what the nearest combination of the slopes of active constraints, not negative for inequalities, leaves of
+        the slope of the effort, as a fraction: its square is about the relative decrease that first order promises.
         """
         x = self.origin
         slope = self.effort(x)[1]

@@ -25,7 +25,6 @@ from gaitgraph.optimization.bounds import (
     Discs,
     component_meeting,
     highest_level,
-    largest_share,
     least_loop_length,
     level_region,
     shortest_loop,
@@ -45,7 +44,7 @@ from gaitgraph.surface.region import Zones, offset
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.rest_to_rest_and_smooth import derivative_of
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
-from gaitgraph.validation.report import Report, lines_of_checks, verdict_line
+from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.validation.rules import checked_limits
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -187,7 +186,7 @@ class OptimalGait:
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, held by {', '.join(self.active) or 'nothing'}",
-            verdict_line(self.report.valid, self.report.flyable, self.report.reachable_from_hover),
+            self.report.verdict,
             *lines_of_checks(self.report.checks),
             *(f"warning: {warning}" for warning in self.warnings),
         ]
@@ -241,15 +240,10 @@ def optimal_gait(
     concession
         What fraction of the best worst case is given up for less effort, in (0, 0.5].
 
-    Returns
-    -------
-    OptimalGait
-        Falsy, with the reason, if there is no such gait.
-
     Raises
     ------
     InputError
-        If a value is not allowed; the message names it and what is.
+        If a value is not allowed.
 
     Notes
     -----
@@ -275,8 +269,7 @@ def optimal_gait(
     checked_limits(floor=floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
-    if pieces is None:
-        pieces = min(max(36, 12 * len(discs.radii)), 240)
+    pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
     whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
     if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
         raise InputError(f"pieces must be a whole number from {FEWEST_PIECES} to {_MOST_PIECES}, got {shown(pieces)}")
@@ -394,8 +387,7 @@ class _Search(NamedTuple):
                     if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
                         best = loop, history
         if best is None:
-            reason = f"every path through the discs comes within {CLEARANCE:g} rad of a border"
-            return replace(self.base, reason=reason)
+            return replace(self.base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
         if objective == "tilt_rate":
             bound = 2 * least_loop_length(discs, region) ** 2 / self.base.period
         return self._described(*best, problem, bound)
@@ -492,8 +484,8 @@ class _Search(NamedTuple):
         """Return the worst case that a report of the whole curve certifies."""
         if self.base.objective == "singular_value":
             return float(report["least_singular_value"].value or 0.0)
-        least, most = float(report["hover_thrust"].value or 0.0), largest_share(self.vehicle)
+        least, most = float(report["hover_thrust"].value or 0.0), self.vehicle.thrust_share
         if most is None:
             return least
-        mass, gravity = self.vehicle.require("mass", "gravity", purpose="the hover reserve")
-        return min(least, float(most) - float(report["thrust_limit"].value or 0.0) / float(mass * gravity))
+        used = float(report["thrust_limit"].value or 0.0) / float(self.vehicle.max_thrust or 1.0)
+        return min(least, most * (1 - used))

@@ -34,7 +34,6 @@ from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
-from gaitgraph.validation.report import Report, verdict_line
 from gaitgraph.validation.rules import checked_limits
 from gaitgraph.validation.validating import validate
 
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
     from gaitgraph.planning.request import Points
+    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -150,19 +150,15 @@ class Retargeted:
         return f"<Retargeted: {str(self).splitlines()[0] if self else 'infeasible'}>"
 
     def __str__(self) -> str:
-        before, after = (
-            one and verdict_line(one.valid, one.flyable, one.reachable_from_hover) for one in (self.before, self.after)
-        )
         if self.after is None:
-            return f"no gait: {self.reason}\nbefore: {before}"
+            return f"no gait: {self.reason}\nbefore: {self.before.verdict}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
         if self.status == "retargeted":
             far, row = self.largest
-            lines.append(
-                f"moved by {far:.4f} rad at most (row {row}), {self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
-            )
-        for line, report in ((f"before: {before}", self.before), (f"after:  {after}", self.after)):
-            lines += [line] if report.flyable else [line, f"        {report.reason}"]
+            sums = f"{self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
+            lines.append(f"moved by {far:.4f} rad at most (row {row}), {sums}")
+        for word, report in (("before: ", self.before), ("after:  ", self.after)):
+            lines += [word + report.verdict, *([] if report.flyable else [f"        {report.reason}"])]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
 
 
@@ -194,11 +190,6 @@ def retarget(
         Polygons as for :class:`gaitgraph.surface.region.Zones`.
     margin
         How far the new rows, and the paths between them, keep from the border of the flyable region [rad].
-
-    Returns
-    -------
-    Retargeted
-        Falsy, with the reason, if nothing is flyable.
 
     Raises
     ------
@@ -352,4 +343,4 @@ def _times(t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool) -> 
     end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
     times = np.interp(gone, gone[np.append(placed, len(rows))], np.append(given, end))
     times[placed] = given
-    return times if closing else times[:-1]
+    return np.asarray(times if closing else times[:-1])

@@ -22,7 +22,7 @@ from gaitgraph.planning.refusal import FoundPath, Obstacle, cases_of
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
-from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks, verdict_line
+from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ class Plan:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
             head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
             lines = [f"{head}, T = {request.period:g} s, {request.law}", setting, "", *corners, ""]
-            lines += [verdict_line(report.valid, report.flyable, report.reachable_from_hover)]
+            lines += [report.verdict]
             lines += lines_of_checks(report.checks)
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]

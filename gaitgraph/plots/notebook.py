@@ -20,7 +20,7 @@ from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import Report, lines_of_checks, verdict_line
+from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -96,8 +96,7 @@ def _judged(gait: Gait) -> list[str]:
         report = gait.check()
     except MissingConstant as error:
         return [f"not judged: {error}"]
-    verdict = verdict_line(report.valid, report.flyable, report.reachable_from_hover)
-    return [verdict, *([report.reason] if report.reason else [])]
+    return [report.verdict, *([report.reason] if report.reason else [])]
 
 
 def _region_under(gait: Gait, zones: Zones | None = None) -> tuple[Region | None, str]:

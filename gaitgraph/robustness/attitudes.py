@@ -53,14 +53,9 @@ _NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular so
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SingularCurve:
-    """The attitudes at which one configuration is singular.
+    """The attitudes at which one configuration is singular; `normal` is (−Rθ, Rφ, R), shape (3,), read-only.
 
-    Parameters
-    ----------
-    kind
-        "curve"; "none" inside ±π/2, as on the gait surfaces; "everywhere", where Rφ = Rθ = R = 0.
-    normal
-        (−Rθ, Rφ, R), shape (3,), read-only.
+    `kind` is "curve"; "none" inside ±π/2, as on the gait surfaces; or "everywhere", where Rφ = Rθ = R = 0.
     """
 
     kind: Literal["curve", "none", "everywhere"]
@@ -104,21 +99,10 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
 class AcceptableAttitudes:
     """The attitudes at which a gait is never singular, over its whole period.
 
-    Parameters
-    ----------
-    polygon
-        Acceptable attitudes connected with (0, 0), as (roll, pitch) [rad]; empty if there are none. Every attitude in
-        it is proven acceptable over the whole period; its straight sides are within 1e-6 rad of the curves.
-    beyond
-        Acceptable attitudes not connected with (0, 0); may be empty.
-    error
-        Upper bound of the fraction of the diagram that is acceptable around (0, 0) but missing in `polygon`.
-    tolerance
-        Requested bound of `error`.
-    pieces
-        Number of pieces into which the gait was cut.
-    reason
-        Why no attitude around (0, 0) is acceptable, or "".
+    `polygon` holds those connected with (0, 0), as (roll, pitch) [rad], and is empty if there are none, for the
+    `reason`; every attitude in it is proven, and its straight sides are within 1e-6 rad of the curves. `beyond` holds
+    those not connected with (0, 0). `error` bounds the fraction of the diagram that is acceptable around (0, 0)
+    but missing in `polygon`; the requested bound is `tolerance`. `pieces` is into how many the gait was cut.
 
     Not guaranteed: that the matrix is well conditioned there; see
     :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
@@ -160,8 +144,7 @@ def acceptable_attitudes(
     coefficients
         Those of formula (1); the physical answer takes exact ones.
     tolerance
-        Requested bound of the missing fraction of the diagram. The gait is cut finer where it matters until the bound
-        is met. If it cannot be met, :attr:`AcceptableAttitudes.error` states the bound that was reached.
+        Requested bound of the missing fraction of the diagram; the gait is cut finer until it is met, if it can be.
     angle_rounding
         Assumed error of each angle [rad]; it decides where v cannot be distinguished from zero.
 
@@ -360,14 +343,11 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
         offset = points - points[0]
         along = offset @ offset[np.argmax(np.sum(offset**2, axis=1))]
         index = np.unique([np.argmin(along), np.argmax(along)])
-    kept = [int(index[0])]
-    for k in [*index[1:].tolist(), kept[0]]:
-        if np.abs(everything[k] - everything[kept[-1]]).max() > _SAME_RAY:
+    index = np.roll(index, -int(np.argmax(index == 0)))  # the horizon counts first
+    kept = [index[0]]
+    for k in index[1:]:
+        if np.abs(everything[k] - everything[[kept[-1], index[0]]]).max(axis=1).min() > _SAME_RAY:
             kept.append(k)
-        elif k == 0:
-            kept[-1] = 0
-    if len(kept) > 1 and np.abs(everything[kept[-1]] - everything[kept[0]]).max() <= _SAME_RAY:
-        kept[0] = min(kept[0], kept.pop())
     return everything[kept]
 
 
@@ -436,10 +416,7 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
 def _border(start: FloatArray, turn: float) -> FloatArray:
     """Return the corners of a side that runs along the border of the diagram, where the vertical is horizontal."""
     first = math.atan2(start[1], start[0])
-    points = []
-    poles = [k * math.pi for k in range(math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1)]
-    for angle in (first, *poles, first + turn):
-        for side in (-1e-9, 1e-9):
-            within = min(max(angle + side, first), first + turn)
-            points.append((math.copysign(HALF_PI, math.sin(within)), -math.asin(math.cos(angle))))
-    return np.array(points)
+    poles = np.pi * np.arange(math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1)
+    angles = np.array([first, *poles, first + turn])[:, None]
+    roll = np.copysign(HALF_PI, np.sin(np.clip(angles + np.array([-1e-9, 1e-9]), first, first + turn)))
+    return np.stack([roll, np.broadcast_to(-np.arcsin(np.cos(angles)), roll.shape)], axis=-1).reshape(-1, 2)

@@ -1,8 +1,4 @@
-"""A gait's robustness to attitude, beside that of its biased gaits.
-
-The coefficients are the exact ones of the vehicle unless published ones are requested, because the report is about
-physics.
-"""
+"""A gait's robustness to attitude, beside that of its biased gaits; with exact coefficients unless others are asked."""
 
 from __future__ import annotations
 
@@ -55,29 +51,13 @@ _POINTS_OF_A_CURVE = 61
 class Robustness:
     """The robustness of one gait, biased or not.
 
-    Parameters
-    ----------
-    scaling
-        "none"; "biased", α3 and α4 times η as in equations (12) to (15); "scaled", all four times η.
-    eta
-        η, 1 for the gait itself.
-    margin
-        Bracket of the least tilt margin over the period, and the reason if there is none.
-    where, direction
-        Location of the least margin, and (roll, pitch) of the singular attitude nearest to level there [rad]; None if
-        all directions are equally near, or if there is no margin.
-    acceptable
-        The attitudes at which the gait is never singular.
-    tilt
-        Largest tilt for `singular_value` [rad].
-    singular_value
-        Bracket (lower, upper) of the least singular value at the worst attitude within `tilt`, dimensionless.
-    singular_where, singular_attitude
-        Location of that value, and its (roll, pitch) [rad].
-    curves
-        Singular curves at locations spread evenly over the gait.
-    noun
-        Word for a point of the gait in texts: "corner" or "row".
+    `scaling` is "none"; "biased", α3 and α4 times `eta` as in equations (12) to (15); "scaled", all four times `eta`.
+    `margin` brackets the least tilt margin over the period, or says why there is none; it is at `where`, and
+    `direction` is (roll, pitch) of the singular attitude nearest to level there [rad], None if all are equally near or
+    there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` brackets,
+    (lower, upper), the least singular value at the worst attitude within `tilt` [rad]; it is at `singular_where`, at
+    (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait; `noun` is
+    the word for a point of it in texts, "corner" or "row".
     """
 
     scaling: Scaling
@@ -224,18 +204,14 @@ def robustness_of(
     Parameters
     ----------
     gait
-        A gait, a timed gait, a table, a data frame, or the path of a gait file, on the surfaces or off them. Its points
-        are joined by straight segments and closed.
-    bias
-        η by which α3 and α4 are scaled, equations (12) to (15), each in (0, 1]; one or any number.
-    scale
-        η by which all four angles are scaled.
+        A gait, a timed gait, a table, a data frame, or the path of a gait file, on the surfaces or off them; closed.
+    bias, scale
+        η by which α3 and α4, equations (12) to (15), or all four angles are scaled, each in (0, 1]; any number of them.
     tilt
         Tilt within which the least singular value is computed, in [0, π/2) [rad].
-    vehicle
-        Vehicle of a table or file; by default the one that the table states, else the paper's.
-    coefficients
-        Of formula (1), for margins and attitudes: "exact" by default. Singular values are always exact.
+    vehicle, coefficients
+        By default the vehicle of the gait, table or file, else the paper's, and "exact" coefficients of formula (1) for
+        margins and attitudes. Singular values are always exact.
     tolerance
         Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
     angle_rounding
@@ -320,11 +296,11 @@ def _closed_segments(
         points = gait if isinstance(gait, Gait) else gait.gait
         segments, digits, noun = segments_of(points), 0.0, "corner"
     else:
-        gait = as_table(gait)
-        table = read_table(gait) if isinstance(gait, (str, Path)) else gait
+        source = as_table(gait)
+        table = read_table(source) if isinstance(source, (str, Path)) else source
         if not isinstance(table, Table):
             raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
-        with naming_file(gait):
+        with naming_file(source):
             points, times = closed_rows(table, vehicle=vehicle)
         segments = replace(segments_of(points), t=times, after_t=None if times is None else float(times[0]))
         digits, noun = table.rounding, "row"
@@ -352,9 +328,9 @@ def _least_singular_value(
 
 
 def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
-    """Return the segments that may hold the least of a costly value, whose bound holds between any two points.
+    """Return the segments that may hold the least of a costly value: values at a few rows exclude most of a long table.
 
-    Values at a few rows, then at more, exclude most segments: most rows of a long table are near others.
+    The bound holds between any two points.
     """
     starts, rows, least = segments.starts, np.arange(len(segments.starts)), math.inf
     for stride in (4096, 512, 64, 8):

@@ -461,11 +461,10 @@ def _admissible(
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
     block = floor + _DECIDED if floor > 0 else 0.0
     region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
-    if vehicle.max_thrust is None:
+    share = vehicle.thrust_share
+    if share is None:
         region &= hover_region(vehicle)
     else:
-        mass, gravity = vehicle.require("mass", "gravity", purpose="the region within the largest thrust")
-        share = vehicle.max_thrust / (mass * gravity)
         within = thrust_region(share, vehicle, accuracy=accuracy)
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)

@@ -189,9 +189,14 @@ class Report:
             out |= {name: value for name, value in self.listing.as_mapping().items() if name != "counts"}
         return out
 
+    @property
+    def verdict(self) -> str:
+        """The verdict in one line, such as "valid yes · flyable no · reachable from hover unknown"."""
+        answers = {"valid": self.valid, "flyable": self.flyable, "reachable from hover": self.reachable_from_hover}
+        return " · ".join(f"{name} {_YES[answer]}" for name, answer in answers.items())
+
     def __str__(self) -> str:
-        lines = [verdict_line(self.valid, self.flyable, self.reachable_from_hover)]
-        lines += lines_of_checks(self.checks)
+        lines = [self.verdict, *lines_of_checks(self.checks)]
         lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
         if self.listing is not None:
             lines.append(_line("ok" if self.listing.count else "--", "colorings", self.listing.in_report()))
@@ -200,23 +205,13 @@ class Report:
 
     def __repr__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
-        verdict = verdict_line(self.valid, self.flyable, self.reachable_from_hover).replace(" · ", ", ")
+        verdict = self.verdict.replace(" · ", ", ")
         return f"<Report: {verdict}; {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.notebook import html_of
 
         return html_of(self)
-
-
-def verdict_line(valid: bool, flyable: bool, reachable: bool | None) -> str:
-    """Return the verdict in one line.
-
-    >>> verdict_line(True, False, None)
-    'valid yes · flyable no · reachable from hover unknown'
-    """
-    answers = (("valid", valid), ("flyable", flyable), ("reachable from hover", reachable))
-    return " · ".join(f"{name} {_YES[answer]}" for name, answer in answers)
 
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:
