@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import re
+from functools import partial
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
 
 G1, _, G3, _ = GAITS
+TIMED = lift(G3.angles, "red").parametrize(samples=4)
 
 
 def exported(source: Path, output: Path, **choices: Any) -> Table:
@@ -117,10 +119,7 @@ BAD_JSON = [
     ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be an object with the fields of row 1"),
     ('{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}', "'alpha1' appears twice"),
     ('{"columns": 3}', "'columns' is no object"),
-    (
-        '{"alpha1": [0], "alpha2": [0], "alpha3": [0], "alpha4": [0, 1]}',
-        "columns must have equally many rows, got 1 to 2",
-    ),
+    ('{"alpha1": [0, 1], "alpha2": [0], "color": "red"}', "columns must have equally many rows, got 1 to 2"),
     ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is True"),
     ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "NaN is no number of JSON"),
     ('{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "row 1: alpha1 is inf"),
@@ -155,86 +154,87 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
 
 
 def test_outputs_that_exist_stay_unless_forced(tmp_path: Path) -> None:
-    timed = lift(G3.angles, "red").parametrize()
     first, second = tmp_path / "new.csv", tmp_path / "old.json"
     second.write_text("mine")
     with pytest.raises(gg.errors.OutputExists, match="exists; allowed is a new file"):
-        timed.write(first, second)
+        TIMED.write(first, second)
     assert second.read_text() == "mine"
     assert not first.exists()
-    timed.write(first, second, force=True)
-    assert len(read_table(second)) == 101
+    TIMED.write(first, second, force=True)
+    assert len(read_table(second)) == 5
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new.csv", "old.json"]
 
 
 @pytest.mark.parametrize("force", [False, True])
-def test_what_is_no_regular_file_is_not_replaced(tmp_path: Path, force: bool) -> None:
-    pipe, link = tmp_path / "pipe.csv", tmp_path / "link.csv"
-    os.mkfifo(pipe)
-    link.symlink_to(pipe)
-    table = table_of(lift(G1.angles, "red").parametrize())
-    for path in (pipe, link):
-        with pytest.raises(gg.errors.OutputExists, match="no regular file"):
-            write_tables(table, [path], force=force)
-    assert pipe.is_fifo()
-
-
-def test_outputs_that_cannot_be(tmp_path: Path) -> None:
-    timed = lift(G3.angles, "red").parametrize()
-    for path, message in (
-        (tmp_path / "x.txt", "must have one of the suffixes"),
-        (tmp_path / "no" / "x.csv", "does not exist"),
+def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
+    (tmp_path / "d.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "pipe.csv")
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    (tmp_path / "file").write_text("mine")
+    there = sorted(tmp_path.iterdir())
+    for names, message in (
+        (["x.txt"], "must have one of the suffixes"),
+        (["no/x.csv"], "does not exist"),
+        (["file/x.csv"], "is no folder"),
+        (["x.csv", "./x.csv"], "named twice"),
+        (["good.csv", "/proc/bad.csv"], "cannot write '/proc/bad.csv'"),  # if one cannot be written none is
+        (["d.csv"], "is a folder"),
+        (["pipe.csv"], "no regular file"),
+        (["link.csv"], "no regular file"),
+        (["x" * 300 + ".csv"], "File name too long"),
+        (["a\0.csv"], "cannot write"),
+        *([(["loop.csv"], "exists")] if not force else []),
     ):
         with pytest.raises(gg.GaitgraphError, match=message):
-            timed.write(path)
-    with pytest.raises(gg.InputError, match="named twice"):
-        timed.write(tmp_path / "x.csv", tmp_path / "." / "x.csv")
-    with pytest.raises(gg.errors.FileProblem):
-        timed.write(tmp_path / "good.csv", "/proc/bad.csv")
-    assert list(tmp_path.iterdir()) == []  # if one cannot be written none is
-    (tmp_path / "d.csv").mkdir()
-    with pytest.raises(gg.errors.OutputExists, match="is a folder"):
-        timed.write(tmp_path / "d.csv", force=True)
+            TIMED.write(*(os.path.join(tmp_path, name) for name in names), force=force)  # noqa: PTH118
+        assert sorted(tmp_path.iterdir()) == there
+    TIMED.write(tmp_path / ("x" * 245 + ".csv"))
+
+
+def test_a_link_and_permissions_stay(tmp_path: Path) -> None:
+    real, link = tmp_path / "real.csv", tmp_path / "link.csv"
+    real.write_text("mine")
+    real.chmod(0o600)
+    link.symlink_to(real)
+    TIMED.write(link, force=True)
+    assert link.is_symlink()
+    assert len(read_table(real)) == 5
+    assert real.stat().st_mode & 0o777 == 0o600
 
 
 def test_a_full_disk_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "gait.csv"
     path.write_text("mine")
-
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", partial(refuse, OSError(28, "No space left on device")))
     with pytest.raises(gg.errors.FileProblem, match="No space left on device"):
-        lift(G3.angles, "red").parametrize().write(path, force=True)
+        TIMED.write(path, force=True)
     assert path.read_text() == "mine"
     assert [entry.name for entry in tmp_path.iterdir()] == ["gait.csv"]
 
 
-def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def refuse(error: Exception, *_: object) -> None:
+    raise error
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_file_that_appears_meanwhile_is_not_overwritten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+) -> None:
     path = tmp_path / "gait.csv"
+    if not links:
+        monkeypatch.setattr(os, "link", partial(refuse, OSError(95, "Operation not supported")))
+        TIMED.write(tmp_path / "new.csv")
+        assert len(read_table(tmp_path / "new.csv")) == 5
     monkeypatch.setattr(formats, "check_outputs", lambda *_, **__: path.write_text("mine"))
     with pytest.raises(gg.errors.OutputExists):
-        lift(G3.angles, "red").parametrize().write(path)
+        TIMED.write(path)
     assert path.read_text() == "mine"
-
-
-def test_without_hard_links_new_files_are_still_placed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(*_: object) -> None:
-        raise OSError(95, "Operation not supported")
-
-    monkeypatch.setattr(os, "link", none)
-    timed = lift(G3.angles, "red").parametrize()
-    timed.write(tmp_path / "gait.csv")
-    assert len(read_table(tmp_path / "gait.csv")) == 101
-    monkeypatch.setattr(formats, "check_outputs", lambda *_, **__: None)
-    with pytest.raises(gg.errors.OutputExists):
-        timed.write(tmp_path / "gait.csv")
 
 
 def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "gait.json"
-    lift(G3.angles, "red").parametrize(samples=4).write(path)
+    TIMED.write(path)
     content = json.loads(path.read_text())
     for key, value, message in (
         ("vehicle", {"mass": -1}, "mass must be .*, got -1"),
@@ -268,28 +268,6 @@ def test_a_vehicle_by_name_in_about_is_that_vehicle(tmp_path: Path) -> None:
     path.write_text(json.dumps({"about": {"vehicle": 5}, "columns": columns}))
     with pytest.raises(gg.InputError, match="vehicle must be a table of values by name, got 5"):
         gait_of(read_table(path))
-
-
-def test_links_modes_and_strange_places(tmp_path: Path) -> None:
-    timed = lift(G3.angles, "red").parametrize(samples=2)
-    real, link, loop = tmp_path / "real.csv", tmp_path / "link.csv", tmp_path / "loop.csv"
-    real.write_text("mine")
-    real.chmod(0o600)
-    link.symlink_to(real)
-    loop.symlink_to(loop)
-    timed.write(link, force=True)
-    assert link.is_symlink()
-    assert len(read_table(real)) == 3
-    assert real.stat().st_mode & 0o777 == 0o600
-    with pytest.raises(gg.errors.OutputExists):
-        timed.write(loop)
-    with pytest.raises(gg.errors.FileProblem, match="File name too long"):
-        timed.write(tmp_path / ("x" * 300 + ".csv"))
-    timed.write(tmp_path / ("x" * 245 + ".csv"))
-    with pytest.raises(gg.errors.FileProblem, match="is no folder"):
-        timed.write(real / "x.csv")
-    with pytest.raises(gg.GaitgraphError):
-        timed.write(tmp_path / "a\0.csv")
 
 
 def test_a_closing_row_that_is_rounded_is_made_the_first(tmp_path: Path) -> None:
@@ -343,12 +321,11 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         other.parametrize(samples=4).write(tmp_path / f"{k}.csv")
         with pytest.raises(gg.InputError, match=rf"{k}\.csv.*tells no request"):
             read_request(tmp_path / f"{k}.csv", {})
-    rows = np.array([[0.4, -1.2, 0.5, -1.1], [0.4, -0.4, 0.4, -0.4], [1.2, -0.4, 1.1, -0.5]])
     pacing = gg.least_period(gg.lift(G3.angles, "red"), gg.Limits(rate=9, acceleration=90, jerk=900))
     assert pacing.timed is not None
     made: dict[str, Any] = {
         "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(samples=4),
-        "retarget": gg.retarget(rows).table,
+        "retarget": gg.retarget(gait.alpha).table,
         "transition": gg.transition("hover", "hover").table(),
         "pace": table_of(pacing.timed),
     }
@@ -356,10 +333,6 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         write_tables(table, [tmp_path / f"{maker}.csv"])
         with pytest.raises(gg.InputError, match=f"no request that made it: {maker} made it, which plan does not"):
             read_request(tmp_path / f"{maker}.csv", {})
-        assert read_table(tmp_path / f"{maker}.csv").about["made_by"] == maker
-    paced = gg.least_period(gait, gg.Limits(rate=9, acceleration=90, jerk=900)).timed
-    assert paced is not None
-    assert table_of(paced).about["request"]["waypoints"] == gait.request["waypoints"]
     assert made["optimize"].about["waypoints"] == [[0.9, -0.9]]
     gait.parametrize(samples=4).write(tmp_path / "gait.csv")
     assert read_gait(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
@@ -418,6 +391,7 @@ class TestFiles:
             ("0.4,-0.4,0.4", r"line 24 has 3 fields; allowed are 4, as in the header"),
             ("0.4,1.6,0.4,0.1", r"row 21: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
             ('0.4,"0.4,0.4,0.1', r"line .*allowed is comma-separated text"),
+            ('"0.4"1,0.4,0.4,0.1', r"line 24: .*allowed is comma-separated text"),
         ):
             path.write_text("\n".join([*lines[:23], text, *lines[24:]]))
             with pytest.raises(gg.InputError, match=message):
@@ -463,7 +437,7 @@ def test_the_fast_and_the_careful_reader_agree(
         assert read() == fast
 
 
-@pytest.mark.parametrize("row", [0, 5, 1500, 2999])
+@pytest.mark.parametrize("row", [0, 1500, 2999])
 def test_an_open_quotation_mark_swallows_nothing(tmp_path: Path, row: int) -> None:
     path = tmp_path / "gait.csv"
     lines = ["note,alpha1,alpha2,alpha3,alpha4"] + ["x,0.4,-0.4,0.4,-0.4"] * 3000
@@ -474,10 +448,3 @@ def test_an_open_quotation_mark_swallows_nothing(tmp_path: Path, row: int) -> No
     lines[row + 1] = '"x\n' + lines[row + 1][2:].replace(",", '",', 1)
     path.write_text("\n".join(lines) + "\n")
     assert gg.validate(path).rows == 3000  # a line break in quotation marks is no row
-
-
-def test_the_line_that_is_no_csv_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "gait.csv"
-    path.write_text('note,alpha1,alpha2,alpha3,alpha4\nx,0,0,0,0\n"a"b,0,0,0,0\nx,0,0,0,0\n')
-    with pytest.raises(gg.InputError, match="line 3: "):
-        gg.validate(path)

@@ -11,6 +11,7 @@ import csv
 import json
 import math
 import re
+from io import TextIOWrapper
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,11 +75,11 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 
 def _lines(path: Path, progress: Progress) -> Iterator[list[str]]:
     """Yield the lines of a file in groups, whatever its size; a byte-order mark and any kind of line end are read."""
-    with reading(path, _WHAT, "a gait table as text"), path.open(encoding="utf-8-sig") as stream:
-        size = path.stat().st_size
+    with reading(path, _WHAT, "a gait table as text"), path.open("rb") as raw:
+        stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
         while lines := stream.readlines(_BLOCK):
             if progress is not None:
-                progress(min(stream.buffer.tell() / size, 1.0) if size else 0.0)
+                progress(min(raw.tell() / size, 1.0) if size else 0.0)
             yield lines
 
 
