@@ -106,7 +106,7 @@ def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle
     exact = coefficients_of(vehicle, "exact")
     start, end = red([first]), red([second])
     sign = float(np.sign(level_determinant(start[0], exact)))
-    label, other = red_label(*first, vehicle), red_label(*second, vehicle)
+    label, other = (red_label(at[0], at[1], vehicle) for at in (first, second))
     assert label.prod() == sign or abs(level_determinant(start[0], exact)) < 1e-9
     joined = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0] > 1e-9
     assert not joined or (label == other).all()

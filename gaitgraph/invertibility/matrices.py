@@ -187,8 +187,7 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
 def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
     """Return the |R| above which its sign is certain, shape (...); `angle_rounding` is the error of each angle [rad].
 
-    It adds up the effects on R of rounded coefficients, of δ in α3 and α4, of rounded angles and of floating point, to
-    first order with the second order bounded.
+    It covers rounded coefficients, δ in α3 and α4, rounded angles and floating point.
     """
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     first, second = pair_features(a1, a3), pair_features(a2, a4)
@@ -240,10 +239,7 @@ def attitude_of(vertical: FloatArray) -> FloatArray:
 
 
 def determinant(
-    alpha: npt.ArrayLike,
-    coefficients: Coefficients,
-    roll: npt.ArrayLike = 0.0,
-    pitch: npt.ArrayLike = 0.0,
+    alpha: npt.ArrayLike, coefficients: Coefficients, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> Any:
     """Return the left side of formula (1), its misprints mended, dimensionless: zero where the matrix is singular.
 
@@ -300,10 +296,7 @@ def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
 
 
 def scaled_decoupling_matrix(
-    alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
-    roll: npt.ArrayLike = 0.0,
-    pitch: npt.ArrayLike = 0.0,
+    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> FloatArray:
     """Return the dimensionless 4×4 matrix with rows τ(α)/(L·Kf) and F(α)·vertical/Kf, shape (..., 4, 4).
 
@@ -321,10 +314,7 @@ def _stacked(*blocks: FloatArray) -> FloatArray:
 
 
 def decoupling_matrix(
-    alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
-    roll: npt.ArrayLike = 0.0,
-    pitch: npt.ArrayLike = 0.0,
+    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> FloatArray:
     """Return ∂(z̈, φ̈, θ̈, ψ̈)/∂w, the decoupling matrix in SI units, shape (..., 4, 4).
 
@@ -351,8 +341,7 @@ def decoupling_matrix(
 def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return w₀, rotor inputs without torque, up to a common factor, shape (..., 4).
 
-    It is (sin(β2+β4)·cos β3, sin(β1+β3)·cos β4, sin(β2+β4)·cos β1, sin(β1+β3)·cos β2), zero where the control moment
-    matrix has rank two or less.
+    They are zero where the control moment matrix has rank two or less.
     """
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     delta = math.atan(vehicle.signed_drag_ratio)
@@ -387,10 +376,7 @@ def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Float
 
 
 def least_singular_value(
-    alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
-    roll: npt.ArrayLike = 0.0,
-    pitch: npt.ArrayLike = 0.0,
+    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> Any:
     """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
 
@@ -408,8 +394,7 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
     """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
 
     The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
-    e3 the sum of the squares of all 3×3 minors. All are real, so Newton's iteration from λ = 0 increases towards the
-    least of them and never passes it; five steps come within a few parts in 10⁶, unless other ones are near.
+    e3 the sum of the squares of all 3×3 minors. Newton's iteration from λ = 0 increases towards the least root.
     """
     kappa = vehicle.signed_drag_ratio
     angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))

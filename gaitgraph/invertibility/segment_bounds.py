@@ -29,8 +29,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 FloatArray = npt.NDArray[np.float64]
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-# Several of one shape, or the rows of an array.
-Several = Sequence[FloatArray] | FloatArray
+Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows of an array
 
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
@@ -42,10 +41,7 @@ _MOST_HALVINGS = 20_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Least:
-    """The least value along each of m segments, proven to be in [lower, upper]; all of shape (m,).
-
-    `upper` is attained at `fraction`, from 0 at a segment's start to 1 at its end.
-    """
+    """The least value along each of m segments, in [lower, upper], shape (m,); `upper` is attained at `fraction`."""
 
     lower: FloatArray
     upper: FloatArray
@@ -104,8 +100,8 @@ def least_of_each(
     each function attains elsewhere. A segment is settled earlier if the comparison of its least value with `floor` is,
     or above its value of `enough`, shape (m,).
 
-    Intervals are halved in batches, the latest first, so that memory is bounded; a few are cut into 32 pieces, to save
-    iterations. Work is bounded too, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
+    Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, so that a bracket
+    may stay wider than `tolerance`; `lower` is always valid.
     """
     steps, functions = ends - starts, range(len(known))
     v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
@@ -178,11 +174,7 @@ def least_of_each(
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
     """Return a lower bound of functions on intervals from their values at both ends, if |f''| ≤ `bend` there.
 
-    With s from 0 to 1, a function stays above its chord minus bend·s·(1 − s)/2. That parabola is least at an end where
-    the chord is steep.
-
-    >>> least_of_bent(np.array([0.0, 0.0]), np.array([0.0, 1.0]), np.array([8.0, 2.0])).tolist()
-    [-1.0, 0.0]
+    A function stays above its chord minus bend·s·(1 − s)/2, which is least at an end where the chord is steep.
     """
     flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
     return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
@@ -222,9 +214,9 @@ def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
-    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles. A product's second
-    derivative is at most its size times the square of the sum of both frequencies. A factor that is constant along the
-    segment, as on both sheets, counts with its value at the start instead of its size.
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, whose second
+    derivative is at most their size times the square of the sum of both frequencies. A factor that hardly moves, as on
+    both sheets, counts with its value at the start instead of its size.
     """
     form, factors, sizes, both = _form_of_sums(coefficients)
     turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
@@ -238,10 +230,9 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
 
 @lru_cache(maxsize=32)
 def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, and norms of its parts.
+    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair.
 
-    The second array has the factors of cos Δ1, then cos Δ2, as columns, the third their sizes; last is a norm of the
-    part without differences.
+    Then the factors of cos Δ1 and cos Δ2 as columns, their sizes, and a norm of the part without differences.
     """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
@@ -300,16 +291,12 @@ def largest_residual(
     tolerance: float = 1e-6,
     known: float = math.inf,
 ) -> Least:
-    """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
-
-    Both are products of two sines of linear functions, whose extremes on an interval are known.
-    """
+    """Bracket the least of −max(|Rφ|, |Rθ|), products of two sines, along segments, for a first arm along body x."""
     delta = coefficients.delta
 
     def phases(alpha: FloatArray) -> FloatArray:
-        """Return phases whose sines are the factors of Rθ, then those of Rφ, shape (4, k)."""
         a1, a2, a3, a4 = alpha.T
-        return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])
+        return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])  # of Rθ, then of Rφ
 
     def minus_larger(sines: FloatArray) -> FloatArray:
         x, y, u, v = sines
@@ -325,10 +312,7 @@ def largest_residual(
 
 
 def singular_value_bound(vehicle: Vehicle) -> Bound:
-    """Return a bound from values at both ends that are the least singular value at any attitude, or less.
-
-    Column i of the matrix turns at most √(2 + κ²) per radian of αᵢ, which is its Lipschitz constant in ‖Δα‖.
-    """
+    """Return a bound from values at both ends that are the least singular value or less, Lipschitz with √(2 + κ²)."""
     constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
@@ -346,8 +330,8 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    On the red sheet the matrix splits, and two of its blocks are cosines, whose least on a segment is known; only the
-    third is searched. Elsewhere every end costs a decomposition: see :func:`least_singular_value_of_all`.
+    On the red sheet the matrix splits into two cosines and a block, which alone is searched. Elsewhere every end costs
+    a decomposition: see :func:`least_singular_value_of_all`.
     """
     bound = singular_value_bound(vehicle)
     if not _on_red(starts, ends):
@@ -370,17 +354,9 @@ def least_singular_value_along(
 
 
 def least_singular_value_of_all(
-    starts: FloatArray,
-    ends: FloatArray,
-    vehicle: Vehicle = PAPER,
-    *,
-    tolerance: float = 1e-4,
-    known: float = math.inf,
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
 ) -> Least:
-    """Bracket the least singular value over many segments, most of them without any decomposition.
-
-    A bound from arithmetic alone settles those that stay above the least of all, or `known`: their `upper` is +∞.
-    """
+    """Bracket the least singular value over many segments; `upper` is +∞ where no decomposition was needed."""
     if _on_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
     low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
@@ -403,11 +379,10 @@ def _bounds_without_decomposition(
 
 
 def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return a lower bound of the least singular value, level, on segments of the red sheet, without a search.
+    """Return a lower bound of the least singular value, level, on segments of the red sheet.
 
-    The two lone values are cosines, whose least is known. The 2×2 block is √2·B with |det B| = |D|,
-    D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ, whose range follows from those of both terms; and the squares of the
-    singular values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f.
+    The 2×2 block is √2·B with |det B| = |D|, D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ; the squares of the singular
+    values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f.
     """
     kappa = vehicle.signed_drag_ratio
     delta, quarter = math.atan(kappa), math.pi / 2
@@ -444,10 +419,7 @@ def keeps_singular_value_above(
 
 
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
-    """Return whether all hover thrusts are positive along whole segments, shape (m,); decided exactly.
-
-    Each factor of w₀ must keep its sign, and no rotor may tilt beyond π/2, where a positive thrust pushes down.
-    """
+    """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact."""
     s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
     # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
     factors = np.sign(np.sin((s0 + s1) / 2))
@@ -508,9 +480,8 @@ def thrust_shares_along(
 def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
     """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
 
-    |wᵢ| and V are products of sines of linear functions, with bounded second derivatives. So is |wᵢ| − c·V, where c is
-    the least share at both ends. Where that stays positive no share is below c; elsewhere a share is below c by no more
-    than its deficit over the least of V. The same holds for the largest share, with signs reversed.
+    |wᵢ|, V and |wᵢ| − c·V have bounded second derivatives, where c is the least share at both ends. A share is below c
+    by no more than the deficit of |wᵢ| − c·V over the least of V. The same holds for the largest share, reversed.
     """
     squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is

@@ -138,10 +138,7 @@ def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[Flo
 def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
-    """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, shape (...).
-
-    The matrix is then singular at every attitude, as on all of the blue sheet.
-    """
+    """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
     alpha = _finite_or_nan(alpha)
     a1, a2, a3, a4 = np.moveaxis(alpha, -1, 0)
     v = np.abs(attitude_sensitivities(alpha, coefficients))
@@ -182,8 +179,7 @@ def sensitivity_deviations(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,).
 
-    Rφ and Rθ are products of two sines of linear functions of the tilt angles: their second derivative is at most
-    (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|, and zero where one factor is zero all along, as on the gait surfaces.
+    The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|.
     """
     delta = coefficients.delta
     shift = np.array([-2 * delta, 0.0, 0.0, 2 * delta])
@@ -393,10 +389,7 @@ def _value_at(force: FloatArray, moment: FloatArray, tilt: float, azimuth: Float
 
 
 def _best_azimuth(turned: FloatArray, size: FloatArray, squared: FloatArray, tilt: float) -> FloatArray:
-    """Return the direction in which nᵀQ(λ)n is least on the rim, shape (m,).
-
-    Its slope along the rim is Re(2(B + iA)z² + (E + iD)z), z = exp(i·azimuth): zero at roots of a quartic.
-    """
+    """Return the direction in which nᵀQ(λ)n is least on the rim, where Re(2(B + iA)z² + (E + iD)z) = 0, shape (m,)."""
     weight = np.where(size > 0, -squared[:, None] / np.maximum(size - squared[:, None], 1e-300), 1.0)
     form = np.einsum("ki,kil,kim->klm", weight, turned, turned) - squared[:, None, None] * np.eye(3)
     rim, height = math.sin(tilt), math.cos(tilt)

@@ -69,8 +69,6 @@ _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
-
-
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
@@ -89,9 +87,9 @@ class SignComponent:
 def sign_components(
     vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY, margin: float = _OPEN_MARGIN
 ) -> tuple[SignComponent, ...]:
-    """Return the components of R ≠ 0 on the red sheet inside [−π/2, π/2]², with exact coefficients: seven.
+    """Return the seven components of R ≠ 0 on the red sheet inside [−π/2, π/2]², exact coefficients.
 
-    R = 0 is excluded: `inner` keeps a margin [rad] to straight borders. `accuracy` as for :func:`sign_region`.
+    `inner` keeps a margin [rad] to straight borders, where R = 0. `accuracy` as for :func:`sign_region`.
 
     >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
     [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
@@ -199,9 +197,8 @@ def _union(pairs: Sequence[Any]) -> Pair:
 def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
     """Return whether |R| may be below a value in polygons on which R has one sign.
 
-    |R| is least on a border. Proof: but for a factor R is the product of P = cos β1·cos β2 and D, with ΔP = −2P and
-    ΔD = −2D. Where the gradient of R vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R: |R|
-    has no least value inside.
+    |R| is least on a border: R is a product of P = cos β1·cos β2 and D, with ΔP = −2P and ΔD = −2D. Where its gradient
+    vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R.
     """
     if shape.is_empty:
         return False
@@ -231,12 +228,8 @@ def _determinant_condition(signs: list[int], least: float, color: Color, coeffic
 def certain_determinant(coefficients: Coefficients) -> float:
     """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
 
-    It covers the difference of the coefficients and what
-    :func:`gaitgraph.invertibility.matrices.level_determinant_resolution` can be on the red sheet, where the pair
-    features (cos² α, sin² α, sin 2α) have at most the length √(3/2) and the slope 1.
-
-    >>> round(certain_determinant(coefficients_of()), 4)
-    0.0035
+    It covers their difference and `level_determinant_resolution`, with the length of the pair features on the red
+    sheet, at most √(3/2), and their slope, at most 1.
     """
     form = coefficients.bilinear_form
     size = float(np.linalg.norm(form))
@@ -250,9 +243,9 @@ def certain_determinant(coefficients: Coefficients) -> float:
 
 
 def hover_region(vehicle: Vehicle = PAPER) -> Region:
-    """Return where all hover thrusts are positive on the red sheet: two rectangles that meet at (δ, −δ).
+    """Return where all hover thrusts are positive on the red sheet: α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ.
 
-    α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ. The borders, where a pair of rotors idles, are excluded.
+    The borders of the two rectangles, where a pair of rotors idles, are excluded.
 
     >>> round(hover_region().outer.area, 3)
     4.991
@@ -260,8 +253,8 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     delta = math.atan(vehicle.signed_drag_ratio)
 
     def rectangles(margin: float) -> BaseGeometry:
-        first = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
-        return first.union(rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin))
+        one = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
+        return one.union(rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
@@ -279,8 +272,7 @@ def thrust_region(
 ) -> Region:
     """Return where hover needs of no rotor more than a share of the weight, and of each one at least another.
 
-    None is no limit; all hover thrusts are positive. The largest thrust of one rotor is 0.25 m·g at α = 0; below that
-    the region is small or empty. `accuracy` as for :func:`sign_region`.
+    None is no limit; all hover thrusts are positive. `accuracy` as for :func:`sign_region`.
 
     >>> [round(thrust_region(share).area, 3) for share in (0.3, 0.6, 3.0)]
     [0.169, 4.107, 4.962]
@@ -325,9 +317,8 @@ def singular_value_region(
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    Two of the singular values bound straight strips; the border of the third is explicit in u = α1 − α2. Nothing
-    reaches more than 2·√((1+κ²)/3). In `inner` the third singular value is at least `block`, which is not below the
-    floor, and the floor by default. `accuracy` as for :func:`sign_region`.
+    Nothing reaches more than 2·√((1+κ²)/3). In `inner` the singular value of the 2×2 block is at least `block`, by
+    default the floor. `accuracy` as for :func:`sign_region`.
 
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
@@ -402,9 +393,8 @@ def admissible_region(
         The vehicle; `max_tilt` and `max_thrust` count where they are stated.
     use
         "valid": R has the sign. "flyable": also the least singular value keeps the floor, all hover thrusts are
-        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner`
-        keeps the floor by 1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide
-        along its segments.
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` keeps the floor by
+        1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide along its segments.
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients
@@ -490,11 +480,7 @@ def _admissible(
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
-    """Return why a flyable region without any point has none.
-
-    >>> why_empty(admissible_region(floor=1.5), 1.5, PAPER)
-    "nothing has a least singular value of 1.5: this vehicle's most is 1.1710; lower the floor"
-    """
+    """Return why a flyable region without any point has none."""
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
     if floor > cap:
         return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"

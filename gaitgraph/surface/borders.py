@@ -51,7 +51,6 @@ _SAME = 1e-12
 _FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
 _BEYOND = 0.3  # beyond the square, so that its sides are no sides of the sets' polygons
-_ROOT_TWO = math.sqrt(2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +112,7 @@ class Border:
         return np.asarray(self.squared.at(points) ** 2 + self.rest.at(points))
 
     def deviation(self, starts: FloatArray, ends: FloatArray, reach: float) -> FloatArray:
-        """Return a bound of how far the border may be from chords between points on it, shape (m,).
-
-        `reach` is half the width of the rectangles that are looked at; the bound is infinite where none up to it is
-        certain.
-        """
+        """Return how far the border may be from chords between points on it, infinite unless that is up to `reach`."""
         chord = ends - starts
         length = np.hypot(chord[:, 0], chord[:, 1])
         along = chord / np.maximum(length, 1e-300)[:, None]
@@ -146,8 +141,7 @@ Edge = tuple[float, Function, Border | None]  # of a band: w in its middle, its 
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
     """Return where a trigonometric polynomial of degree two may vanish on [−period/2, period/2), sorted.
 
-    The zeros are those roots of a polynomial of degree four that lie on the unit circle; some that only nearly do
-    are returned too, so that rounding loses no double zero.
+    They are roots on the unit circle, or nearly on it, so that rounding loses no double zero.
     """
     parts = np.fft.fft(function(np.linspace(0.0, period, 8, endpoint=False))) / 8
     polynomial = np.asarray(parts[[2, 1, 0, -1, -2]], dtype=complex)
@@ -158,10 +152,7 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
 
 
 def _abscissae(low: float, high: float, function: Function, border: Border | None, tolerance: float) -> FloatArray:
-    """Return abscissae on an interval such that the chords between a function's values there follow the border.
-
-    A straight side needs both ends only.
-    """
+    """Return abscissae on an interval such that the chords between a function's values there follow the border."""
     if border is None:
         return np.array([low, high])
 
@@ -193,43 +184,37 @@ def bands_between(
     border: Border,
     tolerance: float,
     *,
-    ends: tuple[float, float] = (-1.0, 1.0),
-    ordinate: Function = np.arccos,
+    ends: tuple[float, float] = (-_FAR, _FAR),
+    ordinate: Function = np.asarray,
 ) -> BaseGeometry:
     """Return where a condition holds, as polygons whose borders follow the true ones.
 
-    For every abscissa x the condition changes only at a few values of w, its roots, which are explicit functions of
-    x; the second coordinate is a monotone function of w.
-
-    `breaks` are abscissae, sorted, between which no root enters or leaves the range `ends` of w, meets another, or
-    ceases to exist. `roots` are ascending functions of x, NaN where they do not exist. `holds` is asked at (x, w).
-    `border` vanishes on the roots, in the coordinates of the polygons, and may be `tolerance` from their sides.
-    `ordinate` gives the second coordinate for w.
+    For every abscissa x the condition, asked by `holds` at (x, w), changes only at a few values of w within `ends`:
+    its `roots`, ascending functions of x, NaN where they do not exist. Between the sorted abscissae `breaks` no root
+    enters or leaves that range, meets another, or ceases to exist. `ordinate` gives the second coordinate for w, a
+    monotone function. `border` vanishes on the roots and may be `tolerance` from the sides of the polygons.
     """
 
-    def straight(w: float) -> Edge:
-        return w, lambda x: ordinate(np.full(x.shape, w)), None
-
-    def curved(w: float, root: Function) -> Edge:
+    def edge(w: float, root: Function | None = None) -> Edge:
+        if root is None:
+            return w, lambda x: ordinate(np.full(x.shape, w)), None
         # At the ends of an interval rounding alone can take a root out of the range.
         return w, lambda x: ordinate(np.clip(root(x), *ends)), border
 
-    def band(low: float, high: float, bottom: Edge, top: Edge) -> Polygon:
-        (_, lower, lower_border), (_, upper, upper_border) = bottom, top
-
+    def band(low: float, high: float, sides: tuple[Edge, Edge]) -> Polygon:
         def between(below: FloatArray, above: FloatArray) -> Polygon:
+            (_, lower, _), (_, upper, _) = sides
             ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
             ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
             return shapely.Polygon(ring if len(ring) > 2 else None)
 
-        below = _abscissae(low, high, lower, lower_border, tolerance)
-        above = _abscissae(low, high, upper, upper_border, tolerance)
+        below, above = (_abscissae(low, high, function, line, tolerance) for _, function, line in sides)
         polygon = between(below, above)
-        if not polygon.is_valid:
-            # The chords of a thin band may cross, unless both sides have the same abscissae.
-            common = np.union1d(below, above)
-            polygon = between(common, common)
-        return polygon
+        if polygon.is_valid:
+            return polygon
+        # The chords of a thin band may cross, unless both sides have the same abscissae.
+        common = np.union1d(below, above)
+        return between(common, common)
 
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
@@ -238,14 +223,13 @@ def bands_between(
         middle = np.array([(low + high) / 2])
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
-        inner = [curved(w, root) for w, root in here if ends[0] < w < ends[1]]
-        edges = [straight(ends[0]), *inner, straight(ends[1])]
+        edges = [edge(ends[0]), *(edge(w, root) for w, root in here if ends[0] < w < ends[1]), edge(ends[1])]
         inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
         # Each run of intervals in which the condition holds is one polygon.
         for held, run in groupby(range(len(inside)), key=inside.__getitem__):
             if held:
                 numbers = list(run)
-                polygons.append(band(low, high, edges[numbers[0]], edges[numbers[-1] + 1]))
+                polygons.append(band(low, high, (edges[numbers[0]], edges[numbers[-1] + 1])))
     return shapely.union_all(polygons)
 
 
@@ -280,8 +264,7 @@ def _bands_in_w(
     """Return where a condition on (u, w) holds, in the (α1, α2) plane.
 
     Its border is where `height` vanishes, a quadratic in w with the roots (±√discriminant − sgn κ·middle)/(2|κ|) and
-    trigonometric polynomials of degree two as coefficients. A discriminant that is negative by less than 1e-9 of its
-    `scale` is zero.
+    trigonometric polynomials of degree two as coefficients. A discriminant above −1e-9·`scale` is not negative.
     """
 
     def root(side: float) -> Function:
@@ -298,7 +281,8 @@ def _bands_in_w(
     zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
     zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
     breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
-    shape = bands_between(breaks, (root(-1.0), root(1.0)), holds, border, _ROOT_TWO * tolerance)
+    roots, wide = (root(-1.0), root(1.0)), math.sqrt(2.0) * tolerance
+    shape = bands_between(breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos)
     # From 0 ≤ v ≤ π, continued by cos v, to the (α1, α2) plane.
     beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]]))
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
@@ -373,15 +357,8 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
 
     # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
     bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
-    found = bands_between(
-        np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND]),
-        (root,),
-        lambda y, x: x > float(root(np.array([y]))[0]),
-        Border(rest=bracket),
-        tolerance,
-        ends=(-_FAR, _FAR),
-        ordinate=lambda x: x,
-    )
+    breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
+    found = bands_between(breaks, (root,), lambda y, x: x > root(np.array([y]))[0], Border(rest=bracket), tolerance)
     return shapely.transform(found, lambda at: at[:, ::-1])
 
 
@@ -407,9 +384,7 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
     vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
     free = math.acos(1 / (2 * share)) if share > 0.5 else 0.0
     breaks = np.unique([-HALF_PI - _BEYOND, -free, free, delta, HALF_PI + _BEYOND])
-    return bands_between(
-        breaks, (border,), above, Border(rest=vanishing), tolerance, ends=(-_FAR, _FAR), ordinate=lambda y: y
-    )
+    return bands_between(breaks, (border,), above, Border(rest=vanishing), tolerance)
 
 
 def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, tolerance: float) -> BaseGeometry:
@@ -441,8 +416,9 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     vanishing = cosine(2, 0) * (cosine(0, 2, 0.0, both) + one) + cosine(0, 2, 0.0, other) + (none - level)
     zeros = [zeros_of_degree_two(height(w), math.pi) for w in (1.0, -1.0)]
     breaks = np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros]))
+    ends, border_of = (-1.0, 1.0), Border(rest=vanishing)
     found = bands_between(
-        breaks, (border,), below, Border(rest=vanishing), tolerance, ordinate=lambda w: np.arccos(w) / 2
+        breaks, (border,), below, border_of, tolerance, ends=ends, ordinate=lambda w: np.arccos(w) / 2
     )
     found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
     end = HALF_PI + _BEYOND

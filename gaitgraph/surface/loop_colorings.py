@@ -51,14 +51,13 @@ class Coloring:
     sign: Sign
 
     def __str__(self) -> str:
-        runs = [(color, len(list(run))) for color, run in groupby(self.colors)]
-        if len(runs) == 1:
-            return f"{RELATION[self.sign]}  all {runs[0][0]}"
-        parts, start = [], 1
-        for color, size in runs:
-            parts.append(f"{color} {start}" + (f" to {start + size - 1}" if size > 1 else ""))
-            start += size
-        return f"{RELATION[self.sign]}  {', '.join(parts)} (jumps between the sheets)"
+        relation, parts, last = RELATION[self.sign], [], 0
+        if len(set(self.colors)) == 1:
+            return f"{relation}  all {self.colors[0]}"
+        for color, run in groupby(self.colors):
+            first, last = last + 1, last + len(list(run))
+            parts.append(f"{color} {first}" + (f" to {last}" if last > first else ""))
+        return f"{relation}  {', '.join(parts)} (jumps between the sheets)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +65,6 @@ class ColoringObstacle:
     """Why a loop has no colouring with one sign of R: a "point" has no such root, or a "pair" of neighbours forbids it.
 
     `points` are the numbers of the points concerned, from 1, and `types` those of the roots that a pair can have.
-    `message` names the rule of Figure 15 that they break.
     """
 
     kind: Literal["point", "pair"]
@@ -84,8 +82,7 @@ def color_choices(
     """Return what decides the color of each point, for each sign of R; angles of shape (n,) [rad].
 
     Each array has the shape (n, 4): whether the red and the blue root have that sign, and whether the type of α3 and
-    that of α4 is `?`. On the sides of [−π/2, π/2]² a root stands at both ends of its range, once with each sign. With
-    exact coefficients blue has R = 0 and no sign.
+    that of α4 is `?`. On the sides of [−π/2, π/2]² a root stands at both ends of its range, once with each sign.
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
@@ -93,7 +90,7 @@ def color_choices(
     choices = {sign: np.column_stack([np.zeros((len(a1), 2), dtype=bool), *crossing]) for sign in SIGNS}
     for k, color in enumerate(COLORS):
         if color == "blue" and coefficients.kind != "published":
-            continue
+            continue  # R = 0 has no sign
         a3, a4 = sheet_angles(color, a1, a2, coefficients)
         R = np.asarray(level_determinant(np.stack([a1, a2, a3, a4], axis=-1), coefficients))
         either = at_end_of_range(a3) | at_end_of_range(a4)

@@ -147,9 +147,9 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Root:
-    """One solution (α3, α4) of equations (7) and (8) for one (α1, α2), angles in radians.
+    """One solution of equations (7) and (8), angles in radians, `types` in ASCII such as ``(+,?)``.
 
-    `types` is ASCII such as ``(+,?)``; `R`, `R_phi` and `R_theta` are computed from the solution, not assumed.
+    `R`, `R_phi` and `R_theta` are computed from the solution, not assumed.
     """
 
     alpha1: float
@@ -378,7 +378,7 @@ def family_codes(colors: Sequence[str]) -> IntArray:
 
 
 def family_of(code: int) -> str:
-    """Return the color of a code; see :func:`family_codes`."""
+    """Return the color of a code."""
     return FAMILIES[FAMILY_COLUMN[int(code)]]
 
 
@@ -392,12 +392,8 @@ def _family_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
 def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
     """Return how far points are from red, blue, the first and the second fibre, mod π, shape (..., 4) [rad].
 
-    On a sheet α3 and α4 are compared, on a fibre its two fixed angles; the larger difference counts. The copies of the
-    fibres at β = π/2 (mod π), where R = 0, are not counted as fibres.
-
-    >>> delta = coefficients_of().delta
-    >>> family_distances([delta, 0.3, delta, 0.5], coefficients_of()).round(3).tolist()
-    [0.2, 1.134, 0.0, 0.667]
+    On a sheet the larger difference of α3 and α4 counts, on a fibre that of its two fixed angles. The copies of the
+    fibres at β = π/2 (mod π), where R = 0, are no fibres.
     """
     forms = _family_forms(np.asarray(alpha, dtype=float), coefficients)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=-1))
@@ -406,14 +402,9 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
 def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
     """Return the family of each of consecutive points of shape (n, 4) [rad], shape (n,).
 
-    A point may be `tolerance` [rad] from a family, mod π; a sheet goes before a fibre. A point on both sheets, near
-    where they meet, follows the one before, of the family `before` at the beginning; else the first that is on one
-    alone; if there is none, it is red. A point where a fibre meets the blue sheet, R = 0, follows the fibre if the one
-    before was on it.
-
-    >>> at = coefficients_of().delta
-    >>> families_along([[at, 0.3, at, 0.3], [at, 0.3, at, 0.4]], coefficients_of(), 2e-3).tolist()
-    [1, 2]
+    A point may be `tolerance` [rad] from a family, mod π; a sheet goes before a fibre. A point on both sheets follows
+    the one before, of the family `before` at the beginning; else the first that is on one alone; else it is red. A
+    point where a fibre meets the blue sheet, R = 0, follows the fibre if the one before was on it.
     """
     near = family_distances(alpha, coefficients) <= tolerance
     on_red, on_blue = near[:, 0], near[:, 1]
@@ -439,8 +430,7 @@ def family_types(
 ) -> tuple[IntArray, IntArray]:
     """Return the plane types of α3 and α4 at points of families, each +1, 0 (`?`), −1 or `FREE` (`*`), shape (n,).
 
-    On a sheet they are those of :func:`types_of`. On a fibre the fixed angle is where its planes cross, `?`, and the
-    free one is on neither plane, `*`. Off the surfaces both are 0.
+    On a fibre the fixed angle is where its planes cross, `?`, and the free one on neither. Off the surfaces both are 0.
     """
     alpha, codes = np.asarray(alpha, dtype=float), np.asarray(codes, dtype=np.int8)
     third, fourth = types_of("red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance)
@@ -453,8 +443,7 @@ def family_types(
 def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return whether stated types, codes of shape (n, 2), contradict the families of points, codes (n,); shape (n,).
 
-    A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own. A point on
-    no family has no types to contradict.
+    A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own.
     """
     stated, codes = np.asarray(types), np.asarray(codes)[:, None]
     on_sheet = (stated * codes < 0) | ((stated == FREE) & (codes != 0))
@@ -465,10 +454,9 @@ def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[
 def family_jumps(
     starts: FloatArray, ends: FloatArray, codes: IntArray, after: IntArray, coefficients: Coefficients
 ) -> FloatArray:
-    """Return by how much segments leave the families of both their ends, shape (m,) [rad]; one of them is a fibre.
+    """Return by how much segments leave the families of both their ends, of which one is a fibre, shape (m,) [rad].
 
-    Families are planes, so a segment stays on one if both its ends are on it and no angle wraps; else it is farthest
-    off at an end. Of the families of its two ends the one that it leaves less counts.
+    Families are planes, so a segment is farthest off at an end. The family that it leaves less counts.
     """
     apart = wrapped(_family_forms(starts, coefficients))
     change = ((ends - starts) @ _FORMS).reshape(-1, 4, 2)
@@ -481,9 +469,9 @@ def family_jumps(
 
 
 def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
-    """Return the signs of the three factors of R on the red sheet, exact coefficients, shape (..., 3).
+    """Return the signs of the factors of R on red, exact coefficients, shape (..., 3); their product is that of R.
 
-    The third is positive on the side of α = 0. Their product is the sign of R; a zero is singular.
+    The third is positive on the side of α = 0; a zero is singular.
 
     >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
     ([1, 1, 1], [1, 1, -1])
@@ -497,11 +485,7 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
 
 
 def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER) -> str | None:
-    """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None.
-
-    >>> separating_factor((0.0, 0.0), (1.178, -0.393))
-    'the curve tan α1 − tan α2 = 2κ = 0.3373'
-    """
+    """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None."""
     a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
     kappa = vehicle.signed_drag_ratio
     line = math.atan(kappa) - math.copysign(HALF_PI, kappa)
