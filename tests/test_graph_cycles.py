@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 import pickle
-from itertools import islice
+from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -46,9 +46,8 @@ def passes(path: Sequence[int], stops: Sequence[Iterable[int]], any_order: bool)
     if any_order:
         return all(places)
     for choice in itertools.product(*places):
-        winds = sum((b - a) % len(path) for a, b in zip(choice, (*choice[1:], choice[0]), strict=True))
-        back = sum((a - b) % len(path) for a, b in zip(choice, (*choice[1:], choice[0]), strict=True))
-        if min(winds, back) <= len(path):
+        turns = list(pairwise([*choice, choice[0]]))
+        if any(sum(sign * (b - a) % len(path) for a, b in turns) <= len(path) for sign in (1, -1)):
             return True
     return False
 
@@ -61,18 +60,12 @@ def rows_of(number: int, edges: dict[tuple[int, int], int]) -> Rows:
     return [sorted(row) for row in rows]
 
 
-def brute_items(edges: dict[tuple[int, int], int], most: float = math.inf) -> list[Item]:
+def brute_items(edges: dict[tuple[int, int], int]) -> list[Item]:
     """Every simple cycle, sorted; networkx finds them."""
     lengths = edges | {(b, a): length for (a, b), length in edges.items()}
-    bound = int(most // min(edges.values())) if math.isfinite(most) else None
-    found = []
-    joined: nx.Graph[Any] = nx.Graph()
-    joined.add_edges_from(edges)
-    for path in nx.simple_cycles(joined, length_bound=bound):
-        whole = sum(lengths[pair] for pair in zip(path, (*path[1:], path[0]), strict=True))
-        if whole <= most:
-            found.append((whole, canonical(path)))
-    return sorted(found)
+    joined: nx.Graph[Any] = nx.Graph(list(edges))
+    found = list(nx.simple_cycles(joined))
+    return sorted((sum(lengths[pair] for pair in pairwise([*path, path[0]])), canonical(path)) for path in found)
 
 
 def walked_items(edges: dict[tuple[int, int], int], most: float) -> list[Item]:
@@ -179,13 +172,11 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
 @pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize("divisions", [6, 7])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
-def test_against_networkx(sign: Any, divisions: int, use: Any) -> None:
+def test_against_all_paths(sign: Any, divisions: int, use: Any) -> None:
     graph = surface_graph(sign, divisions, floor=0.02)
     longest = SHORT * 8 / divisions
     found = items_of(graph, cycles(graph, use=use, max_length=longest))
-    edges = edges_of(graph, use)
-    brute = brute_items if all(edges.values()) else walked_items
-    assert found == brute(edges, longest * 1e12 + 1000)
+    assert found == walked_items(edges_of(graph, use), longest * 1e12 + 1000)
     assert len(found) > 5 or use == "flyable"
 
 
@@ -212,10 +203,6 @@ def test_the_first_cycles_come_at_once() -> None:
     assert len(first.nodes) == 3
     assert search.steps < 16_000  # about a look at each pair of a node and its neighbour, twice
     assert not search.complete
-    few = cycles(surface_graph("negative"))
-    assert len(list(islice(few, 1000))) == 1000
-    assert few.steps < 10_000
-    assert few.bound <= next(few).length
 
 
 def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
@@ -246,7 +233,6 @@ def test_max_length_counts_what_is_as_long() -> None:
     ("sign", "use", "divisions", "waypoints"),
     [
         ("negative", "flyable", 8, ()),
-        ("negative", "two_color", 16, ()),
         ("positive", "valid", 16, ()),
         ("negative", "two_color", 16, [(math.pi / 2, -0.5), (0.52, -0.61)]),
         ("positive", "two_color", 12, [(math.pi / 2, -0.5), (0.1, 0.2)]),
@@ -254,11 +240,11 @@ def test_max_length_counts_what_is_as_long() -> None:
 )
 def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
     graph = surface_graph(sign, divisions, waypoints=waypoints)
-    found = list(islice(cycles(graph, use=use), 3000))
+    found = list(islice(cycles(graph, use=use), 1000))
     names = [stop for stop in graph if stop[0] == "w"]
     if names:
-        found += islice(cycles(graph, use=use, through=[names], any_order=True), 1000)
-    for cycle in found[:: max(1, len(found) // 25)]:
+        found += islice(cycles(graph, use=use, through=[names], any_order=True), 500)
+    for cycle in found[:: max(1, len(found) // 15)]:
         report, told = cycle.report, cycle.as_mapping()
         for name in ("valid", "two_color", "flyable", "reachable_from_hover"):
             assert told[name] is getattr(report, name), (name, cycle)
@@ -310,7 +296,7 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
         assert items_of(graph, [answer.cycle])[0] in [item for item in expected if item[0] == expected[0][0]]
         assert simple_cycle(graph, stops, use=use, any_order=any_order) == answer
         assert (answer.exact, answer.bound) == (True, answer.cycle.length)
-        for effort in (1, 10, 100):
+        for effort in (1, 30):
             hasty = simple_cycle(graph, stops, use=use, any_order=any_order, effort=effort)
             assert hasty.bound <= answer.cycle.length
             if hasty.cycle is not None:
@@ -343,8 +329,8 @@ def test_why_there_is_no_simple_cycle() -> None:
 @pytest.mark.no_cover
 def test_spent_effort_leaves_a_true_bound() -> None:
     graph = surface_graph("negative")
-    whole = list(islice(cycles(graph), 6000))
-    for effort in (1, 1400, 1500, 20_000):
+    whole = list(islice(cycles(graph), 1000))
+    for effort in (1, 1400, 5000):
         search = cycles(graph, effort=effort)
         found = list(search)
         assert found == whole[: len(found)]
@@ -358,14 +344,14 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
     graph = surface_graph("negative")
 
     def interrupt(line: str) -> None:
-        if "200" in line or len(found) > 3000:
+        if len(found) > 500:
             raise KeyboardInterrupt
 
     found: list[Cycle] = []
     search = cycles(graph, progress=interrupt)
     with pytest.raises(KeyboardInterrupt):
         found.extend(search)
-    assert len(found) > 3000
+    assert len(found) > 500
     assert not search.complete
     assert 0 < search.steps
     following = next(islice(cycles(graph), len(found), None))
