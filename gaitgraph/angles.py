@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from numbers import Complex, Number, Real
-from typing import Any
+from typing import Any, SupportsIndex
 
 from gaitgraph.errors import InputError, shown
 
@@ -82,6 +82,18 @@ def number_of(value: object) -> float:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:
         return math.nan
+
+
+def whole_number(name: str, value: object, low: int, high: int) -> int:
+    """Return a whole number, Python's or numpy's, or raise InputError by its name.
+
+    >>> whole_number("count", 3, 1, 9)
+    3
+    """
+    # number_of is NaN for booleans and arrays.
+    if not isinstance(value, SupportsIndex) or math.isnan(number_of(value)) or not low <= int(value) <= high:
+        raise InputError(f"{name} must be a whole number from {low} to {high}, got {shown(value)}")
+    return int(value)
 
 
 def text_from_angle(angle: float) -> str:

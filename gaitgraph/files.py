@@ -72,7 +72,7 @@ def table_from_toml(text: str) -> dict[str, Any]:
 def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
     """Return what is made of the fields in a TOML file, at its top level or in a table of the name `what` alone.
 
-    Raises FileProblem if the file cannot be read, and InputError, naming the file, if `make` does.
+    Raises FileProblem if the file cannot be read, and what `make` raises, naming the file.
     """
     text = text_of(path, what, "a TOML file")
     try:
@@ -84,8 +84,8 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
             beside = next(name for name in content if name != what)
             raise InputError(f"{beside} must be inside the [{what}] table, got it beside the table")
         return make(inner)
-    except InputError as error:
-        raise InputError(f"{what} file {str(path)!r}: {error}") from error
+    except GaitgraphError as error:
+        raise type(error)(f"{what} file {str(path)!r}: {error}") from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:

@@ -63,8 +63,10 @@ def test_the_numbers_of_the_page_are_flown_again(row: tuple[str, ...]) -> None:
 
 
 def test_a_red_gait_settles_from_everywhere_without_a_thrust_limit() -> None:
-    basin = basin_of(timed_gait(3), resolution=3)
-    assert basin.fraction == basin.inside.mean() == 1.0
+    parts: list[float] = []
+    basin = basin_of(timed_gait(3), resolution=3, progress=parts.append)
+    assert parts == pytest.approx(np.arange(1, 10) / 9)
+    assert basin.fraction == basin.acceptable_fraction == 1.0
     assert basin.cases == dict(zip(CASES, (9, 0, 0, 0), strict=True))
     assert basin.outcomes == {"settled": 9}
     assert 100 < basin.peak_share.max() < 200  # which no rotor has
@@ -121,12 +123,6 @@ def test_gaits_that_physics_forbids_are_refused_and_fail_anyway() -> None:
     assert "9 near singular" in str(flown)
 
 
-def test_progress_comes_to_one_and_never_goes_back() -> None:
-    parts: list[float] = []
-    basins_of(timed_gait(), biases=(1.0, 0.9), resolution=1, extent=0.3, begins=2, progress=parts.append)
-    assert parts == [0.25, 0.5, 0.75, 1.0]
-
-
 def test_paced_gaits_are_flown_but_not_biased() -> None:
     timed = least_period(timed_gait(3).gait, Limits(rate=5, acceleration=60), rounding=0.1).timed
     assert timed is not None
@@ -146,8 +142,6 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
         ({"settings": FlightSettings(duration=0.99)}, "duration must be at least the gait's period, 1 s, got 0.99 s"),
         ({"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
         ({"biases": [0.0]}, "bias must be different numbers above 0, up to 1, got [0.0]"),
-        ({"biases": [1.01]}, "bias must be different numbers above 0, up to 1, got [1.01]"),
-        ({"biases": []}, "bias must be different numbers above 0, up to 1, got []"),
         ({"biases": [0.8, 1.0, 0.8]}, "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]"),
     ],
 )
@@ -163,19 +157,17 @@ def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
     assert "Basin of biased by 0.8" in done.out
     assert "wrote basin.csv" in done.out
     assert done.out.count("warning: ") == 1
-    assert "warning: biased by 0.8 it is off the surfaces: max(|Rφ|, |Rθ|) = 0.71, allowed 0.002\n" in done.out
+    assert "warning: max(|Rφ|, |Rθ|) = 0.71, allowed 0.002" in done.out
     assert len((tmp_path / "basin.csv").read_text().splitlines()) == 1 + 8
     answer = run("basin", "gait3", "--bias", 0.8, "--resolution", 1, "--json", "--begins", 2).json
     gait, biased = answer["basins"]
     assert (gait["eta"], gait["period"], gait["warnings"]) == (1.0, 1.0, [])
-    assert sum(biased[case] for case in CASES) == 1
-    assert len(biased["flights"]["outcome"]) == 2
+    assert (sum(biased[case] for case in CASES), len(biased["flights"]["outcome"])) == (1, 2)
     assert answer["settings"]["control_rate"] == 1000.0
 
 
 def test_the_command_says_no_with_exit_code_1(run: Any, tmp_path: Path) -> None:
-    done = run("basin", "gait2", "--resolution", 3)
-    assert (done.code, "refused before take-off: " in done.out) == (1, True)
+    assert run("basin", "gait2", "--resolution", 1).code == 1
     (tmp_path / "none.toml").write_text('waypoints = [["0.1", "0.1"], ["1.2", "-1.2"]]\ncolor = "red"\n')
     assert run("basin", "none.toml").out.startswith("there is no gait to fly: ")
     none = run("basin", "none.toml", "--json")
@@ -187,10 +179,8 @@ def test_the_command_says_no_with_exit_code_1(run: Any, tmp_path: Path) -> None:
     [
         (["--bias", "2"], "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
         (["--bias", "1"], "--bias must differ from 1"),
-        (["--duration", "0.5"], "--duration must be at least the gait's period"),
-        (["--thrust-limit", "-1"], "--thrust-limit must be between 1e-09 and 1e+09 (N), got -1.0"),
         (["--output", "basin.gif"], "output: 'basin.gif'; the suffixes for a basin are .csv"),
-        (["--settings", "hover.toml"], "settings file 'hover.toml': the reference of a basin must be attitude"),
+        (["--settings", "hover.toml"], "reference must be attitude for a basin, got 'hover'"),
     ],
 )
 def test_wrong_options_are_one_line(run: Any, tmp_path: Path, options: list[str], message: str) -> None:

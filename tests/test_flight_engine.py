@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.errors import InputError
 from gaitgraph.flight.engine import Engine, engine_warnings, quaternion_of
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
@@ -255,18 +255,13 @@ class TestModels:
         with pytest.raises(InputError, match="for four arms is not that of a rigid body"):
             Engine(PAPER.replace(inertia=inertia, arm_inertia=1e-5))
 
-    @pytest.mark.parametrize("constant", ["mass", "inertia", "arm_length"])
-    def test_a_missing_constant_is_named(self, constant: str) -> None:
-        vehicle = PAPER.replace(**{constant: None, "drag_ratio": 0.17})
-        with pytest.raises(MissingConstant, match=f"states no {constant}.*flight needs"):
-            Engine(vehicle)
-
     @pytest.mark.parametrize(
         ("changes", "message"),
         [
             ({"inertia": (1.0, 1.0, 3.0)}, "must be three positive moments .* is not that of a rigid body"),
             ({"arm_inertia": 1e-3}, "without 0.004 of each for four arms is not that of a rigid body"),
-            ({"inertia": (1e-10, 1e-10, 1e-10)}, "must be at least 1e-09 kg m² in the physics engine, got"),
+            ({"inertia": (1e-10, 1e-10, 1e-10)}, "the physics engine does not take the constants of .*mjMINVAL"),
+            ({"mass": None}, "states no mass.*flight needs"),
             ({"mass": 1e-18}, "the physics engine does not take the constants of .*; mass, inertia"),
         ],
     )

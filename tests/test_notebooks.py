@@ -16,6 +16,8 @@ nbformat = pytest.importorskip("nbformat", reason="the extra 'dev' is not instal
 nbclient = pytest.importorskip("nbclient", reason="the extra 'dev' is not installed")
 pytest.importorskip("ipykernel", reason="the extra 'dev' is not installed")
 
+pytestmark = pytest.mark.slow
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

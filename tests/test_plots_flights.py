@@ -1,13 +1,11 @@
-"""Pictures of flights: plots over time, films, the viewer; and maps of basins."""
+"""Pictures of flights: plots over time and films; and maps of basins."""
 
 from __future__ import annotations
 
 import csv
 import json
-import sys
-from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +18,7 @@ import gaitgraph as gg
 from gaitgraph.errors import InputError, OutputExists
 from gaitgraph.flight.basins import Basin, basins_of
 from gaitgraph.flight.engine import quaternion_of
-from gaitgraph.flight.record import COLUMNS, OUTCOMES, Flight
+from gaitgraph.flight.record import OUTCOMES, Flight
 from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
@@ -187,42 +185,6 @@ def test_frames_of_a_long_film_go_through_the_gait() -> None:
         assert sorted(set(phases.tolist())) == pytest.approx(np.arange(25) / 25)
         assert found[-1] == seconds
     np.testing.assert_allclose(times(2.0)[:-1], np.linspace(0.0, 2.0, 51)[:-2], atol=0.01)
-
-
-# ---------------------------------------------------------------- the viewer
-
-
-def test_the_viewer_shows_the_flight_again(monkeypatch: pytest.MonkeyPatch, levelling: Flight) -> None:
-    from gaitgraph.flight.engine import check_screen, show_flight
-
-    seen: list[np.ndarray[Any, Any]] = []
-    clock = iter(np.arange(0.0, 10.0, 0.1))
-
-    @contextmanager
-    def launched(model: Any, data: Any, **_: Any) -> Iterator[Any]:
-        yield SimpleNamespace(
-            cam=SimpleNamespace(), is_running=lambda: len(seen) < 7, sync=lambda: seen.append(data.qpos.copy())
-        )
-
-    fake = ModuleType("mujoco.viewer")
-    fake.launch_passive = launched  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "mujoco.viewer", fake)
-    monkeypatch.setattr("mujoco.viewer", fake, raising=False)
-    monkeypatch.setattr("gaitgraph.flight.engine.time", SimpleNamespace(monotonic=lambda: next(clock), sleep=id))
-    show_flight(levelling)
-    np.testing.assert_allclose(seen[0][:3], levelling.rows[100, 1:4])
-    np.testing.assert_allclose(seen[-1][7:], levelling.rows[-1, [COLUMNS.index(f"alpha{k}") for k in (1, 2, 3, 4)]])
-
-    def broken(*_: Any, **__: Any) -> None:
-        raise RuntimeError("it needs mjpython")
-
-    fake.launch_passive = broken  # type: ignore[attr-defined]
-    with pytest.raises(gg.InputError, match="the viewer does not open .it needs mjpython."):
-        show_flight(levelling)
-    monkeypatch.setenv("DISPLAY", ":987")
-    monkeypatch.setattr("subprocess.run", lambda *_, **__: SimpleNamespace(returncode=1))
-    with pytest.raises(gg.InputError, match="no window can be opened here"):
-        check_screen()
 
 
 # ---------------------------------------------------------------- basins

@@ -48,15 +48,6 @@ class Group(click.Group):
         found: click.Command = getattr(import_module(f"gaitgraph.cli.{cmd_name}"), f"{cmd_name}_command")
         return found
 
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; Abort if it is interrupted, without the empty line that click prints even into a pipe."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            if sys.stderr.isatty():  # which shows ^C on the line
-                click.echo(err=True)
-            raise click.Abort from None
-
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -141,17 +132,14 @@ def print_json(content: Any) -> None:
 
 def print_text(text: str) -> None:
     """Print text for people: on a terminal with its verdicts in color, unless the environment says otherwise."""
-    # NO_COLOR forbids color and FORCE_COLOR asks for it, in a pipe too.
+    # NO_COLOR forbids color, FORCE_COLOR asks for it, in a pipe too; otherwise click leaves it to terminals.
     forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
-    is_colored = forced or (sys.stdout.isatty() and os.environ.get("TERM") != "dumb")
-    if is_colored and not os.environ.get("NO_COLOR"):
+    is_plain = os.environ.get("NO_COLOR") or (os.environ.get("TERM") == "dumb" and not forced)
 
-        def colored(line: re.Match[str]) -> str:
-            return _WORDS.sub(lambda word: click.style(word[0], fg=_COLORS.get(word[0], "red")), line[0])
+    def colored(line: re.Match[str]) -> str:
+        return _WORDS.sub(lambda word: click.style(word[0], fg=_COLORS.get(word[0], "red")), line[0])
 
-        click.echo(_COLORED.sub(colored, text), color=True)
-    else:
-        click.echo(text)
+    click.echo(_COLORED.sub(colored, text), color=False if is_plain else forced or None)
 
 
 def show(found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = ()) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import Working, print_json, print_text
-from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, flight_warnings, settings_from_options, timed_gait
+from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, settings_from_options, timed_gait
 from gaitgraph.cli.options import command, flag, named_in_errors, option
 from gaitgraph.errors import Infeasible, InputError
 
@@ -45,10 +45,6 @@ def basin_command(
     mujoco_library()  # MissingExtra, before anything is read
     asked = {**given, "bias": bias or None}
     settings = settings_from_options(given)
-    if settings.reference != "attitude":
-        raise InputError(
-            f"settings file {asked['settings']!r}: the reference of a basin must be attitude, got {settings.reference}"
-        )
     if 1.0 in bias:
         raise InputError("--bias must differ from 1: the gait itself is flown in any case")
     grid = {name: given[name] for name in ("resolution", "extent", "begins") if name in given}
@@ -67,14 +63,11 @@ def basin_command(
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    warnings = [flight_warnings(basin.timed, basin.warnings, basin.eta) for basin in basins]
     if as_json:
-        answers = [basin.as_mapping() | {"warnings": one} for basin, one in zip(basins, warnings, strict=True)]
         used = basins[0].settings.as_mapping()
+        answers = [basin.as_mapping() for basin in basins]
         print_json({"basins": answers, "vehicle": timed.gait.vehicle.name, "settings": used, "outputs": list(outputs)})
     else:
-        lines = []
-        for basin, one in zip(basins, warnings, strict=True):
-            lines += [str(basin), *(f"warning: {warning}" for warning in one)]
+        lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
         print_text("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
     return 1 if any(basin.refusal for basin in basins) else 0

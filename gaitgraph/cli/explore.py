@@ -5,18 +5,12 @@ from __future__ import annotations
 import click
 
 from gaitgraph.cli import print_json
-from gaitgraph.cli.options import Kind, command, flag, option
-
-
-def _port(text: str) -> int:
-    if not 0 <= int(text) <= 65535:
-        raise ValueError
-    return int(text)
+from gaitgraph.cli.options import command, flag, option
 
 
 @command(
     "Plan gaits by hand, in the browser.",
-    option("--port", "N", "0 for a free one.  [default: 0]", type=Kind("a whole number from 0 to 65535", _port)),
+    option("--port", "N", "0 for a free one.  [default: 0]", type=click.IntRange(0, 65535)),
     flag("--no-browser", "Print the address and open nothing."),
     "json",
 )

@@ -9,27 +9,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option
+from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option, pair_of
 from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from gaitgraph.flight.settings import FlightSettings
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle
 
-PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
-"""The gaits of the paper's Section 5, which may be named instead of a file."""
-
+PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, which may be named instead of a file
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
-# The references that a setting has an effect with.
-_SERVES = {
-    "size": _REFERENCES[2:],
-    "lap": _REFERENCES[3:],
-    "position_stiffness": _REFERENCES[1:],
-    "position_damping": _REFERENCES[1:],
-}
+# From which of the references on a setting has an effect.
+_SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
+
+
+def _wind(text: str) -> tuple[float, ...]:
+    return tuple(map(float, text.split(",")))
+
 
 GAIT_FILE = file("gait_file", "GAIT_FILE", *PAPER_NAMES)
 CLOCK = (
@@ -56,20 +53,6 @@ SETTINGS = (
 )
 
 
-def _attitude(text: str) -> tuple[float, float]:
-    from gaitgraph.angles import angle_from_text
-
-    roll, pitch = (angle_from_text(part.strip(), "attitude") for part in text.split(","))
-    return roll, pitch
-
-
-def _wind(text: str) -> tuple[float, ...]:
-    numbers = tuple(map(float, text.split(",")))
-    if len(numbers) not in (2, 3):
-        raise ValueError
-    return numbers
-
-
 @command(
     "Fly a gait in a physics engine.",
     GAIT_FILE,
@@ -77,7 +60,7 @@ def _wind(text: str) -> tuple[float, ...]:
         "--attitude",
         "ROLL,PITCH",
         "At the start.  [default: 0.3,-0.2 to level out, else level]",
-        type=Kind("ROLL,PITCH, two angles", _attitude),
+        type=Kind("ROLL,PITCH, two angles", pair_of),
     ),
     *CLOCK,
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
@@ -95,12 +78,9 @@ def _wind(text: str) -> tuple[float, ...]:
     option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
     option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
     option("--seed", "N", "Of noise and gusts.  [default: 0]"),
-    option(
-        "--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers X,Y[,Z] (m/s)", _wind)
-    ),
+    option("--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers (m/s)", _wind)),
     *SETTINGS,
     "outputs force",
-    flag("--view", "Then show the flight in the engine's viewer."),
     "json",
 )
 def fly_command(
@@ -111,7 +91,6 @@ def fly_command(
     anyway: bool = False,
     outputs: tuple[str, ...] = (),
     force: bool = False,
-    view: bool = False,
     as_json: bool = False,
     **given: Any,
 ) -> int:
@@ -124,7 +103,7 @@ def fly_command(
     import numpy as np
 
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
-    from gaitgraph.flight.engine import check_screen, mujoco_library, show_flight
+    from gaitgraph.flight.engine import mujoco_library
     from gaitgraph.flight.record import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
@@ -136,17 +115,12 @@ def fly_command(
         raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
     asked = {**given, "bias": bias, "periods": periods}
     settings = settings_from_options(given)
-    for name, serves in _SERVES.items():
-        if name in asked and settings.reference not in serves:
-            raise InputError(
-                f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only, "
-                f"got the reference {settings.reference}"
-            )
+    for name in asked.keys() & _SERVES.keys():
+        if settings.reference not in (serves := _REFERENCES[_SERVES[name] :]):
+            raise InputError(f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only")
     with named_in_errors(asked):
         start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
     mujoco_library()
-    if view:
-        check_screen()
 
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
         course: Any
@@ -169,80 +143,47 @@ def fly_command(
             if hovers and settings.duration is None:
                 settings = replace(settings, duration=course.duration)
             flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = flight_warnings(flight.course.timed, flight.warnings, bias)
+        warnings = list(flight.warnings)
         written: tuple[str, ...] = outputs if len(flight.rows) else ()
-        if not len(flight.rows):
-            warnings = [one.replace("flown although it is not flyable", "it is not flyable") for one in warnings]
-            if outputs:
-                warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
+        if outputs and not written:
+            warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
             write_flight(flight, written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
     show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
-    if view and len(flight.rows):
-        show_flight(flight)
     return 0 if flight else 1
 
 
 def settings_from_options(given: dict[str, Any]) -> FlightSettings:
     """Take the settings of a flight out of a command's options; an error names the option or the file."""
-    from gaitgraph.files import table_from_toml, text_of
+    from gaitgraph.files import from_toml_file
     from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 
     file = given.pop("settings", None)
-    text = "" if file is None else text_of(Path(file), "settings file", "a TOML file with a table [flight]")
     stated = {field.name: given.pop(field.name) for field in fields(FlightSettings) if field.name in given}
     if given.pop("no_saturation", False):
         if "thrust_limit" in stated:
             raise InputError(f"--thrust-limit {stated['thrust_limit']:g} cannot be combined with --no-saturation")
         stated["saturation"] = False
+    values = {} if file is None else from_toml_file(Path(file), "flight", dict)
     try:
-        content = table_from_toml(text)
-        for name in set(content) - {"flight"}:
-            raise InputError(f"it must have one table, [flight], got {shown(name)}{did_you_mean(name, ['flight'])}")
-        values = content.get("flight", {})
         # Judged together: an option may replace what is wrong in the file.
         with named_in_errors(stated):
-            return settings_from_mapping(values | stated if isinstance(values, dict) else values)
+            return settings_from_mapping(values | stated)
     except InputError as error:
         if file is None or str(error).startswith("--"):
             raise
-        raise InputError(f"settings file {file!r}: {error}") from error
-
-
-def flight_warnings(timed: TimedGait, warnings: Iterable[str], eta: float | None) -> list[str]:
-    """Return the warnings of a flight; one line replaces what follows from a bias, which was asked for."""
-    from gaitgraph.flight.course import ROW_BY_ROW, broken_rules
-
-    found = list(warnings)
-    if eta is not None and eta != 1.0 and found:
-        report = timed.check()
-        off = report["on_surface"]
-        if not off.ok:
-            follows = broken_rules(report)[1]
-            size = f"max(|Rφ|, |Rθ|) = {off.value:.2g}, allowed {off.limit:g}"
-            found = [f"biased by {eta:g} it is off the surfaces: {size}", *(one for one in found if one not in follows)]
-    if timed.law == ROW_BY_ROW:
-        found.append(
-            f"the timing matches no built-in law: {timed.samples} rows are flown straight from one to the next"
-        )
-    return found
+        raise InputError(f"flight file {file!r}: {error}") from error
 
 
 def timed_gait(name: str, given: Mapping[str, Any]) -> TimedGait:
-    """Return the gait of a file, a request or the paper with its timing; a paper's has T = 1 s and the law smooth."""
+    """Return the gait of a file, a request or the paper with its timing; errors of a name suggest one."""
     from gaitgraph.flight.course import timed_gait_from_file
-    from gaitgraph.gait.gait import paper_gait
-    from gaitgraph.invertibility.matrices import coefficients_of
-    from gaitgraph.vehicle import PAPER
 
-    asked = {key: given[key] for key in ("vehicle", "coefficients", "period", "law") if key in given}
-    if Path(name).suffix or Path(name).exists():
-        return timed_gait_from_file(name, **asked)
-    if name not in PAPER_NAMES:
+    if name not in PAPER_NAMES and not Path(name).suffix and not Path(name).exists():
         known = f"a gait file, a request, or {', '.join(PAPER_NAMES)}"
         raise InputError(f"GAIT_FILE must be {known}, got {shown(name)}{did_you_mean(name, list(PAPER_NAMES))}")
-    vehicle: Vehicle = asked.pop("vehicle", PAPER)
-    gait = paper_gait(int(name[-1]), vehicle, coefficients_of(vehicle, asked.pop("coefficients", None)))
-    return gait.parametrize(**asked)
+    return timed_gait_from_file(
+        name, **{key: given[key] for key in ("vehicle", "coefficients", "period", "law") if key in given}
+    )

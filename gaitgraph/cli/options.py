@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     Words = Iterable[str] | Callable[[], Iterable[str]]
 
 REMOVED = {
-    "--render": "A film is drawn; --view shows the flight in the engine's own viewer",
+    "--render": "A film is drawn: --output flight.gif",
+    "--view": "Write a film: --output flight.gif",
     "--watch": "Run the command again when the file changes, for example with: entr, watchexec",
     "--sheets": "No gait on a fibre can fly; gaitgraph roots lists the fibres",
     "--divisions": "Only plan and cycles use a grid; a transition is found at any angle",
@@ -119,15 +120,16 @@ def _angle(text: str) -> float:
     return angle
 
 
-def _pair(text: str) -> list[str]:
+def pair_of(text: str) -> list[str]:
+    """Return the two parts of a text, or raise ValueError."""
     first, second = text.split(",")
     return [first.strip(), second.strip()]
 
 
 _KINDS: dict[str, Any] = {
     "ANGLE": Kind("an angle ≥ 0, such as 0.3, pi/8 or 20deg", _angle),
-    "A1,A2": Kind("A1,A2, two angles", _pair),
-    "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [_pair(corner) for corner in text.split()]),
+    "A1,A2": Kind("A1,A2, two angles", pair_of),
+    "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [pair_of(corner) for corner in text.split()]),
     "N": Kind("a whole number", int),
     "SECONDS": Kind("a number of seconds", float),
     **dict.fromkeys(("X", "ETA", "HZ", "METRES", "M/S", "NEWTON"), Kind("a number", float)),

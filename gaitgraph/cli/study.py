@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import signal
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.cli import Working, print_json, print_problem, print_text, show
@@ -16,8 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-_ONCE = 3.0  # s in which further signals are the same wish
-
 
 class _Stopped(KeyboardInterrupt):
     """A signal asked for the end; its argument is the number of the signal."""
@@ -25,26 +21,23 @@ class _Stopped(KeyboardInterrupt):
 
 @contextmanager
 def _stopped_by_signals() -> Iterator[None]:
-    """Turn the signals that ask for an end into an exception, so that workers, keys and locks go with the study.
-
-    A second one shortly after does not disturb the clearing up; once one has come, the process is about to end.
-    """
-    last = -math.inf
+    """Turn the signals that ask for an end into an exception, so that workers, keys and locks go with the study."""
 
     def stop(number: int, _: FrameType | None) -> None:
-        nonlocal last
-        if monotonic() - last > _ONCE:
-            last = monotonic()
-            raise _Stopped(number)
+        for one in before:  # a second one does not disturb the clearing up
+            signal.signal(one, signal.SIG_IGN)
+        raise _Stopped(number)
 
     known = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
     # An ignored SIGHUP is that of nohup.
-    before = {one: signal.signal(one, stop) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
+    before = {one: signal.getsignal(one) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
     try:
+        for one in before:
+            signal.signal(one, stop)
         yield
     finally:
         for one, handler in before.items():
-            signal.signal(one, handler if last < 0 else signal.SIG_IGN)
+            signal.signal(one, handler)
 
 
 @command(
@@ -71,12 +64,11 @@ def study_command(
 
     study = read_study(study_file)
     if dry_run:
-        seconds = study.seconds(1)
-        counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": seconds}
+        counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": study.seconds}
         if as_json:
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
-            print_text(f"{study}\nabout {time_text(seconds)} on one process; nothing was flown")
+            print_text(f"{study}\nabout {time_text(study.seconds)} on one process; nothing was flown")
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:

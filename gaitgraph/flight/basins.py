@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import before_take_off, biased_timed_gait, repeated
 from gaitgraph.flight.record import OUTCOMES, about_table
@@ -47,35 +47,25 @@ _MOST_FLIGHTS = 100_000
 _AFTER = 2.0  # s beyond the period, where no duration is stated
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Basin:
     """Flights of one gait from a square grid of attitudes, at one or more moments of its period.
 
-    `eta` is the factor of α3 and α4, 1 for the gait itself. `angles` are the grid's values of roll and of pitch, shape
-    (m,) [rad], `begins` the moments of the gait at which flights take off, shape (b,) [s]. Of each flight, shape
-    (b, m, m) by begin, roll and pitch:
-
-    * `outcome`, an index into :data:`gaitgraph.flight.record.OUTCOMES`;
-    * `seconds`, since when it had settled, or when it ended [s];
-    * `peak_share`, the largest thrust of a rotor over a quarter of the weight; 0 where it ended as it began;
-    * `same_side`, whether the determinant at take-off has the sign that it has in level flight then.
-
-    `acceptable` are the attitudes at which the gait is never singular, `inside` states which of the grid are among
-    them, shape (m, m). `refusal` is why the gait was refused before take-off, or "".
+    Angles are in radians, times in seconds. Arrays of flights have shape (b, m, m): moment of take-off, roll, pitch.
     """
 
     timed: TimedGait
-    eta: float
+    eta: float  # factor of α3 and α4, 1 for the gait itself
     settings: FlightSettings
-    angles: FloatArray
-    begins: FloatArray
-    outcome: npt.NDArray[np.int8]
-    seconds: FloatArray
-    peak_share: FloatArray
-    same_side: BoolArray
-    acceptable: AcceptableAttitudes
-    inside: BoolArray
-    refusal: str = ""
+    angles: FloatArray  # the grid's values of roll, and of pitch, shape (m,)
+    begins: FloatArray  # moments of the gait at which flights take off, shape (b,)
+    outcome: npt.NDArray[np.int8]  # of each flight, an index into gaitgraph.flight.record.OUTCOMES
+    seconds: FloatArray  # since when it had settled, or when it ended
+    peak_share: FloatArray  # the largest thrust over a quarter of the weight; 0 where it ended as it began
+    same_side: BoolArray  # whether the determinant at take-off has the sign that it has in level flight then
+    acceptable: AcceptableAttitudes  # the attitudes at which the gait is never singular
+    inside: BoolArray  # which of the grid are among them, shape (m, m)
+    refusal: str = ""  # why the gait was refused before take-off
     warnings: tuple[str, ...] = ()
 
     @property
@@ -108,8 +98,7 @@ class Basin:
     @property
     def outcomes(self) -> dict[str, int]:
         """Number of flights with each outcome that occurred."""
-        found = np.bincount(self.outcome.ravel(), minlength=len(OUTCOMES)).tolist()
-        return {name: count for name, count in zip(OUTCOMES, found, strict=True) if count}
+        return {OUTCOMES[code]: int((self.outcome == code).sum()) for code in np.unique(self.outcome)}
 
     @property
     def name(self) -> str:
@@ -149,9 +138,6 @@ class Basin:
             "flights": {name: np.asarray(values).tolist() for name, values in self.columns().items() if name != "eta"},
         }
 
-    def __repr__(self) -> str:
-        return f"<Basin of {self.name}: {100 * self.fraction:.1f} % of {self.inside.size} attitudes settled>"
-
     def __str__(self) -> str:
         m, span = len(self.angles), math.degrees(float(self.angles[-1]))
         head = f"Basin of {self.name}: {m} by {m} attitudes, roll and pitch up to {span:g}°"
@@ -171,6 +157,8 @@ class Basin:
                 f"  settled       after {times.max():.2f} s at most, with {peak:.3g} times a quarter of the weight"
             )
         return "\n".join(lines)
+
+    __repr__ = __str__
 
 
 def basins_of(
@@ -227,9 +215,8 @@ def basins_of(
     if not etas or not all(0 < number_of(eta) <= 1 for eta in etas) or len(set(etas)) < len(etas):
         raise InputError(f"bias must be different numbers above 0, up to 1, got {shown(etas)}")
     gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
-    for name, count in (("resolution", resolution), ("begins", begins)):
-        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= _MOST_FLIGHTS:
-            raise InputError(f"{name} must be a whole number from 1 to {_MOST_FLIGHTS}, got {shown(count)}")
+    whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
+    whole_number("begins", begins, 1, _MOST_FLIGHTS)
     flights = len(etas) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
         raise InputError(f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}")

@@ -13,16 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.gait import paper_gait
 from gaitgraph.gait.table import ANGLES, Table, closed_rows
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import vehicle_named
+from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,6 +35,9 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
+
+PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
+"""The gaits of the paper's Section 5, which may be named instead of a file."""
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # rad between a row and a law
@@ -54,17 +59,6 @@ class RowTimedGait(TimedGait):
 
     times: FloatArray
     closed: bool = True
-
-    @property
-    def gap(self) -> str:
-        """A line on the gap between the table's last row and its first; "" if the table is closed."""
-        if self.closed:
-            return ""
-        jump = float(np.linalg.norm(self.gait.alpha[-1] - self.gait.alpha[0]))
-        return (
-            f"the table is not closed: the {jump:.3g} rad from its last row back to the first are flown within "
-            f"{self.times[-1] - self.times[-2]:.3g} s"
-        )
 
     @property
     def corner_times(self) -> FloatArray:
@@ -90,13 +84,17 @@ def timed_gait_from_file(
     period: float | None = None,
     law: str | None = None,
 ) -> TimedGait:
-    """Return the timed gait in a gait file of any format, or of a request, which is planned.
+    """Return the timed gait in a gait file of any format, of a request, which is planned, or "gait1" to "gait4".
 
     By default the vehicle and the coefficients are those that the file states, and so are period [s] and law: where the
     times of its rows are those of a law to 1e-6 rad, that law; otherwise its rows are joined straight, each at its own
-    time. A single row needs no times. Raises InputError, FileProblem or Infeasible if the file cannot be read, is a
-    flight's, has no times and no `period`, or is a request that has no gait.
+    time. A single row needs no times, and the paper's gaits have T = 1 s. Raises InputError, FileProblem or Infeasible
+    if the file cannot be read, is a flight's, has no times and no `period`, or is a request that has no gait.
     """
+    if str(path) in PAPER_NAMES:
+        named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle or PAPER
+        gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, named, coefficients_of(named, coefficients))
+        return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
     stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
     stated = {name: value for name, value in stated.items() if value is not None}
     if holds_request(path):
@@ -107,9 +105,9 @@ def timed_gait_from_file(
     if about.get("made_by") == "fly":
         advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
-    named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
+    body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     with naming_file(path):
-        rows, times = closed_rows(table, vehicle=named, coefficients=coefficients)
+        rows, times = closed_rows(table, vehicle=body, coefficients=coefficients)
     gait = replace(rows.merged(), request=rows.request)
     law_of_file = None if about.get("made_by") == "pace" else about.get("law")
     period = about.get("period") if period is None else period
@@ -264,7 +262,8 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
     within the vehicle's limits, but no place on the surfaces.
     """
     harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    broken = [check for check in report.checks if not (check.ok and check.decided)]
+    follow = () if report["on_surface"].ok else ("two_color", "continuous")  # from being off the surfaces
+    broken = [check for check in report.checks if not (check.ok and check.decided) and check.name not in follow]
     forbidden = [check.message for check in broken if check.name not in harmless]
     return forbidden, [check.message for check in broken if check.name in harmless]
 
@@ -280,21 +279,29 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
     limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
     judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
-    if isinstance(timed, RowTimedGait) and timed.gap:
-        warnings.append(timed.gap)
+    if isinstance(timed, RowTimedGait) and not timed.closed:
+        jump, last = (
+            float(np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0])),
+            timed.times[-1] - timed.times[-2],
+        )
+        leap = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
+        warnings.append(f"the table is not closed: {leap}")
+    if isinstance(timed, RowTimedGait):
+        warnings.append(
+            f"the timing matches no built-in law: {timed.samples} rows are flown straight from one to the next"
+        )
     # Whether only a part of the course, the period or the lap is flown.
-    seconds, is_finite = course.seconds(settings), math.isfinite(course.duration)
-    for name, whole, meaning in (
-        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
-        (
-            "period",
-            0.0 if is_finite else course.moving_period,
-            "what holds at one moment of it need not hold at another",
-        ),
-        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
-    ):
-        if seconds < whole * (1 - 1e-9):
-            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
+    seconds, whole = course.seconds(settings), {"lap": settings.lap * (settings.reference in ("line", "circle"))}
+    whole |= {"course": course.duration} if math.isfinite(course.duration) else {"period": course.moving_period}
+    meanings = {
+        "course": "what comes after it is not flown",
+        "period": "what holds at one moment of it need not hold at another",
+        "lap": "the reference is not followed to its end",
+    }
+    for name, meaning in meanings.items():
+        if seconds < whole.get(name, 0.0) * (1 - 1e-9):
+            part = f"{seconds:g} s are {seconds / whole[name]:.3g} of a {name} of {whole[name]:g} s"
+            warnings.append(f"{part}: {meaning}")
     if anyway:
         return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
     return forbidden[0] if forbidden else "", tuple(warnings)
@@ -330,8 +337,7 @@ def from_hover(
     >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
     'no flyable path from hover: R = +4 at th'
     """
-    if isinstance(periods, bool) or not isinstance(periods, int) or not 1 <= periods <= _MOST_PERIODS:
-        raise InputError(f"periods must be a whole number from 1 to {_MOST_PERIODS}, got {shown(periods)}")
+    whole_number("periods", periods, 1, _MOST_PERIODS)
     if not 0 <= number_of(pause) <= _LONGEST_PAUSE:
         raise InputError(f"pause must be between 0 and {_LONGEST_PAUSE:g} s, got {shown(pause)}")
     gait, times = timed.gait, timed.corner_times

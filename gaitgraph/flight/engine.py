@@ -1,4 +1,4 @@
-"""A tilt-rotor in the physics engine MuJoCo: its model, its state, and the engine's viewer.
+"""A tilt-rotor in the physics engine MuJoCo: its model and its state.
 
 The model is a free body with four arms on tilting hinges and a rotor at the end of each. Body axes and signs are those
 of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's drag torques the body about the
@@ -10,9 +10,6 @@ from __future__ import annotations
 
 import math
 import os
-import subprocess
-import sys
-import time
 from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -20,12 +17,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gaitgraph.flight.record import Flight
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -34,10 +30,6 @@ _LIGHT = 1e-6  # of the vehicle's least moment of inertia, for arms that state n
 _STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of the engine
 _BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
 _MOST_ARM_MASS = 0.02  # of the vehicle's mass
-_LEAST_INERTIA = 1e-9  # kg m²; the engine takes no body of less than 1e-15, and arms have a millionth
-
-_VIEWER_CAMERA = 8.0
-_FRAME = 1.0 / 60.0  # s between two pictures of the viewer
 
 
 def mujoco_library() -> Any:
@@ -46,15 +38,8 @@ def mujoco_library() -> Any:
         import mujoco
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
-    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL by the variable MUJOCO_GL
-        stated = os.environ.get("MUJOCO_GL", "")
-        try:
-            os.environ["MUJOCO_GL"] = "disable"  # flight needs no OpenGL
-            import mujoco
-        except (AttributeError, OSError, RuntimeError):
-            raise InputError(f"mujoco does not load with MUJOCO_GL={shown(stated)}; unset or change it") from error
-        finally:
-            os.environ["MUJOCO_GL"] = stated
+    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL, as this variable says
+        raise InputError(f"mujoco does not load with MUJOCO_GL={os.environ.get('MUJOCO_GL')!r}; unset it") from error
     return mujoco
 
 
@@ -123,7 +108,13 @@ class Engine:
         return any(warning.number for warning in self._bad)
 
     def place(
-        self, alpha: npt.ArrayLike, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0, rates: npt.ArrayLike = 0
+        self,
+        alpha: npt.ArrayLike,
+        *,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+        rates: npt.ArrayLike = 0.0,
     ) -> None:
         """Put the vehicle at rest at the origin, at an attitude [rad]; tilt angles [rad], tilt rates [rad/s]."""
         data = self.data
@@ -171,11 +162,6 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
             f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), none of them more than the "
             f"sum of the others; {list(inertia)}{of_arms} is not that of a rigid body"
         )
-    if min(inertia) < _LEAST_INERTIA:
-        raise InputError(
-            f"inertia of vehicle {vehicle.name!r} must be at least {_LEAST_INERTIA:g} kg m² in the physics engine, "
-            f"got {list(inertia)}"
-        )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
     drag = vehicle.drag_ratio * length
@@ -184,18 +170,11 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     for k in range(4):
         half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
         turning = spin if k % 2 == 0 else -spin
-        tone = "0.85 0.3 0.25" if k == 0 else "0.25 0.35 0.45"
         arms.append(f"""
    <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
     <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>
     <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
-    <geom class="shape" type="capsule" fromto="{0.15 * length!r} 0 0 {length!r} 0 0" size="{0.035 * length!r}"
-     rgba="{tone} 1"/>
-    <geom class="shape" type="cylinder" pos="{length!r} 0 {0.12 * length!r}"
-     size="{0.55 * length!r} {0.012 * length!r}" rgba="{tone} 0.45"/>
-    <geom class="shape" type="cylinder" pos="{length!r} 0 {0.06 * length!r}"
-     size="{0.07 * length!r} {0.08 * length!r}" rgba="{tone} 1"/>
    </body>""")
         thrusts.append(f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-turning * drag!r}"/>')
         servos.append(f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
@@ -206,23 +185,10 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     }>
   <flag contact="disable" constraint="disable"/>
  </option>
- <visual><headlight ambient="0.45 0.45 0.45"/><global offwidth="1280" offheight="960"/></visual>
- <default><default class="shape"><geom contype="0" conaffinity="0" mass="0" group="1"/></default></default>
- <asset>
-  <texture name="sky" type="skybox" builtin="gradient" rgb1="0.93 0.95 0.98" rgb2="0.72 0.8 0.9" width="64"
-   height="64"/>
-  <texture name="grid" type="2d" builtin="checker" rgb1="0.84 0.86 0.88" rgb2="0.78 0.8 0.83" width="256" height="256"/>
-  <material name="grid" texture="grid" texrepeat="1 1" texuniform="true"/>
- </asset>
  <worldbody>
-  <light pos="0 0 6" dir="0.2 0.2 -1" directional="true"/>
-  <geom class="shape" name="floor" type="plane" pos="0 0 {-8 * length!r}" size="0 0 1" material="grid"/>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>
-   <geom class="shape" type="cylinder" size="{0.2 * length!r} {0.07 * length!r}" rgba="0.9 0.9 0.92 1"/>
-   <geom class="shape" type="capsule" fromto="{0.15 * length!r} 0 0 {0.32 * length!r} 0 0" size="{0.03 * length!r}"
-    rgba="0.95 0.75 0.2 1"/>{"".join(arms)}
+   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{"".join(arms)}
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}
@@ -233,45 +199,3 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
 
 def _is_rigid(moments: Sequence[float]) -> bool:
     return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)
-
-
-def _states(flight: Flight) -> FloatArray:
-    """Return the engine's ``qpos`` at each row of a flight, shape (n, 11)."""
-    columns = [flight.column(name) for name in ("x", "y", "z", "alpha1", "alpha2", "alpha3", "alpha4")]
-    angles = np.stack([flight.column(name) for name in ("roll", "pitch", "yaw")], axis=-1)
-    turned = np.array([quaternion_of(*row) for row in angles.tolist()])
-    return np.column_stack([*columns[:3], turned, *columns[3:]])
-
-
-def check_screen() -> None:
-    """Raise InputError if no window can be opened here, and MissingExtra if mujoco is missing."""
-    mujoco_library()
-    advice = "--output flight.gif shows the flight without a screen"
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise InputError(f"--view needs a screen, and neither DISPLAY nor WAYLAND_DISPLAY is set; {advice}")
-    # Tried in another process, because a failing OpenGL may end the process that calls it.
-    code = "import glfw, sys; sys.exit(0 if glfw.init() else 1)"
-    if subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode:  # noqa: S603
-        raise InputError(f"--view: no window can be opened here; {advice}")
-
-
-def show_flight(flight: Flight) -> None:
-    """Show a flight in the engine's viewer at its own pace until the window is closed; InputError if none opens."""
-    from mujoco import viewer
-
-    engine = Engine(flight.vehicle)
-    states, times = _states(flight), flight.column("t")
-    try:
-        opened = viewer.launch_passive(engine.model, engine.data, show_left_ui=False, show_right_ui=False)
-    except RuntimeError as error:  # on macOS it must be run by mjpython
-        raise InputError(f"--view: the viewer does not open ({error})") from error
-    with opened as window:
-        window.cam.trackbodyid, window.cam.type = 1, engine.mujoco.mjtCamera.mjCAMERA_TRACKING
-        window.cam.distance = _VIEWER_CAMERA * (flight.vehicle.arm_length or 1.0)
-        begin = time.monotonic()
-        while window.is_running():
-            row = min(int(np.searchsorted(times, time.monotonic() - begin)), len(times) - 1)
-            engine.data.qpos[:] = states[row]
-            engine.mujoco.mj_forward(engine.model, engine.data)
-            window.sync()
-            time.sleep(_FRAME)

@@ -63,10 +63,9 @@ class Flight:
     """One flight, and whether it settled. Truthy when it did.
 
     `attitude` is roll and pitch at the start [rad]. `rows` has one row a control step, columns as in :data:`COLUMNS`,
-    none if the flight was refused. `outcome` is one of :data:`OUTCOMES`; `reason` states why it did not settle, "" if
-    it did. Errors stayed within tolerance since `settling_time` [s], None if it did not settle. `least_singular_value`
-    is the least at the control steps, dimensionless; None if nothing was flown. `warnings` are what deserves attention
-    although physics does not forbid it, such as rows off the surfaces.
+    none if the flight was refused; quantities of the rows are then None. `outcome` is one of :data:`OUTCOMES`; `reason`
+    states why it did not settle, "" if it did. Errors stayed within tolerance since `settling_time` [s], None if it did
+    not settle. `warnings` are what physics does not forbid, such as rows off the surfaces.
     """
 
     course: Course
@@ -76,7 +75,6 @@ class Flight:
     outcome: Outcome
     reason: str
     settling_time: float | None
-    least_singular_value: float | None
     warnings: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
@@ -107,6 +105,11 @@ class Flight:
         return self.rows[:, _AT[name]]
 
     @property
+    def alpha(self) -> FloatArray:
+        """The tilt angles, shape (n, 4) [rad]."""
+        return self.rows[:, _AT["alpha1"] : _AT["alpha4"] + 1]
+
+    @property
     def thrusts(self) -> FloatArray:
         """The thrusts along the tilted axes, shape (n, 4) [N]."""
         return self.rows[:, _AT["thrust1"] : _AT["thrust4"] + 1]
@@ -115,6 +118,12 @@ class Flight:
     def flown(self) -> float:
         """How long was flown [s]."""
         return float(self.rows[-1, 0]) if len(self.rows) else 0.0
+
+    @property
+    def least_singular_value(self) -> float | None:
+        """The least singular value at the control steps, dimensionless."""
+        roll, pitch = self.column("roll"), self.column("pitch")
+        return float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min()) if len(self.rows) else None
 
     @property
     def peak_tilt(self) -> float | None:
@@ -131,8 +140,7 @@ class Flight:
     def peak_thrust_share(self) -> float | None:
         """Largest thrust of a rotor over a quarter of the weight."""
         (mass,) = self.vehicle.require("mass", purpose="a share of the weight")
-        peak = self.peak_thrust
-        return None if peak is None else 4.0 * peak / (mass * self.vehicle.gravity)
+        return None if self.peak_thrust is None else 4.0 * self.peak_thrust / (mass * self.vehicle.gravity)
 
     @property
     def saturated_fraction(self) -> float | None:
@@ -165,20 +173,15 @@ class Flight:
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
         roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
+        numbers = (
+            "settling_time", "peak_tilt", "peak_thrust", "peak_thrust_share", "least_singular_value",
+            "saturated_fraction", "energy",
+        )  # fmt: skip
         return {
-            "settled": self.settled,
-            "reason": self.reason,
-            "refused": self.refused,
-            "outcome": self.outcome,
+            **{name: getattr(self, name) for name in ("settled", "reason", "refused", "outcome")},
             "warnings": list(self.warnings),
             "duration": self.flown,
-            "settling_time": self.settling_time,
-            "peak_tilt": self.peak_tilt,
-            "peak_thrust": self.peak_thrust,
-            "peak_thrust_share": self.peak_thrust_share,
-            "least_singular_value": self.least_singular_value,
-            "saturated_fraction": self.saturated_fraction,
-            "energy": self.energy,
+            **{name: getattr(self, name) for name in numbers},
             "final_roll": roll,
             "final_pitch": pitch,
             "drift": self.drift,
@@ -238,20 +241,19 @@ def record_of(
     attitude: tuple[float, float],
     *,
     rows: FloatArray | None = None,
-    failure: tuple[Outcome, str] | None = None,
+    failure: tuple[Any, ...] = (),
     warnings: tuple[str, ...] = (),
 ) -> Flight:
-    """Return the record of a flight: its rows, none if it was refused, and the outcome and the reason if it failed."""
+    """Return the record of a flight: its rows, none if it was refused, and outcome and reason of a `failure`."""
     rows = np.empty((0, len(COLUMNS))) if rows is None else rows
     since, worst = settled_since(rows, settings)
-    if failure is not None:
+    if failure:
         (outcome, reason), since = failure, None
     elif since is None:
         outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
     else:
         outcome, reason = "settled", ""
-    least = _least_singular_value(rows, course.vehicle, settings) if len(rows) else None
-    return Flight(course, settings, attitude, rows, outcome, reason, since, least, warnings)
+    return Flight(course, settings, attitude, rows, outcome, reason, since, warnings)
 
 
 def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:
@@ -284,19 +286,3 @@ def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | N
     tail = t >= t[-1] - held
     worst = max(errors, key=lambda name: float(np.abs(errors[name][tail]).max()))
     return None, f"{worst} is still off by {np.abs(errors[worst][tail]).max():.3g}"
-
-
-def _least_singular_value(rows: FloatArray, vehicle: Vehicle, settings: FlightSettings) -> float:
-    """Return the least singular value at the control steps."""
-    near, roll, pitch = (rows[:, _AT[name]] for name in ("nearness", "roll", "pitch"))
-    alpha = rows[:, _AT["alpha1"] : _AT["alpha4"] + 1]
-
-    def least(some: Any) -> float:
-        return float(np.min(least_singular_value(alpha[some], vehicle, roll[some], pitch[some])))
-
-    if settings.attitude_noise or settings.arms == "planned":
-        return least(slice(None))
-    # The exact value is between `near` and twice that, so few rows can hold the least. The margin is for arms that are
-    # not exactly where they were planned.
-    known = least([int(np.argmin(near))])
-    return least((near <= 1.05 * known) | (near == near.min()))

@@ -34,8 +34,8 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import Course, before_take_off, reference_at, repeated, servo_response
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.flight.record import COLUMNS, Flight, Outcome, record_of, settled_since
-from gaitgraph.flight.settings import MOST_STEPS, FlightSettings
+from gaitgraph.flight.record import COLUMNS, Flight, record_of, settled_since
+from gaitgraph.flight.settings import FlightSettings
 from gaitgraph.invertibility.matrices import arm_angles, rotor_directions, thrust_signs
 from gaitgraph.timing.timed_gait import TimedGait
 
@@ -55,6 +55,7 @@ _MOST_LEAD = 1.0  # s by which references are followed ahead of time
 _GUST_TIME = 1.0  # s over which gusts are correlated
 _PROGRESS_EVERY = 500  # control steps
 _SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
+_MOST_STEPS = 1_000_000  # which take about 1.5 GB
 _LEAST_STEPS = 20  # of the engine in a period
 _STILL = 1e-9  # rad of swing below which an arm stands still
 _ENOUGH = 0.9  # of its commanded swing that an arm must reach
@@ -65,11 +66,7 @@ _ROWS_AT_ONCE = 500  # of an allocation turned into plain numbers
 
 
 class Stopped(Exception):
-    """A flight cannot go on: its outcome, and the reason."""
-
-    def __init__(self, outcome: Outcome, reason: str) -> None:
-        super().__init__(reason)
-        self.outcome, self.reason = outcome, reason
+    """A flight cannot go on; the arguments are its outcome and the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -242,9 +239,8 @@ class Simulation:
         self.engine = Engine(vehicle, step=settings.step, air=not settings.is_calm)
         seconds, every = course.seconds(settings), settings.steps_per_control
         step, period = settings.step, course.moving_period
-        if seconds / step > MOST_STEPS:
-            name = "period" if settings.duration is None and seconds == period else "duration"
-            raise InputError(f"{name} must be at most {MOST_STEPS} steps of {step:g} s to be flown, got {seconds:g} s")
+        if seconds / step > _MOST_STEPS:
+            raise InputError(f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s")
         if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
             least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
             raise InputError(f"period must be at least {least}, got {period:g} s; or make the step smaller")
@@ -309,7 +305,7 @@ class Simulation:
         memory, width, pack = table.data, len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
         kept = 0
         check_at = math.inf if until_settled is None else math.ceil(until_settled / interval)
-        failure = None
+        failure: tuple[Any, ...] = ()
         with engine_warnings() as warnings:
             engine.place(self.actual[0], roll=attitude[0], pitch=attitude[1], rates=first_rates)
             try:
@@ -346,7 +342,7 @@ class Simulation:
                     if progress is not None and (k + 1) % _PROGRESS_EVERY == 0:
                         progress((k + 1) / count)
             except Stopped as stop:
-                failure = stop.outcome, stop.reason
+                failure = stop.args
         return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
 
 
@@ -471,7 +467,7 @@ def fly(
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     refusal, warnings = before_take_off(course, settings, anyway=anyway)
     if refusal:
-        failure: tuple[Outcome, str] = "refused", f"refused before take-off: {refusal}"
+        failure = "refused", f"refused before take-off: {refusal}"
         return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
     return replace(simulation.run(start, progress), warnings=(*warnings, *simulation.warnings))
@@ -479,11 +475,10 @@ def fly(
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:
     """Return roll and pitch in radians, or raise InputError."""
-    if not isinstance(attitude, (list, tuple, np.ndarray)) or len(attitude) != 2:
-        raise InputError(f"attitude must be roll and pitch, two angles, got {shown(attitude)}")
-    roll, pitch = (angle_from_text(part, "attitude") for part in attitude)
-    if not abs(roll) <= math.pi or not abs(pitch) < math.pi / 2:
+    parts = attitude if isinstance(attitude, (list, tuple, np.ndarray)) else ()
+    angles = [angle_from_text(part, "attitude") for part in parts]
+    if len(angles) != 2 or not abs(angles[0]) <= math.pi or not abs(angles[1]) < math.pi / 2:
         raise InputError(
             f"attitude must be a roll from -pi to pi and a pitch between -pi/2 and pi/2, got {shown(attitude)}"
         )
-    return roll, pitch
+    return angles[0], angles[1]

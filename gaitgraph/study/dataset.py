@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 import shutil
 import sys
@@ -21,11 +22,7 @@ from base64 import b64encode
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.errors import FileProblem, GaitgraphError, OutputExists, shown
 from gaitgraph.files import text_of, write_whole
@@ -39,7 +36,6 @@ if TYPE_CHECKING:
     from gaitgraph.study.design import Study
 
     Row = dict[str, Any]
-    Mask = npt.NDArray[np.bool_]
 
 OUTCOMES = ("settled", "not settled", "refused", "no gait", "failed")
 """What may come of a case: it flew and settled, or not; it was not flown; there is nothing to fly; it broke off."""
@@ -56,7 +52,6 @@ _GAIT = {
     "reason": "string", "valid": "bool", "flyable": "bool", "reachable_from_hover": "bool",
     "gait_singular_value": "1", "gait_tilt_rate": "rad/s",
 }  # fmt: skip
-_MANIFEST = "study.json"
 _KEY = b"gaitgraph"
 _SCRATCH = ".gaitgraph-*.part"
 _BEYOND = 1 << 40  # a byte that no manifest has: Windows lets nobody read a locked one
@@ -159,24 +154,22 @@ def opened_dataset(folder: Path, study: Study, here: Mapping[str, str]) -> Itera
         "batch": study.batch,
         "study": study.as_mapping(),
     }
-    text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    manifest, rows = folder / _MANIFEST, folder / "rows"
+    manifest, rows = folder / "study.json", folder / "rows"
     wanted = f"output must be a new folder or one of this study, got {str(folder)!r}"
     try:
-        if manifest.exists():
-            found = json.loads(text_of(manifest, "study", "a study's manifest"))
-            differing = [name for name, value in about.items() if dict(found).get(name) != value]
-            if differing:
-                raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
-        else:
+        if not manifest.exists():
             if folder.exists() and any(not path.match(_SCRATCH) for path in folder.iterdir()):
                 raise OutputExists(f"{wanted} with files")
             folder.mkdir(exist_ok=True)
+            text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             write_whole([(manifest, text.encode())], force=False)
+        found = dict(json.loads(text_of(manifest, "study", "a study's manifest")))
+        if differing := [name for name, value in about.items() if found.get(name) != value]:
+            raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
         stream = manifest.open("r+b")
-    except GaitgraphError:
-        raise
     except (OSError, TypeError, ValueError) as error:  # a name with a null character is a ValueError
+        if isinstance(error, GaitgraphError):
+            raise
         raise FileProblem(f"{wanted}: {error}") from error
     with stream:
         try:  # the operating system drops the lock when the process ends
@@ -214,24 +207,11 @@ def reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:
 # ---------------------------------------------------------------- the page
 
 _MOST_PANELS = 24
-_MOST_LEVELS = 20
-_TITLES = {"eta": "bias η", "period": "period (s)"}
+_MOST_LINES = 20  # of a table; drawn quantities have more values, which the rows themselves hold
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width">
-<title>{name}</title>
-<style>
-:root {{ color-scheme: light dark; }}
-body {{ font: 15px/1.45 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }}
-table {{ border-collapse: collapse; margin: 1rem 0; overflow-wrap: anywhere; }}
-th, td {{ text-align: left; padding: .15rem .7rem .15rem 0; vertical-align: top; }}
-th {{ border-bottom: 1px solid; }}
-img {{ max-width: 100%; background: white; }}
-</style>
-</head>
-<body>
+<head><meta charset="utf-8"><title>{name}</title></head>
+<body style="font: 15px/1.45 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto">
 <h1>{name}</h1>
 {body}
 </body>
@@ -241,85 +221,57 @@ img {{ max-width: 100%; background: white; }}
 
 def page_of(study: Study, table: Any) -> str:
     """Return the page of a study whose rows are all there; the same rows give the same page."""
-    rows = {name: table[name].to_numpy() for name in table.schema.names}
-    settled: Mask = rows["outcome"] == "settled"
-    flown: Mask = settled | (rows["outcome"] == "not settled")
+    columns = columns_of(study)
+    quantities = list(columns)[1 : list(columns).index("roll")]
+    rows = {name: table[name].to_pylist() for name in (*quantities, "roll", "pitch", "outcome")}
     how = "every combination" if study.count is None else f"a random sample, seed {study.seed}"
-    most = "" if study.flown_at_most == study.flight.seconds else "up to "
-    anyway = ", whether flyable or not" if study.anyway else ""
-    body = [
-        f"<p>{len(study)} cases, {how}; each flown for {most}{study.flown_at_most:g} s{anyway}; "
-        f"study {study.fingerprint[:12]}</p>",
-        _html_table(["outcome", "cases"], [[name, str(int((rows["outcome"] == name).sum()))] for name in OUTCOMES]),
-        "<h2>What settled</h2>",
-    ]
-    units = columns_of(study)
-    names = list(units)
-    constants = names[names.index("vehicle") + 1 : names.index("gait")]
-    for name in ("vehicle", "gait", "eta", "period", *constants):
-        levels = _levels_of(rows[name])
-        if name in constants and len(levels) < 2:
-            continue
-        unit = units[name]
-        title = _TITLES.get(name) or name.replace("_", " ") + f" ({unit})" * (unit not in ("string", "1"))
-        lines = []
-        for level, mask in levels:
-            counts = (str(int(one.sum())) for one in (mask, mask & flown, mask & settled))
-            lines.append([level, *counts, f"{100 * settled[mask].mean():.1f} %"])
-        body.append(_html_table([title, "cases", "flown", "settled", "of cases"], lines))
-    reasons = reasons_of(table)
-    if reasons:
-        lines = [[str(count), outcome, reason] for outcome, reason, count in reasons]
-        body += ["<h2>Why others did not</h2>", _html_table(["cases", "outcome", "reason, as in the first"], lines)]
-    if flown.any():
-        body.append(_picture(rows, settled, flown))
+    body = [f"<p>{len(study)} cases, {how}; study {study.fingerprint[:12]}</p>"]
+    # A line for each value that a quantity takes, and one for all cases.
+    lines = [("all cases", rows["outcome"])]
+    for name in quantities:
+        levels = [value for value in dict.fromkeys(rows[name]) if value is not None]
+        unit = f" {columns[name]}" * (columns[name] not in ("string", "1"))
+        for value in levels if 1 < len(levels) <= _MOST_LINES else ():
+            text = value if isinstance(value, str) else f"{name.replace('_', ' ')} {value:.6g}{unit}"
+            lines.append((text, [out for out, one in zip(rows["outcome"], rows[name], strict=True) if one == value]))
+    counts = [[text, str(len(found)), *(str(found.count(name)) for name in OUTCOMES)] for text, found in lines]
+    body.append(_html_table(["", "cases", *OUTCOMES], counts))
+    if reasons := reasons_of(table):
+        of_each = [[str(count), outcome, reason] for outcome, reason, count in reasons]
+        body.append(_html_table(["cases", "outcome", "reason, as in the first"], of_each))
+    if {"settled", "not settled"} & set(rows["outcome"]):
+        body.append(_picture(rows))
     return _PAGE.format(name=escape(study.name), body="\n".join(body))
 
 
 def _html_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    rows = ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in lines]
-    cells = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    return f"<table><tr>{cells}</tr>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+    rows = [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in line)}</tr>" for line in (head, *lines)]
+    return f'<table cellpadding="4">{"".join(rows)}</table>'
 
 
-def _levels_of(values: npt.NDArray[Any]) -> list[tuple[str, Mask]]:
-    """Return the values of a column, or six ranges of them where they are many, each with the rows that have it."""
-    if values.dtype == object:  # texts, in the order of the cases
-        return [(str(one), values == one) for one in dict.fromkeys(values.tolist()) if one is not None]
-    known = np.unique(values[np.isfinite(values)])
-    if len(known) <= _MOST_LEVELS:
-        return [(f"{value:.6g}", values == value) for value in known]
-    edges = np.linspace(known[0], np.nextafter(known[-1], np.inf), 7)
-    return [(f"{low:.3g} to {high:.3g}", (low <= values) & (values < high)) for low, high in pairwise(edges)]
-
-
-def _picture(rows: dict[str, npt.NDArray[Any]], settled: Mask, flown: Mask) -> str:
+def _picture(rows: Mapping[str, Sequence[Any]]) -> str:
     """Return the picture of the page: from which attitudes flights settle, by gait and bias."""
-    groups = [
-        (f"{gait}, η = {eta}", of_gait & of_eta)
-        for gait, of_gait in _levels_of(rows["gait"])
-        for eta, of_eta in _levels_of(rows["eta"])
-        if (flown & of_gait & of_eta).any()
-    ]
-    panels = groups[:_MOST_PANELS]
+    # Of each panel, of each attitude: whether its flights settled.
+    panels: dict[str, dict[tuple[float, float], list[bool]]] = {}
+    for gait, eta, *at, outcome in zip(
+        *(rows[name] for name in ("gait", "eta", "roll", "pitch", "outcome")), strict=True
+    ):
+        if outcome in ("settled", "not settled"):
+            places = panels.setdefault(f"{gait}, η = {eta:.3g}", {})
+            places.setdefault((math.degrees(at[0]), math.degrees(at[1])), []).append(outcome == "settled")
     with paper_style():
-        figure = blank_figure(170.0, 20.0 + 46.0 * -(-len(panels) // 4))
-        axes = figure.subplots(-(-len(panels) // 4), 4, squeeze=False, sharex=True, sharey=True)
+        height = -(-min(len(panels), _MOST_PANELS) // 4)
+        figure = blank_figure(170.0, 20.0 + 46.0 * height)
+        axes = figure.subplots(height, 4, squeeze=False, sharex=True, sharey=True)
+        for ax, (title, places) in zip(axes.flat, panels.items(), strict=False):
+            part = [sum(flights) / len(flights) for flights in places.values()]
+            dots = ax.scatter(*zip(*places, strict=True), s=9, c=part, cmap="viridis", vmin=0, vmax=1)
+            ax.set_title(title, parse_math=False)
         for ax in axes.flat[len(panels) :]:
             ax.set_axis_off()
-        for ax, (title, mask) in zip(axes.flat, panels, strict=False):
-            # Cases of one attitude are one dot: the part of their flights that settled.
-            at = np.rad2deg(np.column_stack([rows["roll"], rows["pitch"]])[mask])
-            places, place = np.unique(at, axis=0, return_inverse=True)
-            flights = np.bincount(place.ravel(), flown[mask], len(places))
-            part = np.bincount(place.ravel(), settled[mask], len(places)) / np.maximum(flights, 1)
-            ax.scatter(*places[flights == 0].T, s=9, color="#8a8a8a")
-            dots = ax.scatter(*places[flights > 0].T, s=9, c=part[flights > 0], cmap="viridis", vmin=0, vmax=1)
-            ax.set_title(title, parse_math=False)
         figure.supxlabel("initial roll (°)")
         figure.supylabel("initial pitch (°)")
         figure.colorbar(dots, ax=axes, label="part of the flights that settled")
-        more = f" The first {_MOST_PANELS} of {len(groups)}." * (len(groups) > _MOST_PANELS)
-        title = "From which attitudes flights settle; grey where none flew." + more
+        more = f"; the first {_MOST_PANELS} of {len(panels)}" * (len(panels) > _MOST_PANELS)
         content = b64encode(picture_bytes(figure, "png")).decode()
-    return f'<h2>{title}</h2><img alt="{title}" src="data:image/png;base64,{content}">'
+    return f'<p>From which attitudes flights settle{more}.</p><img alt="" src="data:image/png;base64,{content}">'

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import GaitgraphError, InputError, did_you_mean, shown
-from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
+from gaitgraph.errors import GaitgraphError, InputError, check_fields, did_you_mean, shown
+from gaitgraph.files import from_toml_file
 from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.planner import plan
@@ -78,34 +79,19 @@ def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: 
         values = tuple(map(convert, content if isinstance(content, list) else [content]))
         _check_distinct(values, name)
         return Axis(values=values)
-    _check_keys(content, ("from", "to", "count"), name)
+    check_fields(name, content, ("from", "to", "count"))
     low, high = (convert(content.get(key)) for key in ("from", "to"))
     if not (isinstance(low, float) and isinstance(high, float) and low < high):
         raise InputError(f"{name} must be a list or a rising range of numbers, got {shown(content)}")
     if "count" not in content and random:
         return Axis(ends=(low, high))
-    count = _whole(content.get("count"), f"{name}.count", 2, MOST_CASES)
+    count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
     return Axis(values=(*(low + (high - low) * k / (count - 1) for k in range(count - 1)), high))
-
-
-def _check_keys(content: Any, known: Sequence[str], name: str) -> None:
-    if not isinstance(content, dict):
-        raise InputError(f"{name} must be a table of {', '.join(known)}, got {shown(content)}")
-    for key in content:
-        if key not in known:
-            hint = did_you_mean(str(key), list(known)) or f"; allowed are {', '.join(known)}"
-            raise InputError(f"{name} has no {str(key)!r}{hint}")
 
 
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
     if not 0 < len(set(values)) == len(values):
         raise InputError(f"{name} must be at least one and must differ, got {shown(list(values))}")
-
-
-def _whole(value: Any, name: str, low: int, high: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise InputError(f"{name} must be a whole number from {low} to {high}, got {shown(value)}")
-    return value
 
 
 def _checked(name: str, value: Any) -> float:
@@ -176,9 +162,8 @@ class GaitSource:
 def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
     """Return the source of an entry: a gait of the paper, a gait or request file, or a table of a request."""
     values = {"file": entry} if isinstance(entry, str) else entry
-    if not isinstance(values, dict):
-        raise InputError(f"must be gait1 to gait4, a file or a table of a request, got {shown(entry)}")
-    _check_keys(values, ["name", "file"] if "file" in values else ["name", *_REQUESTED], "it")
+    has_file = isinstance(values, dict) and "file" in values
+    check_fields("it", values, ["name", "file"] if has_file else ["name", *_REQUESTED])
     file = values.get("file")
     name = values.get("name", f"gait {number}" if file is None else Path(str(file)).stem)
     if not isinstance(name, str) or not name or not isinstance(file, str | None):
@@ -198,24 +183,18 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
         plain = read_request(path, {})[0].as_mapping()
         content = {key: plain[key] for key in _REQUESTED if key not in ("coefficients", "law")}
         return GaitSource(name=name, kind="request", content=content, law=plain["law"])
-    # The corners of a gait in a file, or its rows of alpha1, alpha2 and color.
     table = read_table(path)
-    if "alpha3" in table:
-        gait = gait_of(table)
-        columns: dict[str, Any] = {f"alpha{k + 1}": gait.alpha[:, k].tolist() for k in range(4)}
-        colors = list(gait.colors)
-    else:
-        columns = {key: table[key].tolist() for key in ("alpha1", "alpha2")}
-        colors = list(table["color"])
-    return GaitSource(name=name, kind="corners", content=columns | ({"color": colors} if colors else {}))
+    gait, is_whole = gait_of(table), "alpha3" in table
+    # The corners of a gait, or the rows of alpha1, alpha2 and color, which are lifted for each vehicle.
+    columns = gait.alpha.T.tolist() if is_whole else [table[name].tolist() for name in ANGLES[:2]]
+    colors = list(gait.colors if is_whole else table["color"])
+    content = dict(zip(ANGLES, columns, strict=False)) | ({"color": colors} if colors else {})
+    return GaitSource(name=name, kind="corners", content=content)
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case of a study, with `number` from 0, bias `eta`, `period` [s] and initial `roll` and `pitch` [rad].
-
-    `varied` holds the values of the constants that vary in the vehicle `model`.
-    """
+    """One case of a study; `varied` holds the values of the constants that vary in its vehicle. SI units, radians."""
 
     number: int
     model: Model
@@ -296,17 +275,11 @@ class Study:
             varied = {name: axis.drawn(next(shares)) for name, axis in model.varied.items()}
         return Case(number, model, varied, self.sources[gait], eta, period, roll, pitch)
 
-    def seconds(self, workers: int) -> float:
-        """Return about how long the study takes on so many processes [s]."""
-        return len(self) * self.flown_at_most / _SPEED / max(workers, 1)
-
     @property
-    def flown_at_most(self) -> float:
-        """How long the longest flight is [s]: a whole period where no duration is stated."""
-        if self.flight.duration is not None:
-            return self.flight.seconds
-        periods = self.axes[1]
-        return float(max(self.flight.seconds, *periods.values, *(periods.ends or ())))
+    def seconds(self) -> float:
+        """About how long one process takes, if each flight is flown to its end [s]."""
+        periods = (*self.axes[1].values, *(self.axes[1].ends or ())) if self.flight.duration is None else ()
+        return float(len(self) * max([self.flight.seconds, *periods]) / _SPEED)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the study as plain values."""
@@ -340,16 +313,12 @@ class Study:
 def read_study(path: str | Path) -> Study:
     """Read a study from a TOML file; files that it names are relative to it.
 
-    InputError or FileProblem if it is no study, or a file cannot be read; the message names file and field.
+    InputError or FileProblem if it is no study, or a file cannot be read.
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":
         raise InputError(f"study file must have the suffix .toml, got {str(path)!r}")
-    text = text_of(path, "study file", "TOML")
-    try:
-        return study_from_mapping({"name": path.stem, **table_from_toml(text)}, folder=path.parent)
-    except GaitgraphError as error:
-        raise type(error)(f"study file {str(path)!r}: {error}") from error
+    return from_toml_file(path, "study", lambda one: study_from_mapping({"name": path.stem, **one}, folder=path.parent))
 
 
 def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> Study:
@@ -370,19 +339,19 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
         If anything is malformed, or there are no cases or more than a million.
     """
     known = ("name", "vehicles", "gaits", "biases", "periods", "attitudes", "flight", "sample", "anyway")
-    _check_keys(content, known, "the study")
+    check_fields("the study", content, known)
     name, anyway, folder = content.get("name"), content.get("anyway", False), Path(folder)
     if not isinstance(name, str) or not name or not isinstance(anyway, bool):
         raise InputError(f"name must be a text and anyway true or false, got {shown(name)} and {shown(anyway)}")
     sample = content.get("sample", "grid")
     sample = {"kind": sample} if isinstance(sample, str) else sample
-    _check_keys(sample, ("kind", "count", "seed"), "sample")
+    check_fields("sample", sample, ("kind", "count", "seed"))
     kind = sample.get("kind", "random" if "count" in sample else "grid")
     random = kind == "random"
     if kind not in ("grid", "random") or (not random and set(sample) - {"kind"}):
         raise InputError(f"sample.kind must be grid, or random with a count and a seed, got {shown(sample)}")
-    count = _whole(sample.get("count"), "sample.count", 1, MOST_CASES) if random else None
-    seed = _whole(sample.get("seed", 0), "sample.seed", 0, (1 << 64) - 1) if random else None
+    count = whole_number("sample.count", sample.get("count"), 1, MOST_CASES) if random else None
+    seed = whole_number("sample.seed", sample.get("seed", 0), 0, (1 << 64) - 1) if random else None
 
     def entries(key: str, default: Any, read: Callable[[Any, int], Any]) -> tuple[Any, ...]:
         """Return what the entries of a list mean; errors name the entry."""
@@ -402,7 +371,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     _check_distinct([source.name for source in sources], "names of gaits")
 
     attitudes = content.get("attitudes", {})
-    _check_keys(attitudes, ("roll", "pitch"), "attitudes")
+    check_fields("attitudes", attitudes, ("roll", "pitch"))
     stated = content | attitudes
     biases, periods, roll, pitch = (
         _axis_of(stated.get(key, default), key, partial(_checked, key), random=random)

@@ -12,12 +12,14 @@ import os
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from datetime import timedelta
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph import __version__
+from gaitgraph.angles import whole_number
 from gaitgraph.errors import GaitgraphError, Infeasible, InputError, needs_extra, shown
 from gaitgraph.files import write_whole
 from gaitgraph.flight.simulation import fly
@@ -38,7 +40,6 @@ _FREE_CASES = 10_000  # more cases, or a longer estimate, are run only with `yes
 _FREE_SECONDS = 3600.0
 _PATIENCE = 5.0  # s that a scheduler may take to answer
 _EMPTY = 60.0  # s that a cluster may be without workers at the start
-_LONGEST_REASON = 500
 _DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 # An interrupt at the terminal reaches the workers too; this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
@@ -46,12 +47,10 @@ _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRun:
-    """A study that is done.
+    """A study that is done: its `folder`, and its `table`, a pyarrow table of all rows in the order of the cases.
 
-    `folder` has its rows and its page. `outcomes` has the number of cases with each of
-    :data:`gaitgraph.study.dataset.OUTCOMES`; `reasons` outcome, reason and count of those that did not settle, a reason
-    with the numbers of the first such case. This run added `flown` cases; the others were there. `table` has all rows,
-    a pyarrow table in the order of the cases.
+    `outcomes` has the number of cases with each of :data:`gaitgraph.study.dataset.OUTCOMES`; `reasons` outcome, reason
+    and count of those that did not settle, as worded in the first such case. This run added `flown` of the cases.
     """
 
     study: Study
@@ -60,11 +59,6 @@ class StudyRun:
     reasons: tuple[tuple[str, str, int], ...]
     flown: int
     table: Any
-
-    @property
-    def summary(self) -> Path:
-        """The page that sums it up."""
-        return self.folder / "summary.html"
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the result as plain values, ready for JSON."""
@@ -77,16 +71,15 @@ class StudyRun:
             "kept": len(self.study) - self.flown,
             **{name.replace(" ", "_"): self.outcomes[name] for name in OUTCOMES},
             "reasons": [dict(zip(("outcome", "reason", "cases"), one, strict=True)) for one in self.reasons],
-            "summary": str(self.summary),
+            "summary": str(self.folder / "summary.html"),
         }
 
     def __str__(self) -> str:
         count, kept = len(self.study), len(self.study) - self.flown
         lines = [f"Study {self.study.name}: {count} case{'s' * (count != 1)}" + f", {kept} of them kept" * (kept > 0)]
         lines += [f"  {name:<12} {self.outcomes[name]}" for name in OUTCOMES if self.outcomes[name]]
-        lines += [f"  {count} × {outcome}{', e.g.' * (count > 1)}: {why}" for outcome, why, count in self.reasons[:5]]
-        lines += [f"  and {len(self.reasons) - 5} more reasons"] if len(self.reasons) > 5 else []
-        return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.summary}"])
+        lines += [f"  {count} × {outcome}: {why}" for outcome, why, count in self.reasons[:5]]
+        return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.folder / 'summary.html'}"])
 
 
 def run_study(
@@ -148,10 +141,13 @@ def run_study(
     if workers is None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         workers = 1 if scheduler is not None else cores
-    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= _MOST_WORKERS:
-        raise InputError(f"--workers must be a whole number from 0 to {_MOST_WORKERS}, got {shown(workers)}")
-    if not yes:
-        check_size(study, workers)
+    whole_number("--workers", workers, 0, _MOST_WORKERS)
+    seconds = study.seconds / max(workers, 1)
+    if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
+        raise InputError(
+            f"study {study.name!r} has {len(study)} flights, about {time_text(seconds)} with --workers {workers}; more "
+            f"than {_FREE_CASES} flights or {time_text(_FREE_SECONDS)} need --yes (yes=True)"
+        )
     require_matplotlib()
     try:
         import pyarrow as _  # noqa: F401
@@ -164,7 +160,6 @@ def run_study(
             say("asking the scheduler")
             client = stack.enter_context(_client(0, scheduler))
         dataset = stack.enter_context(opened_dataset(folder, study, here))
-        say("reading what is there")
         missing = dataset.missing()
         if missing and workers and client is None:
             say("starting workers")
@@ -224,13 +219,9 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
             raise gait
         timed = parametrize(gait if case.eta == 1 else gait.biased(case.eta), case.period, law=case.source.law)
         report = timed.check()
-        row |= {
-            "valid": report.valid,
-            "flyable": report.flyable,
-            "reachable_from_hover": report.reachable_from_hover,
-            "gait_singular_value": report["least_singular_value"].value,
-            "gait_tilt_rate": report["tilt_rate"].value,
-        }
+        row |= {name: getattr(report, name) for name in ("valid", "flyable", "reachable_from_hover")}
+        row["gait_singular_value"] = report["least_singular_value"].value
+        row["gait_tilt_rate"] = report["tilt_rate"].value
         flight = fly(timed, attitude=(case.roll, case.pitch), settings=study.flight, anyway=study.anyway)
         values = flight.as_mapping()
         row |= {name: values[name] if math.isfinite(values[name] or 0.0) else None for name in FLIGHT}
@@ -239,8 +230,7 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
     except Exception as error:  # a case never ends the study
         outcome = "no gait" if isinstance(error, Infeasible) else "failed"
         reason = str(error) if isinstance(error, GaitgraphError) else f"{type(error).__name__}: {error}"
-    reason = " ".join(reason.split())
-    return row | {"outcome": outcome, "reason": reason[:_LONGEST_REASON] + "…" * (len(reason) > _LONGEST_REASON)}
+    return row | {"outcome": outcome, "reason": " ".join(reason.split())}
 
 
 def _known_of(case: Case) -> Row:
@@ -253,28 +243,9 @@ def _known_of(case: Case) -> Row:
     return row | {name: getattr(case, name) for name in ("eta", "period", "roll", "pitch")}
 
 
-def check_size(study: Study, workers: int) -> None:
-    """Raise InputError if a study is so large that it must be confirmed."""
-    seconds = study.seconds(workers)
-    if len(study) > _FREE_CASES or seconds > _FREE_SECONDS:
-        raise InputError(
-            f"study {study.name!r} has {len(study)} flights, about {time_text(seconds)} on {workers or 1} "
-            f"process{'es' * (workers > 1)}; more than {_FREE_CASES} flights or {time_text(_FREE_SECONDS)} need --yes "
-            "(yes=True)"
-        )
-
-
 def time_text(seconds: float) -> str:
-    """Return a time in the unit that fits.
-
-    >>> time_text(40), time_text(200), time_text(8000), time_text(1e6)
-    ('40 s', '3 min', '2.2 h', '12 days')
-    """
-    if seconds < 100:
-        return f"{max(round(seconds), 1)} s"
-    if seconds < 5940:
-        return f"{round(seconds / 60)} min"
-    return f"{seconds / 3600:.1f} h" if seconds < 100 * 3600 else f"{round(seconds / 86400)} days"
+    """Return a time as h:mm:ss."""
+    return str(timedelta(seconds=round(seconds)))
 
 
 @contextmanager
