@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -127,8 +128,8 @@ def test_signs_choose_the_component() -> None:
     turned = retarget(lift(FLYABLE, "red"), sign="positive")
     assert (turned.status, turned.before.flyable) == ("retargeted", True)
     assert retarget(lift(FLYABLE, "red"), sign="negative").status == "unchanged"
-    beside = retarget(np.add(lift(FLYABLE, "red").alpha, [0, 0, 0.05, 0]), sign="negative")
-    assert (beside.status, beside.after.flyable) == ("retargeted", True)
+    beside = retarget(lift(FLYABLE, "red").alpha + np.outer([0.05, 0, 0], [0, 0, 1, 0]), sign="negative")
+    assert (beside.status, beside.unchanged, beside.after.flyable) == ("retargeted", 2, True)
 
 
 def test_times_stay_and_rates_are_judged() -> None:
@@ -139,6 +140,11 @@ def test_times_stay_and_rates_are_judged() -> None:
     answer = retarget(Table(columns=columns), keep_out=[block], sign="positive")
     assert (answer.table["t"][answer.rows] == t).all()
     assert (np.diff(answer.table["t"]) > 0).all()
+    steps, waits = np.linalg.norm(np.diff(answer.table.alpha, axis=0), axis=1), np.diff(answer.table["t"])
+    spans = [slice(first, last) for first, last in pairwise(answer.rows) if last - first > 1]
+    assert spans  # an added row has its time by its share of the path's length
+    for span in spans:
+        np.testing.assert_allclose(waits[span] / waits[span].sum(), steps[span] / steps[span].sum(), atol=1e-12)
     slow = PAPER.replace(max_tilt_rate=0.01)
     limited = retarget(Table(columns=columns), vehicle=slow, sign="positive")
     assert not limited.after["tilt_rate"].ok
@@ -176,12 +182,10 @@ def test_mirrored_spin_mirrors_the_answer() -> None:
 
 
 def test_limits_of_the_vehicle_count() -> None:
-    narrow = PAPER.replace(max_tilt=0.5)
-    answer = retarget(wave(0), vehicle=narrow)
+    limited = Vehicle(drag_ratio=0.17, mass=0.4, max_thrust=0.27 * 0.4 * 9.80665, max_tilt=0.5)
+    answer = retarget(wave(0), vehicle=limited)
     assert answer.after.flyable
     assert np.abs(answer.table.alpha).max() <= 0.5
-    weak = Vehicle(drag_ratio=0.17, mass=0.4, max_thrust=0.27 * 0.4 * 9.80665)
-    assert retarget(wave(0), vehicle=weak).after.flyable
 
 
 def test_why_there_is_none() -> None:
@@ -222,9 +226,8 @@ def test_the_command_reads_writes_and_says_no(tmp_path: Path, capsys: pytest.Cap
     assert (answer["status"], answer["rows"], answer["flyable"]) == ("retargeted", 12, True)
     assert answer["largest"] == max(answer["moved"]) == answer["moved"][answer["largest_row"] - 1]
     assert validate(read_table(output)).flyable
-    saved = tmp_path / "answer.json"
-    saved.write_text(json.dumps(answer))
-    assert validate(saved).flyable
+    (tmp_path / "answer.json").write_text(json.dumps(answer))
+    assert validate(tmp_path / "answer.json").flyable
     assert retarget_command.main([str(source), "--floor", "2"], standalone_mode=False) == 1
     assert "no gait: " in capsys.readouterr().out
     assert retarget_command.main([str(source), "--sign", "auto", "--margin", "2deg"], standalone_mode=False) == 0
@@ -233,8 +236,7 @@ def test_the_command_reads_writes_and_says_no(tmp_path: Path, capsys: pytest.Cap
 
 def test_a_lifted_table_is_read() -> None:
     plane: dict[str, Any] = {"alpha1": np.array([0.4, 0.4, 1.2]), "alpha2": np.array([-1.2, -0.4, -0.4])}
-    red = retarget(Table(columns={**plane, "color": ("red",) * 3}))
-    assert red.status == "unchanged"
+    assert retarget(Table(columns={**plane, "color": ("red",) * 3})).status == "unchanged"
     blue = retarget(Table(columns={**plane, "color": ("blue",) * 3}))
     delta = math.atan(PAPER.drag_ratio)
     # All blue rows project on the point where both sheets meet.

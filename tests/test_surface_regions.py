@@ -193,14 +193,15 @@ def test_a_floor_narrower_than_the_accuracy() -> None:
 def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     delta = math.atan(vehicle.signed_drag_ratio)
 
-    def margin(at: Any, share: float) -> Any:
+    def margin(at: Any, share: float | None, least: float) -> Any:
         found = hover_thrust_shares(red(at), vehicle)
-        return np.fmin(np.nan_to_num(found.min(axis=1), nan=-1.0), share - np.nan_to_num(found.max(axis=1), nan=9.0))
+        low, high = (np.nan_to_num(side(found, axis=1), nan=bad) for side, bad in ((np.min, -1.0), (np.max, 99.0)))
+        return np.fmin(low - least, 9.0 if share is None else share - high)
 
-    for seed, share in enumerate((0.26, 0.7)):
+    for seed, (share, least) in enumerate(((0.26, 0.0), (0.7, 0.1), (None, 0.4), (None, 1.0))):
         # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
-        region = thrust_region(share, vehicle)
-        assert_encloses(region, lambda at, share=share: margin(at, share), seed, rounding=1e-7)
+        region = thrust_region(share, vehicle, least=least)
+        assert_encloses(region, lambda at, bounds=(share, least): margin(at, *bounds), seed, rounding=1e-7)
     hover = hover_region(vehicle)
     assert hover.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
     assert not hover.contains([delta, -delta])[0]

@@ -138,10 +138,7 @@ class OptimalGait:
         return _TimedCurve(gait=polyline, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
-        """Return even samples of the curve with exact rates and accelerations, as a table; Infeasible if there is none.
-
-        `samples` and `rate` are as for :func:`gaitgraph.timing.timed_gait.parametrize`.
-        """
+        """Return even samples with exact rates, as :func:`gaitgraph.timing.timed_gait.parametrize` counts them."""
         return merged(self.pieces(samples=samples, rate=rate))
 
     def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
@@ -211,7 +208,8 @@ def optimal_gait(
     """Return a smooth closed gait on the red sheet that passes discs in order and is optimal in its worst case.
 
     The gait is a periodic cubic spline of even pieces, twice continuously differentiable, and stays in the flyable
-    region: least singular value at least `floor`, hover thrusts positive, limits of tilt and thrust, polygons.
+    region: least singular value at least `floor`, hover thrusts positive, limits of tilt and thrust, polygons. The
+    answer is falsy, with the reason, if there is none; InputError is raised if a value is not allowed.
 
     Parameters
     ----------
@@ -231,19 +229,12 @@ def optimal_gait(
         What the gait is for. Everything physical is judged with the vehicle's exact coefficients.
     keep_out, keep_in
         Polygons as for :class:`gaitgraph.surface.region.Zones`.
-    floor
-        Least singular value to keep, whatever the objective.
-    period
-        T [s].
+    floor, period
+        Least singular value to keep, whatever the objective; T [s].
     pieces
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
     concession
         What fraction of the best worst case is given up for less effort, in (0, 0.5].
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
 
     Notes
     -----

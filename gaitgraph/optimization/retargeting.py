@@ -175,6 +175,9 @@ def retarget(
 ) -> Retargeted:
     """Return the flyable gait whose rows are nearest to those of a table, and what was changed.
 
+    The answer is falsy, with the reason, if nothing is flyable; InputError or FileProblem is raised if a value is not
+    allowed, or a file holds no gait table.
+
     Parameters
     ----------
     source
@@ -182,19 +185,12 @@ def retarget(
         back to the first row is implied.
     vehicle, coefficients
         What the gait is to be for; by default what the source says, else the paper's vehicle.
-    sign
-        Sign of R, or None for either.
-    floor
-        Least singular value to keep.
+    sign, floor
+        Sign of R, None for either; least singular value to keep.
     keep_out, keep_in
         Polygons as for :class:`gaitgraph.surface.region.Zones`.
     margin
         How far the new rows, and the paths between them, keep from the border of the flyable region [rad].
-
-    Raises
-    ------
-    InputError, FileProblem
-        If a value is not allowed, or a file holds no gait table.
 
     Notes
     -----

@@ -201,6 +201,8 @@ def robustness_of(
 ) -> RobustnessReport:
     """Return how robust to attitude a gait is, and the same for the gait scaled by each η.
 
+    InputError or FileProblem is raised if a value is not allowed, or a file cannot be read as a gait table.
+
     Parameters
     ----------
     gait
@@ -221,11 +223,6 @@ def robustness_of(
         Number of locations for which singular curves are returned.
     progress
         Called with a short text before each gait of the sweep and the gait itself.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If a value is not allowed, or a file cannot be read as a gait table.
 
     Examples
     --------
