@@ -33,7 +33,6 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_of_all,
     level_determinant_curvature,
     range_of_level_determinant,
-    singular_value_bound,
     thrust_shares_along,
     thrusts_push_up,
 )
@@ -202,44 +201,16 @@ class TestFloor:
             clear = np.abs(least - floor) > gap + 1e-6
             np.testing.assert_array_equal(keeps[clear], (least > floor)[clear])
 
-    def test_the_bound_between_two_points_falls_by_the_lipschitz_constant(self) -> None:
-        ends = np.zeros((1, 4)), np.array([[0.1, 0.0, 0.0, 0.0]])
-        bound = singular_value_bound(STRONG)(np.array([0.5]), np.array([0.4]), *ends)
-        assert bound == pytest.approx((0.9 - 0.1 * math.sqrt(2 + 0.8**2)) / 2)
-        assert singular_value_bound(STRONG)(np.array([0.01]), np.array([0.02]), *ends) == 0.0
 
-
-class TestEngine:
-    """The search itself, with a function whose least value is known on paper."""
-
-    @staticmethod
-    def cone(center: FloatArray) -> tuple[Callable[..., FloatArray], Callable[..., FloatArray]]:
-        def value(alpha: FloatArray) -> FloatArray:
-            return np.asarray(np.linalg.norm(alpha - center, axis=-1))
-
-        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-            return np.asarray((f0 + f1 - np.linalg.norm(p1 - p0, axis=-1)) / 2)
-
-        return value, bound
-
-    @settings(deadline=None, max_examples=50)
-    @given(start=tilts, end=tilts, center=tilts, tolerance=st.sampled_from([1e-2, 1e-4]))
-    def test_the_distance_to_a_point(
-        self, start: tuple[float, ...], end: tuple[float, ...], center: tuple[float, ...], tolerance: float
-    ) -> None:
-        p, q, c = (np.array(side) for side in (start, end, center))
-        length = float((q - p) @ (q - p))
-        nearest = 0.0 if length == 0 else min(1.0, max(0.0, float((c - p) @ (q - p)) / length))
-        distance = float(np.linalg.norm(p + nearest * (q - p) - c))
-        lower, upper, _, fraction = least_along(p[None], q[None], *self.cone(c), tolerance=tolerance).worst()
-        assert lower - 1e-12 <= distance <= upper + 1e-12
-        assert upper - lower <= tolerance + 1e-12
-        assert upper == pytest.approx(float(np.linalg.norm(p + fraction * (q - p) - c)), abs=1e-12)
-
-    def test_work_ends_even_where_the_tolerance_is_finer_than_floats(self) -> None:
-        start, end = np.full((1, 4), -1.0), np.full((1, 4), 1.0)
-        lower, upper, _, fraction = least_along(start, end, *self.cone(np.zeros(4)), tolerance=0.0).worst()
-        assert (lower, upper, fraction) == (0.0, 0.0, 0.5)
+def test_work_ends_even_where_the_tolerance_is_finer_than_floats() -> None:
+    ends = np.full((1, 4), -1.0), np.full((1, 4), 1.0)
+    found = least_along(
+        *ends,
+        lambda alpha: np.linalg.norm(alpha, axis=-1),  # type: ignore[arg-type, return-value]
+        lambda f0, f1, p0, p1: (f0 + f1 - np.linalg.norm(p1 - p0, axis=-1)) / 2,
+        tolerance=0.0,
+    )
+    assert found.worst() == (0.0, 0.0, 0, 0.5)
 
 
 class TestBent:
@@ -340,13 +311,10 @@ class TestThrusts:
         # Within the two quarters where all rotors push up.
         for good in (((-1, 1), (-2, 3)), ((2, -1), (1, -3)), ((-1, 1), (-1, 1)), ((1, -1), (1, -1))):
             assert pushes(*good)
-        # Within the two others, across one line, along one, up to one, and from one away.
-        for bad in (((1, 1), (2, 3)), ((-1, -1), (-2, -1)), ((-1, 1), (1, 1)), ((-1, 1), (-1, -1))):
-            assert not pushes(*bad)
-        for bad in (((0, 1), (0, 2)), ((-1, 0), (-2, 0)), ((-1, 1), (0, 1)), ((-1, 0), (-1, 1))):
-            assert not pushes(*bad)
-        # From one good quarter to the other: both ends push up, the point between does not. And that point itself.
-        for bad in (((-1, 1), (1, -1)), ((-1, 1), (2, -3)), ((0, 0), (0, 0))):
+        # Within the two others, across one line, along one, up to one, from one away; and through the point of both.
+        outside, across = [((1, 1), (2, 3)), ((-1, -1), (-2, -1))], [((-1, 1), (1, 1)), ((-1, 1), (-1, -1))]
+        beside = [((0, 1), (0, 2)), ((-1, 0), (-2, 0)), ((-1, 1), (0, 1)), ((-1, 0), (-1, 1))]
+        for bad in (*outside, *across, *beside, ((-1, 1), (1, -1)), ((-1, 1), (2, -3)), ((0, 0), (0, 0))):
             assert not pushes(*bad)
 
     @three_vehicles
@@ -432,12 +400,6 @@ class TestOfAll:
         at = starts[segment] + fraction * (ends[segment] - starts[segment])
         assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
         assert np.isinf(found.upper).any() or size > 1
-
-    def test_on_red_nothing_is_decomposed(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds.least_singular_value", None)
-        corners = np.array([[1.178, -1.178] * 2, [1.178, -0.393] * 2, [0.393, -0.393] * 2])
-        found = least_singular_value_of_all(corners[:-1], corners[1:])
-        assert found.worst()[0] > 0.4
 
 
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:

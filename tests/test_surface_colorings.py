@@ -240,12 +240,11 @@ def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficie
     types = {(choices[first - 1][end], choices[second - 1][after]) for end, after in ends}
     assert types == {obstacle.types}  # nothing else can stand there
     ((end, other),) = ends
-    broken = [f"α{k + 3}" for k in range(2) if np.prod([types_from_text(text)[k] for text in obstacle.types]) < 0]
-    assert obstacle.message == (
-        f"points {first} {obstacle.types[0]} and {second} {obstacle.types[1]} may not be neighbours: with {relation} "
-        f"the first can only be {end}, the second only {other}, and by Figure 15 {' and '.join(broken)} may change "
-        "between + and - only where one of the two is ?"
-    )
+    assert f"points {first} {obstacle.types[0]} and {second} {obstacle.types[1]} may not be" in obstacle.message
+    assert f"{relation} the first can only be {end}, the second only {other}, and by Figure 15" in obstacle.message
+    for k in range(2):
+        breaks = np.prod([types_from_text(text)[k] for text in obstacle.types]) < 0
+        assert (f"α{k + 3}" in obstacle.message) == breaks
 
 
 @settings(deadline=None, max_examples=60)
