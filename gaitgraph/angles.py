@@ -29,21 +29,9 @@ _LONGEST = 64
 def angle_from_text(value: object, name: str = "angle") -> float:
     """Return the angle [rad] that a number or a text means.
 
-    Parameters
-    ----------
-    value
-        A real number (rad), or a text: a number (rad), a multiple of π such as ``"3pi/8"``, ``"-3*pi/8"`` or
-        ``"π/2"``, or degrees such as ``"67.5deg"`` or ``"67.5°"``.
-    name
-        Name of the value in the error message.
+    A text is a number (rad), a multiple of π such as ``"3pi/8"``, ``"-3*pi/8"`` or ``"π/2"``, or degrees such as
+    ``"67.5deg"`` or ``"67.5°"``. Raises InputError, with the `name` of the value, if it is no angle or not finite.
 
-    Raises
-    ------
-    InputError
-        If the value is not an angle or not finite.
-
-    Examples
-    --------
     >>> angle_from_text("3pi/8") == 3 * math.pi / 8
     True
     >>> angle_from_text("-67.5deg")

@@ -52,8 +52,6 @@ class Vehicle:
 
     Parameters
     ----------
-    name
-        Name of the vehicle in messages and files.
     mass, gravity
         Mass m [kg], and gravitational acceleration g [m/s²].
     arm_length
@@ -122,21 +120,18 @@ class Vehicle:
             stated["inertia"] = tuple(_positive("inertia", part) for part in self.inertia)
         stated["first_arm_angle"] = angle_from_text(self.first_arm_angle, "first_arm_angle")
         checked_choice("first_rotor_spin", self.first_rotor_spin, ("clockwise", "counterclockwise"))
-        # Km/Kf follows from Km and Kf, and κ from Km/Kf and the arm length.
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
             ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
         ):
             if stated[over] is None or stated[under] is None:
                 continue
-            derived = stated[over] / stated[under]
-            if stated[field] is None:
+            derived, got = stated[over] / stated[under], stated[field]
+            if got is None:
                 stated[field] = _positive(field, derived)  # a quotient of extreme constants can overflow or vanish
-            elif not math.isclose(stated[field], derived, rel_tol=1e-6):
-                raise InputError(
-                    f"{field} must equal {formula} = {derived!r} of the other constants, or be omitted, "
-                    f"got {stated[field]!r}"
-                )
+            elif not math.isclose(got, derived, rel_tol=1e-6):
+                rule = f"{formula} = {derived!r} of the other constants, or be omitted"
+                raise InputError(f"{field} must equal {rule}, got {got!r}")
         if stated["drag_ratio"] is None:
             raise InputError(
                 "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
@@ -184,15 +179,17 @@ class Vehicle:
         """
         check_fields("vehicle", changes, _FIELDS)
         new = {name: getattr(self, name) for name in _FIELDS} | changes
+        known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
             changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
         elif "drag_to_thrust" in changes:
             changes = {"drag_coefficient": None, "drag_ratio": None} | changes
         else:
-            if new["thrust_coefficient"] is not None and new["drag_coefficient"] is not None:
+            if known >= {"thrust_coefficient", "drag_coefficient"}:
                 changes["drag_to_thrust"] = None
-            if new["arm_length"] is not None and (new["drag_to_thrust"] is not None or "drag_to_thrust" in changes):
+                known.add("drag_to_thrust")
+            if known >= {"arm_length", "drag_to_thrust"}:
                 changes["drag_ratio"] = None
         return replace(self, **changes)
 
@@ -224,16 +221,14 @@ def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
     >>> constants_of(Vehicle(drag_ratio=0.1, max_tilt=math.pi / 3))[-2:]
     [('first rotor spin', 'clockwise'), ('max tilt', '1.0472 rad')]
     """
-    out = []
-    for name, value in vehicle.as_mapping().items():
-        if name == "name":
-            continue
+    stated, out = vehicle.as_mapping(), []
+    del stated["name"]
+    for name, value in stated.items():
         if name in ("first_arm_angle", "max_tilt"):
             text = text_from_angle(value)
-        elif isinstance(value, list):
-            text = ", ".join(f"{part:.6g}" for part in value)
         else:
-            text = value if isinstance(value, str) else f"{value:.6g}"
+            parts = value if isinstance(value, list) else [value]
+            text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
         unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
         out.append((name.replace("_", " "), f"{text} {unit}".strip()))
     return out
@@ -303,12 +298,8 @@ def _preset(name: object) -> Vehicle:
 def vehicle_named(name_or_file: str | Path) -> Vehicle:
     """Return a preset by name, or the vehicle in a TOML file.
 
-    The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table.
-
-    Raises
-    ------
-    InputError, FileProblem
-        If the name is unknown, or the file cannot be read or holds something else.
+    The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table. Raises InputError
+    or FileProblem if the name is unknown, or the file cannot be read or holds something else.
     """
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return _preset(name_or_file)

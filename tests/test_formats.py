@@ -245,7 +245,7 @@ def test_mappings_are_frames() -> None:
         (5, "gait must be a gait, .* or a file's path, got 5"),
     ):
         with pytest.raises(gg.InputError, match=message):
-            gg.validate(wrong)
+            gg.validate(wrong)  # type: ignore[arg-type]
     with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"):
         table_from_frame(5)  # type: ignore[arg-type]
 

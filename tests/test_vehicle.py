@@ -284,6 +284,8 @@ class TestReplace:
 
     def test_a_stated_kappa_survives_changes_that_do_not_touch_it(self) -> None:
         assert Vehicle(drag_ratio=0.1).replace(arm_length=0.3).drag_ratio == 0.1
+        both = Vehicle(drag_ratio=0.1, arm_length=0.25).replace(thrust_coefficient=8e-6, drag_coefficient=4e-7)
+        assert both.drag_ratio == pytest.approx(0.2)
         beetle = vehicle_named("beetle_omni")
         complete = beetle.replace(thrust_coefficient=1e-5)
         assert (complete.drag_ratio, complete.drag_to_thrust) == (beetle.drag_ratio, beetle.drag_to_thrust)

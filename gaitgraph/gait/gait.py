@@ -168,21 +168,20 @@ class Gait:
 
     def biased(self, eta: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        return self._scaled(eta, (2, 3), stays=False)
+        return self._scaled(eta, [1, 1, eta, eta], stays=False)
 
     def scaled(self, eta: float) -> Gait:
         """Return the gait with all four angles scaled by η in (0, 1].
 
         The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
         """
-        return self._scaled(eta, (0, 1, 2, 3), stays=self.color == "red")
+        return self._scaled(eta, [eta] * 4, stays=self.color == "red")
 
-    def _scaled(self, eta: float, columns: tuple[int, ...], *, stays: bool) -> Gait:
+    def _scaled(self, eta: float, factors: list[float], *, stays: bool) -> Gait:
         if not 0 < number_of(eta) <= 1:
             raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
-        alpha = self.alpha.copy()
-        alpha[:, columns] *= float(eta)
-        return replace(self, alpha=alpha, colors=self.colors if stays or eta == 1 else (), request={})
+        colors = self.colors if stays or eta == 1 else ()
+        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
@@ -270,7 +269,7 @@ def lift(
         raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
         raise InputError(f"points must have the shape (n, 2) with n at least 1, got {plane.shape}")
-    names = (colors,) * len(plane) if isinstance(colors, str) or not isinstance(colors, Iterable) else tuple(colors)
+    names = tuple(colors) if isinstance(colors, Iterable) and not isinstance(colors, str) else (colors,) * len(plane)
     if len(names) != len(plane) or not all(name in COLORS for name in names):
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
@@ -295,21 +294,12 @@ def points_on_sheets(
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
-    """Return the vertices of a curve of tilt angles by equations (16) to (19).
+    """Return the vertices of a curve of tilt angles, points of shape (n, 4) [rad], by equations (16) to (19).
 
     A point is a vertex if each of its four angles is the least or the largest that this angle takes on the curve, to
-    within the tolerance. The k ≤ 16 vertices are returned once each, shape (k, 4), in the order in which the curve
-    first meets them, with the extreme values themselves.
+    within the tolerance [rad]; for a sampled table, what its samples may miss. The k ≤ 16 vertices are returned once
+    each, shape (k, 4), in the order in which the curve first meets them, with the extreme values themselves.
 
-    Parameters
-    ----------
-    alpha
-        Points of the curve, shape (n, 4) [rad].
-    tolerance
-        How far an angle may be from its extreme [rad]; for a sampled table, what its samples may miss.
-
-    Examples
-    --------
     >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1], [0, 1, 0, 1]]).shape
     (4, 4)
     """

@@ -63,11 +63,9 @@ ROWS_OF_A_PIECE = 1 << 16
 """Long tables are made, written and read in pieces of so many rows."""
 
 CLOSED_GAP = 1e-9
-"""A last row closes a table if no angle differs from the first row's by more than this [rad].
-
-That is far below any printed digit, and above the rounding of floating point. `validate` also accepts a measured loop
-that comes back to within its own tolerance, but then keeps the last row as one more point.
-"""
+"""A last row closes a table if no angle differs from the first row's by more than this [rad]: far below any printed
+digit, above the rounding of floating point. `validate` also accepts a measured loop that comes back to within its own
+tolerance, but then keeps the last row as one more point."""
 
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
@@ -133,37 +131,34 @@ class Table:
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
-        pandas = _library("pandas")
-        texts = {name: pandas.Categorical(list(self[name])) for name in TEXTS if name in self}
-        frame = pandas.DataFrame({**self.columns, **texts})
+        frame = self._frame("pandas")
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
 
     def to_polars(self) -> Any:
         """Return the table as a polars frame: floats, and categories for texts. What made it is not kept."""
-        polars = _library("polars")
-        texts = {name: polars.Series(list(self[name]), dtype=polars.Categorical) for name in TEXTS if name in self}
-        return polars.DataFrame({**self.columns, **texts})
+        return self._frame("polars")
 
-
-def _library(name: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError as error:
-        raise MissingExtra(f"{name}: not installed, and to_{name} needs it: pip install {name}") from error
+    def _frame(self, name: str) -> Any:
+        try:
+            library = import_module(name)
+        except ImportError as error:
+            raise MissingExtra(f"{name}: not installed, and to_{name} needs it: pip install {name}") from error
+        kind = "category" if name == "pandas" else library.Categorical
+        texts = {name: library.Series(list(self[name]), dtype=kind) for name in TEXTS if name in self}
+        return library.DataFrame({**self.columns, **texts})
 
 
 def merged(pieces: Iterable[Table]) -> Table:
     """Return consecutive pieces of a table as one."""
-    pieces = list(pieces)
-    if len(pieces) == 1:
-        return pieces[0]
+    first, *others = pieces
+    if not others:
+        return first
     columns: dict[str, Any] = {}
-    for name in pieces[0].columns:
-        parts = [piece[name] for piece in pieces]
-        texts = not isinstance(parts[0], np.ndarray)
-        columns[name] = tuple(text for part in parts for text in part) if texts else np.concatenate(parts)
-    return Table(columns=columns, about=pieces[0].about, rounding=pieces[0].rounding)
+    for name, values in first.columns.items():
+        parts = [values, *(piece[name] for piece in others)]
+        columns[name] = np.concatenate(parts) if isinstance(values, np.ndarray) else tuple(chain.from_iterable(parts))
+    return replace(first, columns=columns)
 
 
 def setting_of(
@@ -269,17 +264,9 @@ def closed_rows(
 
     Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
     keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
-    table states, else the paper's vehicle.
+    table states, else the paper's vehicle. A row that repeats the first is no corner. The n + 1 times [s] end when the
+    gait is back at its first corner; None without a column t.
 
-    Returns
-    -------
-    gait
-        With n corners; a row that repeats the first is none.
-    times
-        Shape (n + 1,), the last one when the gait is back at its first corner [s]; None without a column t.
-
-    Examples
-    --------
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
     >>> gait, times = closed_rows(Table(columns=columns))
     >>> gait.alpha[:, 2].tolist(), times.tolist()
@@ -321,17 +308,8 @@ def completed_pieces(
     and a second one each time the result is called. No more than two pieces are held at a time.
 
     Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
-    row and accelerations are zero.
+    row and accelerations are zero. `pieces` yields the same pieces each time: at least one row in all, with `t`.
 
-    Parameters
-    ----------
-    pieces
-        Yields the same pieces each time: at least one row in all, with `t`.
-    vehicle, coefficients
-        As for :func:`closed_rows`.
-
-    Examples
-    --------
     >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
     >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
     >>> table = Table(columns={name: np.array(values, dtype=float) for name, values in columns.items()})
@@ -431,8 +409,7 @@ def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
     pieces = iter(pieces)
     first = next(pieces)
     if all(name in first for name in (*RATES, *ACCELERATIONS)):
-        yield first
-        yield from pieces
+        yield from chain([first], pieces)
         return
     first_rates: dict[str, FloatArray] = {}
     for joined in _overlapping(chain([first], pieces)):

@@ -81,7 +81,7 @@ class Joint:
     limits_us: tuple[float, float] = (1000.0, 2000.0)
 
     def __post_init__(self) -> None:
-        who, is_pulses = f"joint {self.name!r}", self.unit == "us"
+        who, is_pulses = f"joint {shown(self.name)}", self.unit == "us"
         must, make = partial(_must, self, who), partial(object.__setattr__, self)
         must("name", _is_name(self.name), _NAME)
         must("unit", self.unit in [*_UNITS], "rad, deg or us")
@@ -93,14 +93,13 @@ class Joint:
             if one.name in (("limits",) if is_pulses else _OF_PULSES):
                 must(one.name, getattr(self, one.name) in (None, one.default), f"left out for the unit {self.unit!r}")
         if is_pulses:
-            (low, high), neutral = _pair(self.limits_us, number_of), number_of(self.neutral_us)
-            slope = "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)"
-            must("us_per_rad", 1e-3 <= number_of(self.us_per_rad) <= 1e9, slope)
+            slope, neutral = number_of(self.us_per_rad), number_of(self.neutral_us)
+            low, high = _pair(self.limits_us, number_of)
+            must("us_per_rad", 1e-3 <= slope <= 1e9, "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
             must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
             must("neutral_us", low <= neutral <= high, f"between {low:g} and {high:g} µs")
-            make("us_per_rad", number_of(self.us_per_rad))
-            make("neutral_us", neutral)
-            make("limits_us", (low, high))
+            for name, value in (("us_per_rad", slope), ("neutral_us", neutral), ("limits_us", (low, high))):
+                make(name, value)
         elif self.limits is not None:
             low, high = _pair(self.limits, partial(angle_from_text, name=f"{who}: limits"))
             must("limits", low < high, "the least and the largest angle (rad), in this order")
@@ -160,8 +159,6 @@ class ServoMap:
         The vehicle that the order of rotors is meant for, as :class:`~gaitgraph.vehicle.Vehicle` has them [rad]; None
         if it fits any.
 
-    Examples
-    --------
     >>> [joint.rotor for joint in servo_map_named("x_frame").joints]
     [4, 2, 1, 3]
     """
@@ -256,15 +253,10 @@ _MAP_FIELDS = ("preset", *(one.name for one in fields(ServoMap) if one.name != "
 def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     """Return the map that a table of plain values describes.
 
-    Parameters
-    ----------
-    stated
-        Field names of :class:`ServoMap` to values; angles may be texts. ``joint`` is a list of four tables with the
-        field names of :class:`Joint`; whatever all four joints share (unit, sign, zero, limits, pulses) may stand
-        beside it. ``preset`` names the map to start from, "paper" by default. Unknown names are refused.
+    It has the field names of :class:`ServoMap`; angles may be texts. ``joint`` is a list of four tables with the field
+    names of :class:`Joint`; whatever all four joints share (unit, sign, zero, limits, pulses) may stand beside it.
+    ``preset`` names the map to start from, "paper" by default. Unknown names are refused.
 
-    Examples
-    --------
     >>> stated = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 400})
     >>> stated.joints[0].column, servo_map_from_mapping(stated.as_mapping()) == stated
     ('tilt1_us', True)
@@ -346,11 +338,9 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
         columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
     for joint in servo_map.joints:
         values = _values(table, joint)
-        if servo_map.clip:
-            values = np.clip(values, *joint.bounds)
-        else:
+        if not servo_map.clip:
             _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
-        columns[joint.column] = values + 0.0
+        columns[joint.column] = (np.clip(values, *joint.bounds) if servo_map.clip else values) + 0.0
     for end, names in _DERIVATIVES.items():
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":

@@ -47,64 +47,53 @@ _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 
 
 def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed."""
-    names: list[str] = []
-    line = 0  # lines before these
-    rounding: float | None = None
-    for lines in _lines(path, progress):
-        start, is_first = 0, not names
-        if is_first:
-            start = next((k for k, text in enumerate(lines) if text != "\n"), len(lines))
-            if start == len(lines):
-                line += start
-                continue
-            names = _names_of(lines[start], line + start + 1)
-            start += 1
-        about = _provenance_taken_out(lines, start, names)
-        if is_first:
-            builder.begin(names, about)
-        rows = lines[start:]
-        raw = _numeric_columns(rows, names, builder) or _text_columns(rows, names, line + start)
-        if rounding is None and len(raw[names[0]]):
-            rounding = _rounding_of(rows[:_PRINTED_ROWS], names, builder)
-        line += len(lines)
-        yield from builder.pieces(raw, rounding=rounding or 0.0)
-    if not names:
-        raise InputError("it is empty; allowed is a header line and at least one row")
+    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
 
-
-def _lines(path: Path, progress: Progress) -> Iterator[list[str]]:
-    """Yield the lines of a file in groups, whatever its size; a byte-order mark and any kind of line end are read."""
+    A byte-order mark and any kind of line end are read.
+    """
     with reading(path, _WHAT, "a gait table as text"), path.open("rb") as raw:
         stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
-        while lines := stream.readlines(_BLOCK):
+        read, head = 1, stream.readline()  # lines until now
+        while head == "\n":
+            read, head = read + 1, stream.readline()
+        if not head:
+            raise InputError("it is empty; allowed is a header line and at least one row")
+        names = _names_of(head, read)
+        lines = stream.readlines(_BLOCK)
+        builder.begin(names, _provenance_taken_out(lines, names))
+        rounding: float | None = None
+        while lines:
+            columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
+            if rounding is None and len(columns[names[0]]):
+                rounding = _rounding_of(lines[:_PRINTED_ROWS], names, builder)
             if progress is not None:
-                progress(min(raw.tell() / size, 1.0) if size else 0.0)
-            yield lines
+                progress(raw.tell() / size)
+            yield from builder.pieces(columns, rounding=rounding or 0.0)
+            read += len(lines)
+            lines = stream.readlines(_BLOCK)
+            _provenance_taken_out(lines, names)
 
 
-def _names_of(text: str, line: int) -> list[str]:
+def _names_of(head: str, line: int) -> list[str]:
     """Return the names in the header line."""
     try:
-        names = [name.strip() for name in next(csv.reader([text], strict=True))]
+        names = [name.strip() for name in next(csv.reader([head], strict=True))]
     except csv.Error as error:
         raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
-    if len(names) == 1 and re.search(r"[;\t]", text):
+    if len(names) == 1 and re.search(r"[;\t]", head):
         raise InputError("columns are separated by semicolons or tabs; allowed are commas, and points in numbers")
     return names
 
 
-def _provenance_taken_out(lines: list[str], start: int, names: list[str]) -> dict[str, Any]:
+def _provenance_taken_out(lines: list[str], names: list[str]) -> dict[str, Any]:
     """Take what made the file out of the first and the last of these lines, and return it; empty if it is not stated.
 
     Then all rows are alike, and the first and the last are read as fast as the others.
     """
     about: dict[str, Any] = {}
-    for k in {start, len(lines) - 1} if _MADE_BY in names else ():
-        if not start <= k < len(lines) or FORMAT not in lines[k]:
-            continue
+    for k in {0, len(lines) - 1} if lines and _MADE_BY in names else ():
         try:
-            fields = next(csv.reader([lines[k]], strict=True), [])
+            fields = next(csv.reader([lines[k]], strict=True), []) if FORMAT in lines[k] else []
         except csv.Error:
             continue  # reading the line as a row says what is wrong
         column = names.index(_MADE_BY)
@@ -124,15 +113,9 @@ def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) 
         return None  # numpy's reader takes quotation marks that csv refuses
     # A column that is ignored is read as one character.
     kinds = ["U8" if name in TEXTS else "f8" if builder.uses(name) else "U1" for name in names]
+    dtype = [(f"f{k}", kind) for k, kind in enumerate(kinds)]
     try:
-        rows = np.loadtxt(
-            lines,
-            dtype=[(f"f{k}", kind) for k, kind in enumerate(kinds)],
-            delimiter=",",
-            comments=None,
-            quotechar='"',
-            ndmin=1,
-        )
+        rows = np.loadtxt(lines, dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
     except (ValueError, IndexError, OverflowError):
         return None
     columns = {name: rows[f"f{k}"] for k, name in enumerate(names)}
