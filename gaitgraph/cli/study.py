@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from contextlib import contextmanager, suppress
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +61,7 @@ def study_command(
     whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
     from gaitgraph.study.design import read_study
-    from gaitgraph.study.running import run_study, time_text
+    from gaitgraph.study.running import run_study
 
     study = read_study(study_file)
     if dry_run:
@@ -68,7 +69,7 @@ def study_command(
         if as_json:
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
-            print_text(f"{study}\nabout {time_text(study.seconds)} on one process; nothing was flown")
+            print_text(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:

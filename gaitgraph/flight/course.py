@@ -95,10 +95,9 @@ def timed_gait_from_file(
         named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle or PAPER
         gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, named, coefficients_of(named, coefficients))
         return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
-    stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
-    stated = {name: value for name, value in stated.items() if value is not None}
     if holds_request(path):
-        request, sampling = read_request(path, stated)
+        stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
+        request, sampling = read_request(path, {name: value for name, value in stated.items() if value is not None})
         return plan(request).timed(**sampling)
     table = read_table(path)
     about = table.about
@@ -108,10 +107,9 @@ def timed_gait_from_file(
     body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     with naming_file(path):
         rows, times = closed_rows(table, vehicle=body, coefficients=coefficients)
-    gait = replace(rows.merged(), request=rows.request)
-    law_of_file = None if about.get("made_by") == "pace" else about.get("law")
+    gait, is_asked = replace(rows.merged(), request=rows.request), period is not None or law is not None
     period = about.get("period") if period is None else period
-    law = law_of_file or LAWS[0] if law is None else law
+    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or LAWS[0]
     if times is None or len(table) == 1:
         if period is None and len(gait.alpha) > 1:
             raise InputError(
@@ -119,7 +117,7 @@ def timed_gait_from_file(
             )
         return parametrize(gait, 1.0 if period is None else period, law=law)
     times = times - times[0]
-    if "period" in stated or "law" in stated:
+    if is_asked:
         return parametrize(gait, float(times[-1]) if period is None else period, law=law)
     with naming_file(path):
         for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first

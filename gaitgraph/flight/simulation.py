@@ -366,8 +366,7 @@ def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | No
     if not any(sizes):
         return None
     drawn = np.random.default_rng([settings.seed, 0]).standard_normal((count + 1, 12))
-    noise: list[list[float]] = (drawn * np.repeat(sizes, 3)).tolist()
-    return noise
+    return (drawn * np.repeat(sizes, 3)).tolist()  # type: ignore[no-any-return]
 
 
 def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
@@ -379,8 +378,7 @@ def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
     keep = math.exp(-1.0 / (settings.control_rate * _GUST_TIME))
     drawn = np.random.default_rng([settings.seed, 1]).standard_normal((count + 1, 3))
     drawn[1:] *= math.sqrt(1.0 - keep * keep)
-    gusts = settings.gust * lfilter([1.0], [1.0, -keep], drawn, axis=0)
-    return np.asarray(np.asarray(settings.wind) + gusts)
+    return np.asarray(settings.wind + settings.gust * lfilter([1.0], [1.0, -keep], drawn, axis=0))
 
 
 def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:

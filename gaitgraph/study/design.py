@@ -64,10 +64,9 @@ class Axis:
         return low + share * (high - low) if self.ends else self.values[int(share * len(self.values))]
 
     def as_mapping(self) -> Any:
-        """Return the axis as plain values: a list, or a table of ``from`` and ``to``."""
-        if self.ends is None:
-            return [list(value) if isinstance(value, tuple) else value for value in self.values]
-        return {"from": self.ends[0], "to": self.ends[1]}
+        """Return the axis as plain values."""
+        plain = [list(value) if isinstance(value, tuple) else value for value in self.values]
+        return dict(zip(("from", "to"), self.ends, strict=True)) if self.ends else plain
 
 
 def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: bool) -> Axis:
@@ -118,7 +117,7 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
     """Return the vehicle of an entry: a preset, a file, or a table of constants in which lists and ranges vary."""
     constants = {"file" if entry.lower().endswith(".toml") else "preset": entry} if isinstance(entry, str) else entry
     if not isinstance(constants, dict):
-        raise InputError(f"must be a preset, a .toml file or a table of constants, got {shown(entry)}")
+        raise InputError(f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}")
     constants, varied = dict(constants), {}
     for name, value in list(constants.items()):
         # Three plain numbers are one inertia; a list of such lists varies it.
@@ -285,12 +284,10 @@ class Study:
         """Return the study as plain values."""
         sample = {"kind": "grid"} if self.count is None else {"kind": "random", "count": self.count, "seed": self.seed}
         biases, periods, roll, pitch = (axis.as_mapping() for axis in self.axes)
+        varied = [{name: axis.as_mapping() for name, axis in model.varied.items()} for model in self.models]
         return {
             "name": self.name,
-            "vehicles": [
-                {**model.base.as_mapping(), "vary": {name: axis.as_mapping() for name, axis in model.varied.items()}}
-                for model in self.models
-            ],
+            "vehicles": [one.base.as_mapping() | {"vary": vary} for one, vary in zip(self.models, varied, strict=True)],
             "gaits": [asdict(source) for source in self.sources],
             "biases": biases,
             "periods": periods,
@@ -346,9 +343,8 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     sample = content.get("sample", "grid")
     sample = {"kind": sample} if isinstance(sample, str) else sample
     check_fields("sample", sample, ("kind", "count", "seed"))
-    kind = sample.get("kind", "random" if "count" in sample else "grid")
-    random = kind == "random"
-    if kind not in ("grid", "random") or (not random and set(sample) - {"kind"}):
+    random = sample.get("kind", "random" if "count" in sample else "grid") == "random"
+    if not random and sample not in ({}, {"kind": "grid"}):
         raise InputError(f"sample.kind must be grid, or random with a count and a seed, got {shown(sample)}")
     count = whole_number("sample.count", sample.get("count"), 1, MOST_CASES) if random else None
     seed = whole_number("sample.seed", sample.get("seed", 0), 0, (1 << 64) - 1) if random else None

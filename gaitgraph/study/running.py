@@ -29,7 +29,7 @@ from gaitgraph.study.design import Case, Study, read_study, study_from_mapping
 from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from gaitgraph.gait.gait import Gait
 
@@ -144,9 +144,10 @@ def run_study(
     whole_number("--workers", workers, 0, _MOST_WORKERS)
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
+        takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
         raise InputError(
-            f"study {study.name!r} has {len(study)} flights, about {time_text(seconds)} with --workers {workers}; more "
-            f"than {_FREE_CASES} flights or {time_text(_FREE_SECONDS)} need --yes (yes=True)"
+            f"study {study.name!r} has {len(study)} flights, about {takes} with --workers {workers}; more than "
+            f"{_FREE_CASES} flights or {free} need --yes (yes=True)"
         )
     require_matplotlib()
     try:
@@ -167,16 +168,12 @@ def run_study(
         numbers = {batch: study.batches[batch] for batch in missing}
         todo, flown, start = sum(map(len, numbers.values())), 0, monotonic()
         say(f"{len(study) - todo} of {len(study)} cases")
-        batches: Iterable[tuple[int, list[Row]]]
-        if client is None:
-            batches = ((batch, flown_batch(some, study, here)) for batch, some in numbers.items())
-        else:
-            batches = _flown_on_dask(client, study, numbers, here)
-        for batch, rows in batches:
+        here_flown = ((batch, flown_batch(some, study, here)) for batch, some in numbers.items())
+        for batch, rows in here_flown if client is None else _flown_on_dask(client, study, numbers, here):
             dataset.write(batch, rows)
             flown += len(rows)
-            left = (monotonic() - start) * (todo - flown) / flown
-            say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {time_text(left)} left" * (left > 0))
+            left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
+            say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
         say("drawing the summary")
         table = dataset.table()
         write_whole([(folder / "summary.html", page_of(study, table).encode())], force=True)
@@ -235,17 +232,10 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
 
 def _known_of(case: Case) -> Row:
     """Return what a row holds whatever comes of its case."""
-    row: Row = {"case": case.number, "vehicle": case.model.base.name}
+    row: Row = {"case": case.number, "vehicle": case.model.base.name, "gait": case.source.name}
     for name, value in case.varied.items():
-        columns = columns_of_constant(name)
-        row |= zip(columns, value if len(columns) > 1 else (value,), strict=True)
-    row |= {"gait": case.source.name}
+        row |= zip(columns_of_constant(name), value if isinstance(value, tuple) else (value,), strict=True)
     return row | {name: getattr(case, name) for name in ("eta", "period", "roll", "pitch")}
-
-
-def time_text(seconds: float) -> str:
-    """Return a time as h:mm:ss."""
-    return str(timedelta(seconds=round(seconds)))
 
 
 @contextmanager
@@ -307,9 +297,9 @@ def _flown_on_dask(
     def submitted(some: Sequence[int]) -> Any:
         return client.submit(flown_batch, some, study, dict(here), pure=False)
 
-    def rows_of(future: Any) -> list[Row] | None:
+    def rows_of(future: Any) -> Any:  # None where workers died
         try:
-            rows: list[Row] = future.result()
+            return future.result()
         except KilledWorker:
             return None
         except GaitgraphError:
@@ -318,16 +308,15 @@ def _flown_on_dask(
             raise InputError(
                 f"a worker cannot run the study ({_line(error)}); workers need this gaitgraph with its extra study"
             ) from error
-        return rows
 
     batch_of = {submitted(some): batch for batch, some in numbers.items()}
     lost = []
     for future in as_completed(list(batch_of), loop=client.loop):
         batch, rows = batch_of.pop(future), rows_of(future)
-        if rows is None:
-            lost.append(batch)
-        else:
+        if rows is not None:
             yield batch, rows
+        else:
+            lost.append(batch)
     died = {"outcome": "failed", "reason": "each worker that flew this case alone died"}
     for batch in sorted(lost):
         alone = [(number, rows_of(submitted([number]))) for number in numbers[batch]]
