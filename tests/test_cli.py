@@ -169,7 +169,7 @@ WRONG = [
     ("plan --waypoint 0,0 --sheets all", "--sheets was removed. No gait on a fibre can fly; gaitgraph roots lists"),
     ("plan --waypoint 0,0 --objective thrust", "--objective thrust was removed. Use: gaitgraph optimize"),
     ("plan --waypoint 0,0 --period soon", "--period must be a number of seconds, got 'soon'"),
-    ("validate one.csv --require pretty", "'pretty' is not one of 'valid', 'flyable'"),
+    ("validate one.csv --require pretty", "--require must be one of valid, flyable, got 'pretty'"),
     ("cycles --keep-in '0,0 1'", "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
     ("cycles --effort 0", "--effort"),
     ("transition hover none.csv", "No such file"),

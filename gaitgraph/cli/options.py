@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -88,15 +88,6 @@ def command(short_help: str, *options: str | Decorator) -> Callable[[Callable[..
     return decorated
 
 
-class Choice(click.Choice[str]):
-    """A choice that suggests the name that was meant."""
-
-    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
-        """Return the message for a name that is none of them."""
-        message = super().get_invalid_choice_message(value, ctx)
-        return message.rstrip(".") + did_you_mean(str(value), list(self.choices))
-
-
 class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click alone
     """A kind of value: what it must be, and what parses it. What is refused ends in one line that names the option."""
 
@@ -173,9 +164,14 @@ def flag(flag: str, text: str) -> Decorator:
     return click.option(flag, is_flag=True, help=text)
 
 
-def choice(flag: str, names: Sequence[str], default: str, text: str) -> Decorator:
-    """Return an option that takes one of some names."""
-    return click.option(flag, type=Choice(names), default=default, help=f"{text}  [default: {default}]")
+def choice(flag: str, names: Sequence[str], default: str | None, text: str) -> Decorator:
+    """Return an option that takes one of some names, and is checked here."""
+
+    def checked(_: click.Context, __: click.Parameter, value: str | None) -> Any:
+        return value and checked_choice(flag, value, names)
+
+    text += f"  [default: {default}]" if default else ""
+    return option(flag, f"[{'|'.join(names)}]", text, words=names, default=default, callback=checked)
 
 
 def _preset_names() -> list[str]:
@@ -206,7 +202,7 @@ _SHARED: dict[str, Decorator] = {
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),
-    "coefficients": click.option("--coefficients", type=Choice(["published", "exact"]), help=_COEFFICIENTS),
+    "coefficients": choice("--coefficients", ["published", "exact"], None, _COEFFICIENTS),
     "color": one_of("--color", "auto", "red", "blue"),
     "sign": one_of("--sign", "auto", "positive", "negative", of="Sign of R: "),
     "divisions": option("--divisions", "N", "Grid pieces of [−π/2, π/2].  [default: 16]"),
