@@ -177,7 +177,7 @@ def test_the_command_says_no_with_exit_code_1(run: Any, tmp_path: Path) -> None:
     ("options", "message"),
     [
         (["--bias", "2"], "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
-        (["--bias", "1"], "--bias must differ from 1"),
+        (["--bias", "1"], "--bias must be different numbers above 0, up to 1, got [1.0, 1.0]"),
         (["--output", "basin.gif"], "output: 'basin.gif'; the suffixes for a basin are .csv"),
         (["--settings", "hover.toml"], "reference must be attitude for a basin, got 'hover'"),
     ],

@@ -7,7 +7,7 @@ from typing import Any
 from gaitgraph.cli import Working, print_json, print_text
 from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, settings_from_options, timed_gait
 from gaitgraph.cli.options import command, flag, named_in_errors, option
-from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.errors import Infeasible
 
 
 @command(
@@ -45,8 +45,6 @@ def basin_command(
     mujoco_library()  # MissingExtra, before anything is read
     asked = {**given, "bias": bias or None}
     settings = settings_from_options(given)
-    if 1.0 in bias:
-        raise InputError("--bias must differ from 1: the gait itself is flown in any case")
     grid = {name: given[name] for name in ("resolution", "extent", "begins") if name in given}
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         try:
