@@ -240,8 +240,8 @@ def table_from_frame(frame: Frame) -> Table:
         raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")
     if not _is_frame(frame):
         raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
-    names = list(frame) if isinstance(frame, Mapping) else list(getattr(frame, "column_names", None) or frame.columns)
-    names = [name for name in names if isinstance(name, str)]
+    given = frame if isinstance(frame, Mapping) else getattr(frame, "column_names", None) or frame.columns
+    names = [name for name in given if isinstance(name, str)]
     attributes = getattr(frame, "attrs", None)
     stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
     try:

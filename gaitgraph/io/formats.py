@@ -217,23 +217,13 @@ def write_tables(
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    Parameters
-    ----------
-    table
-        What to write, or what yields it piece by piece, with the same columns; it is called once a file.
-    paths, force
-        What to write, with the suffixes of :data:`FORMATS`, and whether to overwrite what exists.
-    options
-        Choices that some formats have; the others ignore them.
-    servos
-        What the columns are to be, in formats of tables; the joints' order, signs and zeros in formats of robots.
+    `table` may be called, once a file, to yield a table piece by piece. `options` are choices that some formats have;
+    the others ignore them. `servos` are what the columns are to be, in formats of tables, and the joints' order, signs
+    and zeros in formats of robots.
 
-    Raises
-    ------
-    OutputExists, FileProblem
-        If a file exists and `force` is not set, or if one cannot be written; then none is, and old ones are whole.
-    InputError, MissingExtra
-        If a suffix is not known, a file is named twice, or a format needs a library that is not installed.
+    Raises OutputExists if a file exists and `force` is not set, and FileProblem if one cannot be written: then none is,
+    and old ones are whole. Raises InputError if a suffix is not known or a file is named twice, and MissingExtra if a
+    format needs a library that is not installed.
     """
     check_outputs(paths, force=force)
 
@@ -285,8 +275,6 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     The vehicle and the coefficients are those given, else those that the table states, else the paper's. The gait keeps
     the request that the table states, if none is given. Raises InputError if the rows are no gait table.
 
-    Examples
-    --------
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """

@@ -322,8 +322,6 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     neither. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
     vehicle.
 
-    Examples
-    --------
     >>> from gaitgraph.gait.gait import lift
     >>> from gaitgraph.timing.timed_gait import table_of
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=2))
