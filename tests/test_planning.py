@@ -162,7 +162,7 @@ def test_plans_repeat_and_serialise() -> None:
         ({"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
         ({"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
         ({"sign": 1}, "sign must be .* got 1"),
-        ({"objective": "thrust"}, "objective must be .* got 'thrust'; .* gaitgraph optimize --objective hover_reserve"),
+        ({"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'"),
         ({"law": "x"}, "law must be .* got 'x'"),
         ({"floor": math.nan}, "floor must be a finite number ≥ 0 .* got nan"),
         ({"reverse": 1}, "reverse must be true or false, got 1"),

@@ -150,11 +150,11 @@ class GridCycles:
         reasons = self.missing | {sign: answer.reason or "" for sign, answer in answers.items()}
         if reasons:
             return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
+        bound = self.cycles.bound
         if not self.cycles.complete:
-            least = self.cycles.bound
-            return None, least, f"none found so far; if there is one it is at least {least:.4f} rad long"
+            return None, bound, f"none found so far; if there is one it is at least {bound:.4f} rad long"
         within = "" if self.max_length is None else f" within {self.max_length:g} rad"
-        return None, math.inf, f"the graph has none{within}"
+        return None, bound, f"the graph has none{within}"
 
 
 def grid_cycles(

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import is_closed, merged, setting_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
@@ -112,13 +112,9 @@ class PlanRequest:
         floor: float = DEFAULT_FLOOR,
     ) -> None:
         method = method if method is not None else "exact" if divisions is None else "grid"
-        names: dict[str, Any] = {"color": color, "sign": sign, "objective": objective, "method": method}
+        names = {"color": color, "sign": sign, "objective": objective, "method": method}
         for name, value in names.items():
-            if not isinstance(value, str) or value not in CHOICES[name]:
-                hint = did_you_mean(value, list(CHOICES[name])) if isinstance(value, str) else ""
-                if (name, value) == ("objective", "thrust"):
-                    hint = "; for low thrusts use gaitgraph optimize --objective hover_reserve"
-                raise InputError(f"{name} must be one of {', '.join(CHOICES[name])}, got {shown(value)}{hint}")
+            checked_choice(name, value, CHOICES[name])
         for name, flag in (("any_order", any_order), ("reverse", reverse)):
             if not isinstance(flag, bool):
                 raise InputError(f"{name} must be true or false, got {shown(flag)}")
@@ -207,9 +203,7 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
         why = "since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
         raise InputError(f"sheets: {shown(content['sheets'])}; no field any more, {why}")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
-    for name in (name for name in content if name not in REQUEST_FIELDS):
-        hint = did_you_mean(name, [*REQUEST_FIELDS, *_SAMPLING])
-        raise InputError(f"{name}: no field of a request{hint or '; fields are ' + ', '.join(REQUEST_FIELDS)}")
+    check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])
     return PlanRequest(content.pop("waypoints", ()), **content), sampling
 
 
@@ -273,9 +267,7 @@ def _named(path: Path) -> Iterator[None]:
 def _object_from_json(text: str) -> dict[str, Any]:
     try:
         content = json.loads(text)
-    except RecursionError as error:
-        raise InputError("it is nested too deeply for a table of fields") from error
-    except ValueError as error:
+    except (RecursionError, ValueError) as error:
         raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
     if not isinstance(content, dict):
         raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
