@@ -96,7 +96,7 @@ def test_a_solver_finds_no_solution_outside_the_four_families(vehicle: gg.Vehicl
 def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(vehicle: gg.Vehicle) -> None:
     exact, kappa = coefficients_of(vehicle, "exact"), vehicle.signed_drag_ratio
     free = np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2))
-    for fiber, sign, fixed, idle in (("fiber1", 1.0, [0, 2], [1, 3]), ("fiber2", -1.0, [1, 3], [0, 2])):
+    for fiber, sign, idle in (("fiber1", 1.0, [1, 3]), ("fiber2", -1.0, [0, 2])):
         alpha = on_fiber(fiber, free, exact)
         for residual in (roll_sensitivity, pitch_sensitivity):
             assert np.abs(residual(alpha, exact)).max() < 1e-12 / abs(kappa)
@@ -106,9 +106,6 @@ def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(vehicle: gg.Vehicle) -
         shares = hover_thrust_shares(alpha[np.abs(R) > 1e-3], vehicle)
         assert np.abs(shares[:, idle]).max() < 1e-10
         np.testing.assert_allclose((shares * np.cos(alpha[np.abs(R) > 1e-3])).sum(axis=1), 1.0)
-        copy = alpha.copy()
-        copy[:, fixed] += HALF_PI
-        assert np.abs(zero_moment_direction(copy, vehicle)).max() < 1e-12
 
 
 # --- families of points ----------------------------------------------------------------------------------------------
@@ -199,9 +196,9 @@ def test_a_gait_goes_from_red_onto_fibres_and_back() -> None:
     assert (report.valid, report.flyable, report.reachable_from_hover) == (True, False, True)
     assert "corner 3 is on the first fibre" in report.reason
     assert (mixed().color, mixed().types[2], mixed().types[5]) == ("mixed", "(?,*)", "(*,?)")
-    assert Gait(alpha=mixed().alpha.round(4), colors=mixed().colors, coefficients=EXACT).check().valid
-    coarse = Gait(alpha=mixed().alpha.round(2), colors=mixed().colors, coefficients=EXACT)
-    assert not coarse.check()["continuous"].ok
+    for digits in (4, 2):
+        rounded = Gait(alpha=mixed().alpha.round(digits), colors=mixed().colors, coefficients=EXACT)
+        assert rounded.check()["continuous"].ok == (digits == 4)
 
 
 def test_jumps_onto_fibres_wrong_colors_and_wraps_are_found() -> None:
