@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not installed")
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+
 pytest.importorskip("starlette", reason="starlette, of the extra 'explore', is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn, of the extra 'explore', is not installed")
 
@@ -38,6 +42,8 @@ FLAGS = (
 )  # fmt: skip
 WIDE, NARROW = (1280, 900), (400, 800)
 PATIENCE = 30.0  # until a page that does not come counts as broken [s]
+LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
+CONTROL, SHIFT = "\ue009", "\ue008"
 STEP = math.pi / 16
 
 # The waypoints of Gait 3, as the page writes them in its address.
@@ -106,6 +112,14 @@ class Page:
     def id(self, name: str) -> Any:
         return self.driver.find_element("id", name)
 
+    def css(self, selector: str) -> Any:
+        return self.driver.find_element("css selector", selector)
+
+    def typed(self, field: Any, text: str) -> None:
+        """Type a text in place of what a field holds, and enter it."""
+        field.clear()
+        field.send_keys(text, ENTER)
+
     def text(self, name: str) -> str:
         return str(self.js("return document.getElementById(arguments[0]).textContent", name)).strip()
 
@@ -144,19 +158,13 @@ class Page:
         self.mouse("mousePressed", point)
         self.mouse("mouseReleased", point)
 
-    def keys(self, *keys: str) -> None:
-        from selenium.webdriver.common.action_chains import ActionChains
-
-        ActionChains(self.driver).send_keys(*keys).perform()
-
-    def chord(self, *keys: str) -> None:
-        """Press keys together."""
-        from selenium.webdriver.common.action_chains import ActionChains
-
+    def keys(self, *keys: str, held: str = "") -> None:
+        """Press keys one after another, with others held down."""
         chain = ActionChains(self.driver)
-        for key in keys:
+        for key in held:
             chain.key_down(key)
-        for key in reversed(keys):
+        chain.send_keys(*keys)
+        for key in held:
             chain.key_up(key)
         chain.perform()
 
@@ -172,20 +180,6 @@ class Page:
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
 
-def chromium(profile: Path) -> Any:
-    """Return a headless Chromium that downloads nothing to run, with an empty profile."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    assert CHROMIUM is not None
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={WIDE[0]},{WIDE[1]}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options, service=Service(DRIVER))
-
-
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A server of its own, as a user starts it."""
@@ -198,8 +192,13 @@ def address() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def window(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    downloads = tmp_path_factory.mktemp("downloads")
-    driver = chromium(tmp_path_factory.mktemp("profile"))
+    downloads, profile = tmp_path_factory.mktemp("downloads"), tmp_path_factory.mktemp("profile")
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(CHROMIUM)
+    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={WIDE[0]},{WIDE[1]}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
     try:
         page = Page(driver, address, downloads)
         page.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
@@ -274,11 +273,11 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     assert ["3π/16", "−π/4"] in [corner[:2] for corner in page.corners()]
     page.id("undo").click()
     page.until(lambda: page.state == GAIT_3 and page.js(loop) == before)
-    page.chord("\ue009", "y")
+    page.keys("y", held=CONTROL)
     page.until(lambda: page.state == moved)
-    page.chord("\ue009", "z")
+    page.keys("z", held=CONTROL)
     page.until(lambda: page.state == GAIT_3)
-    page.chord("\ue009", "\ue008", "z")
+    page.keys("z", held=CONTROL + SHIFT)
     page.until(lambda: page.state == moved)
     assert page.id("redo").get_property("disabled")
     # A double click removes; it needs the waypoint to have been there before the first click.
@@ -328,8 +327,8 @@ def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> Non
 
 def test_a_download_is_a_gait_that_flies(page: Page) -> None:
     page.open(GAIT_3)
-    page.driver.find_element("css selector", "#download > summary").click()
-    page.driver.find_element("css selector", "#formats [data-suffix='.csv']").click()
+    page.css("#download > summary").click()
+    page.css("#formats [data-suffix='.csv']").click()
     saved = page.downloads / "gait.csv"
     page.until(saved.exists)
     report = gg.validate(gg.read_table(saved))
@@ -372,32 +371,31 @@ def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
 
 def test_the_keyboard_alone(page: Page) -> None:
     page.open()
-    left, right, up, down, enter, delete, escape = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c"
     page.js("document.activeElement.blur()")
-    page.keys("\ue004")
+    page.keys(TAB)
     assert page.js("return document.activeElement.className") == "skip"
     page.js("document.getElementById('map').focus()")
-    page.keys(*(right * 6), *(down * 6), enter, *(up * 4), enter, *(left * 4), enter, *(down * 4), enter)
+    page.keys(*(RIGHT * 6), *(DOWN * 6), ENTER, *(UP * 4), ENTER, *(LEFT * 4), ENTER, *(DOWN * 4), ENTER)
     page.until(lambda: page.state == GAIT_3 and page.headline() == "✓Flyable")
     assert page.text("moves-spoken") == "Waypoint 4 added: α1 π/8, α2 −3π/8"
-    page.keys("[", right)
+    page.keys("[", RIGHT)
     page.until(lambda: page.state == GAIT_3[: -len("pi/8,-3pi/8")] + "3pi/16,-3pi/8")
     assert page.text("moves-spoken") == "Waypoint 4: α1 3π/16, α2 −3π/8"
     for _ in range(3):
-        page.chord("\ue008", right)
+        page.keys(RIGHT, held=SHIFT)
     page.until(lambda: page.state.endswith("27pi/128,-3pi/8"))  # a fraction again, whatever was added up
     assert page.text("moves-spoken") == "Waypoint 4: α1 27π/128, α2 −3π/8"
-    page.keys(delete)
+    page.keys(DELETE)
     page.until(lambda: page.count(".waypoint") == 3)
     page.planned()
-    page.id("mode-keep_out").send_keys(enter)  # gives the focus to the map
-    page.keys(" ", right, " ", up, " ", enter)
+    page.id("mode-keep_out").send_keys(ENTER)  # gives the focus to the map
+    page.keys(" ", RIGHT, " ", UP, " ", ENTER)
     page.until(lambda: "&keep_out=" in page.state)
     assert page.count(".polygon.chosen") == 1
-    page.keys(delete)
+    page.keys(DELETE)
     page.until(lambda: page.count(".polygon") == 0)
-    page.id("mode-keep_in").send_keys(enter)
-    page.keys(" ", escape)
+    page.id("mode-keep_in").send_keys(ENTER)
+    page.keys(" ", ESCAPE)
     assert page.id("mode-waypoints").get_attribute("aria-pressed") == "true"
     assert page.js("return getComputedStyle(document.activeElement).outlineStyle") == "solid"
     page.planned()
@@ -405,32 +403,21 @@ def test_the_keyboard_alone(page: Page) -> None:
 
 def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     page.open(GAIT_3)
-    field = page.driver.find_element("css selector", "[aria-label='Waypoint 2, α2']")
-    field.clear()
-    field.send_keys("-22.5deg", "\ue007")
+    field = page.css("[aria-label='Waypoint 2, α2']")
+    page.typed(field, "-22.5deg")
     page.planned()
     assert page.state == GAIT_3
-    field.clear()
-    field.send_keys("2", "\ue007")
-    assert page.text("problem").startswith("Waypoint 2, α2: “2”; allowed are angles within ±π/2")
-    assert field.get_attribute("aria-invalid") == "true"
-    assert page.state == GAIT_3
-    field.clear()
-    field.send_keys("0,5", "\ue007")
-    assert page.text("problem").startswith("Waypoint 2, α2: “0,5”; allowed are angles within ±π/2")
-    for name, typed, allowed in (
-        ("period", "2,5", "Period (s): “2,5”; allowed is a number of seconds from 1e-6 to 1e9, with a point"),
-        ("samples", "0x10", "Samples: “0x10”; allowed is a whole number from 1 to 10000"),
+    for one, text, allowed in (
+        (field, "2", "Waypoint 2, α2: “2”; allowed are angles within ±π/2"),
+        (field, "0,5", "Waypoint 2, α2: “0,5”; allowed are angles within ±π/2"),
+        (page.id("period"), "2,5", "Period (s): “2,5”; allowed is a number of seconds from 1e-6 to 1e9, with a point"),
+        (page.id("samples"), "0x10", "Samples: “0x10”; allowed is a whole number from 1 to 10000"),
     ):
-        number = page.id(name)
-        number.clear()
-        number.send_keys(typed, "\ue007")
+        page.typed(one, text)
         assert page.text("problem").startswith(allowed)
-        assert number.get_attribute("aria-invalid") == "true"
+        assert one.get_attribute("aria-invalid") == "true"
         assert page.state == GAIT_3
-    number = page.id("period")
-    number.clear()
-    number.send_keys("2.5", "\ue007")
+    page.typed(page.id("period"), "2.5")
     page.until(lambda: page.state == f"{GAIT_3}&period=2.5")
     assert page.id("problem").is_displayed() is False
 
@@ -438,7 +425,7 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
 def test_the_drag_ratio_is_the_vehicle_s_own_until_it_is_moved(page: Page) -> None:
     page.open(GAIT_3)
     assert page.text("drag_ratio-value") == "0.1687"
-    page.id("drag_ratio").send_keys("\ue014" * 20)
+    page.id("drag_ratio").send_keys(RIGHT * 20)
     page.until(lambda: "&drag_ratio=0.1" in page.state)
     page.planned()
     assert "exact coefficients" in page.text("report")
@@ -458,14 +445,15 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     assert "keep_out" in page.text("problem")
     page.id("undo").click()
     page.until(lambda: page.headline() == "✕Wrong input")
-    page.driver.find_element("css selector", "#polygon-list .quiet").click()
+    page.css("#polygon-list .quiet").click()
     page.until(lambda: page.headline() == "✓Flyable")
     page.cdp("Network.enable")
-    page.cdp("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    network = {"latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
+    page.cdp("Network.emulateNetworkConditions", offline=True, **network)
     page.click(4 * STEP, -6 * STEP)
     page.until(lambda: "does not answer" in page.text("connection"))
     assert page.count(".waypoint") == 5  # what was clicked is kept
-    page.cdp("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.cdp("Network.emulateNetworkConditions", offline=False, **network)
     page.until(lambda: not page.id("connection").is_displayed())
     page.planned()
     assert all("400" in line or "ERR_INTERNET_DISCONNECTED" in line for line in page.complaints())
@@ -475,7 +463,7 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
 def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[int, int], theme: str) -> None:
     page.size(*size)
     page.open(f"{GAIT_3}&keep_out=0,0;pi/16,pi/8;pi/8,0&theme={theme}&types=yes")
-    page.driver.find_element("css selector", "#download > summary").click()
+    page.css("#download > summary").click()
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
     pale = [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5]

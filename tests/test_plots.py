@@ -91,11 +91,10 @@ def space_of(name: str, **options: Any) -> Any:
 
 
 def test_root_counts_hold_650_roots() -> None:
-    ax = space_of("2")
-    counted = {one.get_label(): len(np.asarray(one.get_offsets())) for one in scatters(ax)}
+    places = {one.get_label(): np.asarray(one.get_offsets()) for one in scatters(space_of("2"))}
+    counted = {label: len(points) for label, points in places.items()}
     assert counted == {"2 roots, 225 nodes": 225, "3 roots, 60 nodes": 60, "5 roots, 4 nodes": 4}
-    corners = np.asarray(scatters(ax)[2].get_offsets())
-    np.testing.assert_allclose(np.abs(corners), HALF_PI)
+    np.testing.assert_allclose(np.abs(places["5 roots, 4 nodes"]), HALF_PI)
 
 
 def test_interior_roots_are_those_of_each_node() -> None:
@@ -112,19 +111,14 @@ def test_interior_roots_are_those_of_each_node() -> None:
             assert signs[node, k] == np.sign(root.R)
 
 
-@pytest.mark.parametrize(
-    ("coefficients", "counts"),
-    [
-        (PUBLISHED, {(1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197}),
-        (EXACT, {(1, 1): 128, (1, -1): 97, (-1, 0): 225}),
-    ],
-    ids=["published", "exact"],
-)
-def test_signs_of_the_interior_roots(coefficients: Any, counts: dict[tuple[int, int], int]) -> None:
+def test_signs_of_the_interior_roots() -> None:
     """With exact coefficients blue has no sign."""
-    found, signs = interior_roots(coefficients, 16)
-    there = found.sheet != 0
-    assert Counter(zip(found.sheet[there].tolist(), signs[there].tolist(), strict=True)) == counts
+    published = {(1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197}
+    exact = {(1, 1): 128, (1, -1): 97, (-1, 0): 225}
+    for coefficients, counts in ((PUBLISHED, published), (EXACT, exact)):
+        found, signs = interior_roots(coefficients, 16)
+        there = found.sheet != 0
+        assert Counter(zip(found.sheet[there].tolist(), signs[there].tolist(), strict=True)) == counts
 
 
 @pytest.mark.parametrize(("name", "over", "shift"), [("7", 0, 2), ("8", 1, -2)])
@@ -164,11 +158,11 @@ def test_values_of_R_are_those_of_the_roots() -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "other", "marks", "count"), [("9", "11", 2, 128), ("13", "14", 2, 97), ("10", "12", 1, 128)]
+    ("names", "marks", "count"), [(("9", "11"), 2, 128), (("13", "14"), 2, 97), (("10", "12"), 1, 128)]
 )
-def test_roots_without_sign_are_grey_and_hollow(first: str, other: str, marks: int, count: int) -> None:
+def test_roots_without_sign_are_grey_and_hollow(names: tuple[str, str], marks: int, count: int) -> None:
     grey, signed = 0, 0
-    for name in (first, other):
+    for name in names:
         space = space_of(name, coefficients="exact")
         for one in scatters(space):
             if to_hex(one.get_edgecolor()[0]) == GREY:
@@ -238,13 +232,13 @@ def test_half_and_half_marks_are_a_red_and_a_blue_half(ax: Axes) -> None:
     plots.type_map(ax=ax)
     left, right = (one for one in scatters(ax) if one.get_gid() == "yes yes")
     assert (faces(left), faces(right)) == ({RED}, {BLUE})
-    shapes = [np.asarray(one.get_paths()[0].vertices)[:, 0] for one in (left, right)]
-    assert shapes[0].max() <= 1e-12 < -shapes[0].min()
-    assert shapes[1].min() >= -1e-12 < shapes[1].max()
+    x = [np.asarray(one.get_paths()[0].vertices)[:, 0] for one in (left, right)]
+    assert x[0].max() <= 1e-12 < -x[0].min()
+    assert x[1].min() >= -1e-12 < x[1].max()
     assert legend_of(ax) == ["(+,+) and (−,−): $R < 0$", "(−,−): $R < 0$", "no root with $R < 0$"]
 
 
-def test_type_map_with_exact_coefficients_paints_no_blue(ax: Axes) -> None:
+def test_type_map_with_exact_coefficients_has_no_blue(ax: Axes) -> None:
     plots.type_map(coefficients=EXACT, ax=ax)
     marks, written = marks_and_texts(ax)
     assert set(marks) == {"yes singular", "no singular"}
@@ -326,21 +320,12 @@ def test_gait_in_four_dimensions() -> None:
     np.testing.assert_allclose(planes[0].get_ydata(), planes[0].get_xdata())
     wrapping = np.asarray(planes[1].get_ydata(), dtype=float)
     assert np.isnan(wrapping).sum() == 1
-
-
-def test_gait_in_four_dimensions_of_tables() -> None:
-    timed = GAIT3.parametrize(2.0, samples=40)
-    drawn = [
-        plots.gait_in_four_dimensions(one, axes=axes_of_a_gait(Figure()))
-        for one in (
-            timed,
-            table_of(timed),
-            Table(columns={k: table_of(timed)[k] for k in ("alpha1", "alpha2", "color")}),
-        )
-    ]
-    first, second = ([np.asarray(line.get_xydata()) for line in axes[0].lines] for axes in drawn[:2])
-    np.testing.assert_array_equal(first, second)
-    assert drawn[2][0].get_xlim() == (0.0, 1.0)  # rows without a clock get one
+    rows = table_of(timed)
+    again = plots.gait_in_four_dimensions(rows, axes=axes_of_a_gait(Figure()))[0]
+    for one, other in zip(axes[0].lines, again.lines, strict=True):
+        np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+    bare = Table(columns={k: rows[k] for k in ("alpha1", "alpha2", "color")})  # rows without a clock get one
+    assert plots.gait_in_four_dimensions(bare, axes=axes_of_a_gait(Figure()))[0].get_xlim() == (0.0, 1.0)
     positive = plots.gait_in_four_dimensions(gg.lift(GAITS[3].angles, "red").parametrize())
     assert positive[1].get_title() == "nodes with $R > 0$"
 
@@ -379,13 +364,14 @@ def test_thrust_contours_carry_their_level(ax: Axes) -> None:
         np.testing.assert_allclose(shares, float(text.get_text()), atol=1e-12)
 
 
-@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE], ids=lambda v: v.name)
+@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.25)], ids=lambda v: v.name)
 def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert plots.singular_value_map(vehicle, ax=ax) is ax
-    filled, lines = ax.collections[:2]
-    assert filled.levels[0] == 0  # type: ignore[attr-defined]
-    assert 1.1 < filled.levels[-1] < 1.3  # type: ignore[attr-defined]
-    for level, path in zip(lines.levels, lines.get_paths(), strict=True):  # type: ignore[attr-defined]
+    filled, lines = (np.asarray(one.levels) for one in ax.collections[:2])  # type: ignore[attr-defined]
+    axis = np.linspace(-HALF_PI, HALF_PI, 61)
+    assert filled[0] == 0
+    assert filled[-1] >= least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()  # no holes
+    for level, path in zip(lines, ax.collections[1].get_paths(), strict=True):
         points = np.asarray(path.vertices)
         np.testing.assert_allclose(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle), level, atol=0.02)
 
@@ -439,20 +425,20 @@ def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None
 
 
 def test_wrong_values_are_refused(ax: Axes) -> None:
-    cases: list[tuple[str, Callable[[], Any]]] = [
-        ("sign", lambda: plots.type_map(1, ax=ax)),  # type: ignore[arg-type]
-        ("of", lambda: plots.adjacency_rule("loop", ax=ax)),  # type: ignore[arg-type]
-        ("divisions", lambda: plots.type_map(divisions=1, ax=ax)),
-        ("angles", lambda: plots.gait_loop(GAIT3, angles=(1, 1), ax=ax)),
-        ("angles", lambda: plots.gait_loop(GAIT3, angles=(0, 1), ax=ax)),
-        ("count", lambda: plots.roll_pitch_diagram(GAIT3, count=0, ax=ax)),
-        ("eta", lambda: plots.roll_pitch_diagram(GAIT3, eta=1.5, ax=ax)),
-        ("axes", lambda: plots.gait_in_four_dimensions(GAIT3.parametrize(), axes=[ax])),
-        ("timed", lambda: plots.gait_in_four_dimensions(GAIT3, axes=[ax] * 5)),  # type: ignore[arg-type]
+    cases: list[tuple[str, Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = [
+        ("sign", plots.type_map, (1,), {"ax": ax}),
+        ("of", plots.adjacency_rule, ("loop",), {"ax": ax}),
+        ("divisions", plots.type_map, (), {"divisions": 1, "ax": ax}),
+        ("angles", plots.gait_loop, (GAIT3,), {"angles": (1, 1), "ax": ax}),
+        ("angles", plots.gait_loop, (GAIT3,), {"angles": (0, 1), "ax": ax}),
+        ("count", plots.roll_pitch_diagram, (GAIT3,), {"count": 0, "ax": ax}),
+        ("eta", plots.roll_pitch_diagram, (GAIT3,), {"eta": 1.5, "ax": ax}),
+        ("axes", plots.gait_in_four_dimensions, (GAIT3.parametrize(),), {"axes": [ax]}),
+        ("timed", plots.gait_in_four_dimensions, (GAIT3,), {"axes": [ax] * 5}),
     ]
-    for name, call in cases:
+    for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):
-            call()
+            draw(*values, **options)
 
 
 def test_tick_labels() -> None:
@@ -502,12 +488,3 @@ def test_pictures_look_as_they_did(tmp_path: Path, name: str) -> None:
     picture_without_text(PICTURES[name], tmp_path / f"{name}.png")
     found: Any = compare_images(str(BASELINE / f"{name}.png"), str(tmp_path / f"{name}.png"), tol=4.0)
     assert found is None
-
-
-def test_the_singular_value_map_has_no_holes() -> None:
-    vehicle = gg.Vehicle(drag_ratio=1.25)
-    ax = plots.singular_value_map(vehicle, ax=Figure().add_subplot())
-    axis = np.linspace(-HALF_PI, HALF_PI, 61)
-    largest = least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()
-    filled: Any = ax.collections[0]
-    assert np.max(filled.levels) >= largest

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+import re
 import sys
 from dataclasses import replace
 from functools import cache
@@ -41,7 +42,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "mixed gait": lambda: gg.lift([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)], ["red", "blue", "red"]),
     "point": lambda: gg.lift([(0.4, -0.4)], "red"),
     "gait out of the square": lambda: gg.Gait(alpha=np.array([[2.0, -0.3, 0.1, 9.0], [0.3, -3.0, 0.1, 9.0]])),
-    "long gait": lambda: gg.lift(np.column_stack([-0.8 + 0.3 * np.cos(ROUND), 0.8 + 0.3 * np.sin(ROUND)]), "red"),
+    "long gait": lambda: gg.lift(np.column_stack([0.3 * np.cos(ROUND) - 0.8, 0.3 * np.sin(ROUND) + 0.8]), "red"),
     "gait of a hostile name": lambda: gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red", vehicle=HOSTILE),
     "timed gait": lambda: RED.parametrize(2.0),
     "timed at full speed": lambda: BLUE.parametrize(law="equal-time"),
@@ -76,7 +77,6 @@ class Page(HTMLParser):
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.texts: list[str] = []
         self.feed(text)
-        self.close()
         assert self.open == []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -126,6 +126,8 @@ def test_pages_are_small_and_safe_and_texts_fit_a_screen(name: str) -> None:
     assert "array" not in short
     assert len(short) < (400 if isinstance(one, gg.Vehicle) else 200)
     assert type(one).__name__ in short
+    tables = 0 if isinstance(one, (gg.Vehicle, gg.TimedGait, gg.surface.Region)) or "no plan" in name else 1
+    assert len(page.of("table")) == tables + ("plan" in name) * tables
 
 
 def test_without_matplotlib_there_is_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -215,35 +217,27 @@ VEHICLES = st.builds(
 @settings(max_examples=20)
 @given(VEHICLES)
 def test_the_repr_of_a_vehicle_makes_it_again(vehicle: gg.Vehicle) -> None:
-    assert eval(repr(vehicle), {"Vehicle": gg.Vehicle}) == vehicle
-
-
-def test_the_repr_of_a_preset_makes_it_again() -> None:
-    for name in preset_names():
-        assert eval(repr(vehicle_named(name)), {"Vehicle": gg.Vehicle}) == vehicle_named(name)
-    assert "None" not in repr(gg.PAPER)
     # One that contradicts what it follows from, though by less than is allowed.
     stated = gg.Vehicle(drag_to_thrust=0.02, arm_length=0.25, drag_ratio=0.08 * (1 + 1e-7))
-    assert eval(repr(stated), {"Vehicle": gg.Vehicle}) == stated
+    for one in (vehicle, stated, *map(vehicle_named, preset_names())):
+        assert eval(repr(one), {"Vehicle": gg.Vehicle}) == one
+    assert "None" not in repr(gg.PAPER)
 
 
 def test_reprs_of_answers_are_one_line() -> None:
+    limits, out = gg.Limits(rate=10, acceleration=100), gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red")
     answers = {
-        "<LeastPeriod: period 0.7095 s": gg.least_period(RED, gg.Limits(rate=10, acceleration=100)),
+        "<LeastPeriod: period 0.7095 s": gg.least_period(RED, limits),
         "<Rounding: 4 corners": gg.timing.rounded(RED, "2deg"),
         "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
         "<Transition: infeasible>": gg.transition("hover", RED),
-        "<Transition: 2 corners": gg.transition("hover", gg.lift([(-0.4, 0.4), (-0.4, 0.8)], "red")),
+        "<Transition: 2 corners": gg.transition("hover", out),
         "<Retargeted: retargeted: 0 of 4 rows as they were": gg.retarget(BLUE),
-        "<Retargeted: infeasible>": gg.retarget(BLUE, floor=1.5),
         "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
         "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
         "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),
         "<Loop: red, R < 0, 4 corners": made("plan").loop,
     }
     for start, answer in answers.items():
-        text = repr(answer)
-        assert text.startswith(start)
-        assert text.endswith(">")
-        assert "\n" not in text
-        assert len(text) < 200
+        assert re.fullmatch(re.escape(start) + ".*", repr(answer))
+        assert len(repr(answer)) < 200

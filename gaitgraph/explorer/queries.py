@@ -62,7 +62,7 @@ LIMITS: dict[str, int] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """The range of a number of the state, a whole one or not; `above` excludes `low` itself."""
+    """The range of a number; `above` excludes `low` itself."""
 
     low: float
     high: float
@@ -72,17 +72,12 @@ class Range:
 
     def contains(self, value: object) -> bool:
         """Return whether a value is one of these numbers."""
-        number = number_of(value)
-        whole = isinstance(value, int) or not self.whole
-        return whole and self.low <= number <= self.high and not (self.above and number == self.low)
+        number, kind = number_of(value), isinstance(value, int) or not self.whole
+        return kind and self.low <= number <= self.high and not (self.above and number == self.low)
 
     @property
     def allowed(self) -> str:
-        """The range in words.
-
-        >>> Range(low=1e-5, high=0.1).allowed, Range(low=0, high=1, above=True).allowed
-        ('a number from 1e-5 to 0.1', 'a number above 0, up to 1')
-        """
+        """The range in words."""
         low, high = (f"{end:g}".replace("e-0", "e-").replace("e+0", "e") for end in (self.low, self.high))
         noun = "a whole number" if self.whole else self.noun
         return f"{noun} above {low}, up to {high}" if self.above else f"{noun} from {low} to {high}"
@@ -219,11 +214,10 @@ def planned(state: State, progress: Progress = quiet) -> Plan:
 
 
 def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the plan of a state as plain values.
+    """Return the plan of a state as plain values: verdict, paths, series over one period, and the tilting vehicle.
 
-    ``status`` is "empty", "infeasible" or "planned"; with it come the verdict and its checks, the paths in the plane,
-    the series over one period and the scene of the tilting vehicle. Angles are exact in ``corners`` and ``vertices``,
-    elsewhere rounded to 1e-6 rad for the picture.
+    ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, elsewhere
+    rounded to 1e-6 rad.
     """
     lists = "checks warnings obstacles corners types colors path vertices order alternatives"
     answer: dict[str, Any] = {
@@ -289,10 +283,9 @@ def verdict_answer(report: Report) -> dict[str, Any]:
     """Return the verdict of a report and its checks, each with a title, a mark, and the angles of its place by name."""
     checks = []
     for check in report.checks:
-        place = check.where
+        place = None if check.where is None else dict(check.where)
         if place is not None:
-            angles = dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), place["alpha"], strict=True))
-            place = {name: value for name, value in place.items() if name != "alpha"} | angles
+            place |= {f"alpha{k}": angle for k, angle in enumerate(place.pop("alpha"), start=1)}
         title = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
         checks.append(check.as_mapping() | title)
     names = ("valid", "two_color", "flyable", "reachable_from_hover")

@@ -185,7 +185,12 @@ def application(token: str, port: int) -> Starlette:
             post("plan", lambda _, body, check: plan_answer(state_of(_content(body)), check)),
             post("diagram", lambda _, body, check: diagram_answer(state_of(_content(body)), check)),
             post("map", lambda _, body, check: map_answer(_content(body), check)),
-            post("table", _table, LIMITS["table_bytes"], "application/octet-stream"),
+            post(
+                "table",
+                lambda request, body, check: table_answer(request.query_params.get("name", ""), body, check),
+                LIMITS["table_bytes"],
+                "application/octet-stream",
+            ),
             post("download", _download),
         ],
         middleware=[
@@ -240,14 +245,9 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
 def _content(body: bytes) -> Any:
     try:
         return json.loads(body)
-    except RecursionError as error:
-        raise InputError("request is nested too deeply; it must be an object") from error
-    except ValueError as error:
-        raise InputError(f"request is not JSON ({str(error).splitlines()[0]}); it must be an object") from error
-
-
-def _table(request: Request, body: bytes, check: Check) -> Any:
-    return table_answer(request.query_params.get("name", ""), body, check)
+    except (RecursionError, ValueError) as error:
+        why = "nested too deeply" if isinstance(error, RecursionError) else str(error).splitlines()[0]
+        raise InputError(f"request is not JSON ({why}); it must be an object") from error
 
 
 def _download(_: Request, body: bytes, check: Check) -> Any:
@@ -260,15 +260,12 @@ def _download(_: Request, body: bytes, check: Check) -> Any:
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
-    gaits = [(f"Gait {number}", paper_gait(number, PAPER, coefficients_of())) for number in PAPER_GAITS]
+    gaits = {f"Gait {number}": paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}
     return {
         "version": __version__,
         "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],
         "laws": list(LAWS),
-        "objectives": list(CHOICES["objective"]),
-        "colors": list(CHOICES["color"]),
-        "signs": list(CHOICES["sign"]),
-        "methods": list(CHOICES["method"]),
+        **{f"{name}s": list(CHOICES[name]) for name in ("objective", "color", "sign", "method")},
         "shadings": list(SHADINGS),
         "formats": formats_answer(),
         "defaults": DEFAULTS,
@@ -281,7 +278,7 @@ def setup_answer() -> dict[str, Any]:
                 "sign": "positive" if gait.R[0] > 0 else "negative",
                 "waypoints": gait.alpha[:, :2].tolist(),
             }
-            for name, gait in gaits
+            for name, gait in gaits.items()
         ],
     }
 

@@ -46,7 +46,7 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.gait import Gait
@@ -100,11 +100,8 @@ def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[
     some = spread_rows(len(closed), _MOST_ROWS)
     alpha, t = closed[some], None if times is None else times[some]
     verdict = verdict_answer(report)
-    worst = [
-        {angle: check["where"][angle] for angle in ("alpha1", "alpha2")} | {"message": check["message"]}
-        for check in verdict["checks"]
-        if check["mark"] != "ok" and check["where"] is not None
-    ]
+    broken = [check for check in verdict["checks"] if check["mark"] != "ok" and check["where"] is not None]
+    worst = [{**{k: one["where"][k] for k in ("alpha1", "alpha2")}, "message": one["message"]} for one in broken]
     return {
         "name": name,
         "rows": report.rows,
@@ -122,25 +119,22 @@ def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[
 def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
     """Return the worst row of each run of rows that break a rule which a report names, but for a check's own place."""
     alpha, vehicle, coefficients = rows.alpha, rows.vehicle, rows.coefficients
-
-    def other_sign(values: FloatArray) -> FloatArray:
-        """Return how far values lie beyond zero from the largest of them."""
-        return values if values[np.argmax(np.abs(values))] < 0 else -values
-
-    excess: dict[str, Callable[[float], FloatArray]] = {
-        "on_surface": lambda limit: (
-            np.maximum(np.abs(roll_sensitivity(alpha, coefficients)), np.abs(pitch_sensitivity(alpha, coefficients)))
-            - limit
-        ),
-        "R_sign": lambda limit: other_sign(np.asarray(level_determinant(alpha, coefficients))) - limit,
-        "least_singular_value": lambda limit: limit - np.asarray(least_singular_value(alpha, vehicle)),
-        "hover_thrust": lambda limit: limit - np.nan_to_num(hover_thrust_shares(alpha, vehicle), nan=-9.0).min(axis=1),
-    }
     found = []
     for check in report.checks:
-        if check.ok or check.name not in excess or check.where is None or check.limit is None:
+        if check.ok or check.where is None or check.limit is None:
             continue
-        over = excess[check.name](check.limit)
+        if check.name == "on_surface":
+            both = np.abs([roll_sensitivity(alpha, coefficients), pitch_sensitivity(alpha, coefficients)])
+            over = both.max(axis=0) - check.limit
+        elif check.name == "R_sign":  # how far beyond zero from the largest of them
+            R = np.asarray(level_determinant(alpha, coefficients))
+            over = -R * np.sign(R[np.argmax(np.abs(R))]) - check.limit
+        elif check.name == "least_singular_value":
+            over = check.limit - np.asarray(least_singular_value(alpha, vehicle))
+        elif check.name == "hover_thrust":
+            over = check.limit - np.nan_to_num(hover_thrust_shares(alpha, vehicle), nan=-9.0).min(axis=1)
+        else:
+            continue
         edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
         title, row = check.name.replace("_", " "), check.where["row"]  # the place is at this row, or behind it
         for first, end in edges.reshape(-1, 2).tolist():
@@ -148,10 +142,9 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
                 continue
             worst = first + int(np.argmax(over[first:end]))
             run = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"
-            place = dict(zip(("alpha1", "alpha2"), alpha[worst, :2].tolist(), strict=True))
-            found.append((first - end, place | {"message": f"{title} broken: {run}"}))
-    found.sort(key=lambda one: one[0])
-    return [place for _, place in found[:_MOST_RUNS]]
+            a1, a2 = alpha[worst, :2].tolist()
+            found.append((first - end, {"alpha1": a1, "alpha2": a2, "message": f"{title} broken: {run}"}))
+    return [place for _, place in sorted(found, key=lambda one: one[0])[:_MOST_RUNS]]
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
@@ -169,10 +162,9 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
-    state = {name: value for name, value in request.items() if name in DEFAULTS}
-    others = {name: value for name, value in request.items() if name not in DEFAULTS}
-    if others != {name: value for name, value in _NOT_SHOWN.items() if name in others}:
+    if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in DEFAULTS):
         return None
+    state = {name: value for name, value in request.items() if name in DEFAULTS}
     if "t" in table and 2 <= len(table) <= RANGES["samples"].high + 1:
         state["samples"] = len(table) - 1
     if state.get("method") == "exact":
@@ -181,16 +173,14 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
         state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
     stated = request.get("vehicle", DEFAULTS["vehicle"])
     try:
-        found: Any = (stated, None)
+        pairs = [(stated, None)]
         if isinstance(stated, dict):  # a preset, with another drag ratio at most
             vehicle = vehicle_from_mapping(stated)
             pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
-            found = next((pair for pair in pairs if vehicle == vehicle_of(*pair)), None)
-        if found is None:
-            return None
-        state["vehicle"], state["drag_ratio"] = found
+            pairs = [pair for pair in pairs if vehicle == vehicle_of(*pair)]
+        state["vehicle"], state["drag_ratio"] = pairs[0]
         state_of(state)
-    except GaitgraphError:
+    except (GaitgraphError, IndexError):
         return None
     return state
 

@@ -1,7 +1,6 @@
 """What every picture shares: axes in multiples of π, colors and markers, deterministic files.
 
-matplotlib is imported only inside functions. The style is never global: it holds inside :func:`paper_style`, in which
-:mod:`gaitgraph.plots.figures` draws and saves.
+matplotlib is imported only inside functions. The style is never global: it holds inside :func:`paper_style`.
 """
 
 from __future__ import annotations
@@ -27,39 +26,24 @@ Format = Literal["png", "svg", "pdf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 """What a picture can be saved as."""
 
-RED = "#e0301e"
-BLUE = "#0b3c9c"
-"""The two sheets; red is much the lighter one, where a print loses its hue."""
-
-GREY = "#8a8a8a"
-"""What is singular, or absent."""
-
+RED, BLUE = "#e0301e", "#0b3c9c"  # the two sheets; red is much the lighter one, where a print loses its hue
+GREY = "#8a8a8a"  # what is singular, or absent
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
-"""Markers that tell the colors apart: a square is red, a disc blue."""
-
-INCH = 25.4
-"""Millimetres of an inch, in which matplotlib states sizes."""
+INCH = 25.4  # mm
 
 STYLE: Any = {
     # These fonts come with matplotlib: the same letters on every machine.
     "font.family": ["DejaVu Sans"],
     "mathtext.fontset": "dejavusans",
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "legend.fontsize": 7.5,
+    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8.0),
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7.5),
     "legend.frameon": False,
     "legend.handlelength": 1.6,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "grid.linewidth": 0.4,
+    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
+    **dict.fromkeys(("grid.linewidth", "hatch.linewidth"), 0.4),
     "grid.color": "#d5d5d5",
     "axes.axisbelow": True,
-    "hatch.linewidth": 0.4,
     "lines.linewidth": 1.0,
     "figure.dpi": 200.0,
     "savefig.dpi": "figure",
@@ -192,8 +176,14 @@ def draw_arrow(
     ax: Axes, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any
 ) -> Any:
     """Draw an arrow between two places; width and head size in points."""
-    style = {"arrowstyle": "-|>", "color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
-    arrow = style | {"mutation_scale": size}
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": color,
+        "linewidth": width,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "mutation_scale": size,
+    }
     return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
 
 

@@ -100,10 +100,13 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
+    end = min(flight.settings.seconds, flight.course.duration)
+    if flight.failed:  # a little beyond a stop that came early
+        end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):
         _draw_panel(axes_or_new(ax), flight, name)
         ax.grid(True)
-        ax.set(xlim=(0.0, max(_end_of(flight), 1e-9)))
+        ax.set(xlim=(0.0, max(end, 1e-9)))
         if not len(flight.rows):
             ax.text(0.5, 0.5, "nothing flown", color=GREY, ha="center", va="center", transform=ax.transAxes)
             continue
@@ -111,8 +114,10 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
-    lines = [part for line in (_name_of(flight), _verdict_of(flight)) for part in wrap(line, 96)]
-    axes[0].set_title("\n".join(lines), pad=20.0)
+    verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
+    if not flight.refused and not flight.settled:
+        verdict = f"{'stopped' if flight.failed else 'not settled'}: {verdict}"
+    axes[0].set_title("\n".join([*wrap(_name_of(flight), 96), *wrap(verdict, 96)]), pad=20.0)
     return axes
 
 
@@ -138,32 +143,19 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
 def _name_of(flight: Flight) -> str:
     """Return what was flown in a line: the gait's color, the vehicle, T, the reference, the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
-    size, lap = f"{settings.size:g} m", f"{settings.lap:g} s"
-    reference = {"step": f"step of {size}"} | {one: f"{one} of {size} in {lap}" for one in ("line", "circle")}
+    reference = settings.reference
+    if reference in ("step", "line", "circle"):
+        reference += f" of {settings.size:g} m" + ("" if reference == "step" else f" in {settings.lap:g} s")
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
     parts = [
         f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
         f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
-        *([] if settings.reference == "attitude" else [reference.get(settings.reference, settings.reference)]),
+        *([] if settings.reference == "attitude" else [reference]),
         *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
         f"from roll {roll}, pitch {pitch}",
     ]
     return " · ".join(parts).replace("-", "−")
-
-
-def _verdict_of(flight: Flight) -> str:
-    if flight.refused:
-        return flight.reason
-    if flight.settled:
-        return f"settled after {flight.settling_time:.2f} s"
-    return f"{'stopped' if flight.failed else 'not settled'}: {flight.reason}"
-
-
-def _end_of(flight: Flight) -> float:
-    """Return the end of the time axis: what was to be flown, or a little beyond a stop that came early."""
-    asked = min(flight.settings.seconds, flight.course.duration)
-    return asked if not flight.failed else min(asked, max(1.25 * flight.flown, flight.flown + 0.02))
 
 
 def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
@@ -240,21 +232,9 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
 # ---------------------------------------------------------------- films
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
-_ZOOM = 0.68  # of the largest scale at which a level vehicle fits
 _MOST_SHARE = 2.4  # lines of thrust grow no longer
-_GROUND = 1.8  # arm lengths below the start
-_AROUND = 9.0  # arm lengths from the vehicle to the end of the grid
-_HELD = 80  # 1/100 s that the last frame stays longer
 _SLOW = 25  # frames in which the arms go through a period where even frames would be too few
 _CURVE_POINTS = 400
-
-
-def _write_film(flight: Flight, path: Path) -> None:
-    """Write a film of a flight at its own pace; the last frame stays a little longer."""
-    times, delays, slowed = flight_frame_times(flight)
-    with paper_style():
-        figure, frame = _flight_film(flight, times, slowed)
-        write_frames(figure, frame, delays, provenance_text(flight.table()), path)
 
 
 def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
@@ -267,7 +247,7 @@ def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
         phases = np.arange(len(times)) / _SLOW
         times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
-    delays[-1] += _HELD
+    delays[-1] += 80  # the last one stays a little longer
     return times, delays, slowed
 
 
@@ -301,7 +281,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
     head = f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait"
     roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in flight.attitude)
     title = f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−")
-    figure, picture, chart = blank_film(title, vehicle_view(np.zeros(4), flight.vehicle), _ZOOM)
+    figure, picture, chart = blank_film(title, vehicle_view(np.zeros(4), flight.vehicle), 0.68)
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
     cursor = draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
@@ -338,9 +318,8 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
             verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
             text = "\n".join(wrap(verdict, 52, max_lines=2, placeholder=" …"))
             bold: dict[str, Any] = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom"}
-            drawn.append(
-                figure.text(16 / FILM_WIDTH, 118 / FILM_HEIGHT, text, bbox=box | {"facecolor": PALE, "pad": 4}, **bold)
-            )
+            bold["bbox"] = box | {"facecolor": PALE, "pad": 4}
+            drawn.append(figure.text(16 / FILM_WIDTH, 118 / FILM_HEIGHT, text, **bold))
         return drawn
 
     return figure, frame
@@ -348,7 +327,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
 
 def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatArray], FloatArray]) -> list[Any]:
     """Draw a grid on the ground around a place, and the shadow of the vehicle."""
-    level, reach = -_GROUND * arm, _AROUND * arm
+    level, reach = -1.8 * arm, 9.0 * arm
     power = 10.0 ** math.floor(math.log10(1.4 * arm))
     spacing = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 1.4 * arm * (1 + 1e-12))
     lines = []
@@ -434,7 +413,12 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         plot_flight(flight, axes=_panel_axes(figure, PANELS))
         return figure
 
-    _write(paths, flight.table, figure, partial(_write_film, flight), force=force)
+    def film(path: Path) -> None:
+        times, delays, slowed = flight_frame_times(flight)
+        with paper_style():
+            write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
+
+    _write(paths, flight.table, figure, film, force=force)
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:

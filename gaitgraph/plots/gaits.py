@@ -71,18 +71,14 @@ def gait_loop(
 ) -> Axes:
     """Draw the projection of a gait on the plane of two of its angles, with an arrow in its direction (Figure 17).
 
-    Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted.
+    Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted; a point is a mark.
 
     Parameters
     ----------
-    gait
-        The closed polyline. A gait that is a point is a mark.
-    angles
-        Which two, 1 to 4; (α1, α2) by default.
-    label
-        For a legend.
-    width
-        Of the line, in points.
+    gait, angles
+        The closed polyline, and which two angles, 1 to 4.
+    label, width
+        Of the line: a text for a legend, and points.
     band
         Draw a pale solid band below all marks instead, for a map with labels.
     ax
@@ -138,12 +134,10 @@ def roll_pitch_diagram(
 
     Parameters
     ----------
-    gait
-        The closed polyline.
+    gait, name
+        The closed polyline, and what the legend calls it.
     eta
         The biased gait's η, equations (14) and (15); without it there is none.
-    name
-        What the legend calls the gait.
     count
         Number of singular curves of each gait.
     ax
@@ -216,18 +210,9 @@ def finish_diagram(ax: Axes) -> None:
 def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = None, axes: Any = None) -> Any:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
-    Parameters
-    ----------
-    timed
-        A timed gait, or a table; rows without `t` get the smooth law and a period of a second.
-    gait
-        The closed polyline of a table; by default :func:`gaitgraph.io.formats.gait_of` finds it.
-    axes
-        Five plane axes: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
-
-    Returns
-    -------
-    array of five axes
+    `timed` is a timed gait, or a table; rows without `t` get the smooth law and a period of a second. `gait` is the
+    closed polyline of a table; by default :func:`gaitgraph.io.formats.gait_of` finds it. `axes`, which are returned,
+    are five plane ones: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
     """
     if not isinstance(timed, (TimedGait, Table)):
         raise InputError(f"timed must be a TimedGait or a Table, got {shown(timed)}")
@@ -296,21 +281,14 @@ _FULL_SIZE = 17  # attitudes along a side whose marks have full size
 
 
 def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
-    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait.
+    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait, which the title calls `name`.
 
     Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
     thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
-    sheet, or are grey where it is on neither, as a biased gait is. Numbers are of the grid's attitudes. An attitude has
-    the mark of the first of its flights, in the order of take-off, that did not settle; a green disc where all did.
+    sheet, or are grey where it is on neither. An attitude has the mark of the first of its flights, in the order of
+    take-off, that did not settle; a green disc where all did. Numbers are of the grid's attitudes.
 
-    Parameters
-    ----------
-    basin
-        What was flown.
-    name
-        What the title calls the gait; by default the basin's name.
-    ax
-        Plane axes; by default those of a new figure. Marks have "outcome" as their ``gid``.
+    `ax` are plane axes, by default those of a new figure. Marks have "outcome" as their ``gid``.
     """
     ax = axes_or_new(ax, size=(85, 105))
     gait = basin.timed.gait

@@ -37,12 +37,7 @@ _COARSE = 1e-3  # of the borders of a region in a small picture [rad]
 
 
 def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
-    """Return an object as HTML that can stand anywhere in a page, and twice.
-
-    >>> from gaitgraph.vehicle import PAPER
-    >>> "first rotor spin       clockwise" in html_of(PAPER)
-    True
-    """
+    """Return an object as HTML that can stand anywhere in a page, and twice."""
     text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
     title = text.partition("\n")[0]
     if isinstance(shown, Vehicle):
@@ -77,9 +72,9 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
         text = text.replace("\n".join(lines_of_checks(report.checks)), "")
         tables += _table([(check.mark, check.name.replace("_", " "), check.message) for check in report.checks])
     lines = [line for line in [*text.splitlines()[1:], *more] if line]
-    body = f'<pre style="overflow-x:auto">{escape(chr(10).join(lines))}</pre>{tables}'
+    body = f'<pre style="white-space:pre-wrap">{escape(chr(10).join(lines))}</pre>{tables}'
     box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{body}</div>'
-    return f'<div style="display:flex;flex-wrap:wrap;gap:4px 20px">{picture}{box}</div>'
+    return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:

@@ -179,12 +179,8 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     Each type may also be its own neighbour. As in the paper (?,?), a neighbour of every type, is left out. The lines
     follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; each has the two types as its ``gid``.
 
-    Parameters
-    ----------
-    of
-        "angle" for the types of α3 or α4 alone, Figure 15 (a); "pair" for those of (α3, α4), Figure 15 (b).
-    ax
-        Plane axes, which lose their frame; by default those of a new figure.
+    `of` is "angle" for the types of α3 or α4 alone, Figure 15 (a), "pair" for those of (α3, α4), Figure 15 (b). `ax`
+    are plane axes, which lose their frame; by default those of a new figure.
     """
     checked_choice("of", of, ("angle", "pair"))
     ax = axes_or_new(ax, size=(85, 75))
@@ -226,12 +222,10 @@ def type_map(
 
     Parameters
     ----------
-    sign
-        "positive" or "negative", the sign of R.
+    sign, divisions
+        "positive" or "negative", the sign of R; and the pieces n into which [−π/2, π/2] is cut.
     coefficients
         Those of formula (1); by default the paper's published ones, whose plain sign of R counts.
-    divisions
-        Pieces n into which [−π/2, π/2] is cut.
     labels
         Write the types with a ? in; otherwise they are marked as their sheet, all marks smaller, for small axes.
     ax
@@ -245,12 +239,8 @@ def type_map(
     marked: dict[tuple[str, ...], list[FloatArray]] = {}
     for number, place in enumerate(found.alpha[:, 0, :2]):
         # A type on more than one root counts once; red ones are first.
-        roots = sorted(
-            {
-                (-int(found.sheet[number, k]), text_from_types(*found.types[number, k]), int(signs[number, k]) == 0)
-                for k in np.flatnonzero(shows[number])
-            }
-        )
+        sheets, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
+        roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
         if labels and any("?" in kind for _, kind, _ in roots):
             node = ",".join(str(k + 1) for k in divmod(number, divisions - 1))
             for k, (sheet, kind, singular) in enumerate(roots):
@@ -261,11 +251,9 @@ def type_map(
                     gid=node, annotation_clip=False,
                 )  # fmt: skip
         else:
-            state = []
-            for sheet in (-1, 1):
-                without = [singular for at, _, singular in roots if at == sheet]
-                state.append("no" if not without else "singular" if all(without) else "yes")
-            marked.setdefault(tuple(state), []).append(place)
+            without = [[singular for at, _, singular in roots if at == sheet] for sheet in (-1, 1)]
+            state = tuple("no" if not one else "singular" if all(one) else "yes" for one in without)
+            marked.setdefault(state, []).append(place)
     for kinds in sorted(marked, reverse=True):
         _mark_nodes(ax, np.array(marked[kinds]), kinds, 42.0 if labels else 5.0, RELATION[sign])
     plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
@@ -311,21 +299,22 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
-    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    a1, a2 = _fine_grid()
     value = level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
     ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[_NEGATIVE, _POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
+    hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
         corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
-        ax.fill(*corners.T, facecolor="none", edgecolor="0.6", hatch="///", linewidth=0.0, gid="hover")
+        ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
         _contour_thrust(ax, first, second, vehicle)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
     ax.axvline(delta, **idle)
     ax.axhline(-delta, **idle)
     _draw_zeros_of_R(ax, vehicle)
-    ax.plot(0, 0, marker="+", markersize=7, color="black", linestyle="none", zorder=6)
+    upright: dict[str, Any] = {"color": "black", "marker": "+", "linestyle": "none"}
+    ax.plot(0, 0, markersize=7, zorder=6, **upright)
     mirror = math.copysign(1.0, delta)
     for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
         at = (mirror * x, mirror * y)
@@ -335,13 +324,17 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         Patch(facecolor=_POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
         Patch(facecolor=_NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
         Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
-        Patch(facecolor="white", edgecolor="0.6", hatch="///", linewidth=0.0, label="hover, thrusts > 0"),
+        Patch(facecolor="white", label="hover, thrusts > 0", **hatched),
         Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
         Line2D([], [], label="a pair of rotors idles", **idle),
-        Line2D([], [], color="black", marker="+", linestyle="none", label="all upright"),
+        Line2D([], [], label="all upright", **upright),
     ]
     legend_below(ax, handles=handles, ncols=2)
     return ax
+
+
+def _fine_grid() -> list[FloatArray]:
+    return list(np.meshgrid(*[np.linspace(-HALF_PI, HALF_PI, FINE)] * 2, indexing="ij"))
 
 
 def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, float], vehicle: Vehicle) -> None:
@@ -384,8 +377,7 @@ def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> A
     `ax` are plane axes, by default those of a new figure; a color bar is drawn beside them.
     """
     ax = axes_or_new(ax, size=(95, 85))
-    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
-    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    a1, a2 = _fine_grid()
     value = least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
     filled = ax.contourf(a1, a2, value, levels=levels, cmap="cividis")

@@ -72,7 +72,7 @@ class VehicleView:
         return (1.0 + _DISC + _LABEL) * self.arms
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return opposite corners of a rectangle that holds the vehicle, whatever the tilt: low and high."""
+        """Return low and high corners of a rectangle that holds the vehicle, whatever the tilt."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         arms, labels = self.arms, self.labels
         around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
@@ -153,14 +153,8 @@ def vehicle_view(
 
     Examples
     --------
-    >>> seen = vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE)
-    >>> seen.discs.shape, bool(seen.arms[0][1] > 0)
-    ((1, 4, 6), True)
-
-    Notes
-    -----
-    Rotors are ordered by the depth of their arms' ends, which is right for discs that reach no neighbour, as here;
-    lines of thrust can be drawn over what they are behind.
+    >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
+    (1, 4, 6)
     """
     angles = np.atleast_2d(np.asarray(alpha, dtype=float))
     if angles.ndim != 2 or angles.shape[1] != 4 or not np.isfinite(angles).all():
@@ -185,7 +179,7 @@ def vehicle_view(
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=outward @ screen,
         nose=_NOSE * screen[0],
-        # Equal depths, as in a view from above, keep the rotors' order whatever the last digits are.
+        # By the depth of the arms' ends, as discs reach no neighbour. Equal depths keep the order, whatever the digits.
         order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
         clockwise=tuple(clockwise == (k % 2 == 0) for k in range(4)),
     )
@@ -208,11 +202,9 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool 
     """
     drawn: list[Any] = []
     rims = (seen.discs[sample, :, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE) + seen.discs[sample, :, 4:, None]
+    color, width = ("0.35", 2.5) if outline else (LINE_GREY, 3.6)
     for arm in seen.arms:
-        look: dict[str, Any] = (
-            {"color": "0.35", "linewidth": 2.5} if outline else {"color": LINE_GREY, "linewidth": 3.6}
-        )
-        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, **look))
+        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, color=color, linewidth=width))
     if outline:
         for rim in rims[list(seen.order)]:
             drawn.extend(ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2))
@@ -229,7 +221,7 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool 
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
     for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
@@ -393,9 +385,6 @@ def frame_delays(seconds: float) -> list[int]:
 
     They add up to the time, rounded to 1/100 s, from 0.2 s to 65535 s: a shorter film is shown slower, a longer one
     faster, because GIF cannot state the time.
-
-    >>> frame_delays(1.0) == [4] * 25, sum(frame_delays(1.237)), len(frame_delays(60.0))
-    (True, 124, 100)
     """
     total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
     count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
