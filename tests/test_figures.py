@@ -165,8 +165,8 @@ def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
 
 def test_red_gaits_agree_with_the_paper_and_another_vehicle_has_one_reading() -> None:
     for name, margin in (("20", "74.5"), ("21", "61.7")):
-        title = ["four-digit coefficients", f"tilt margin 90.0°, biased {margin}°", "as the paper says"]
-        assert verdicts(drawn(name)) == [title]
+        lines = ["four-digit coefficients", f"tilt margin 90.0°, biased {margin}°", "as the paper says"]
+        assert verdicts(drawn(name)) == [lines]
     for name in ("18", "20"):
         ((title, margin),) = verdicts(draw(name, vehicle=BEETLE))
         assert title == "exact coefficients"

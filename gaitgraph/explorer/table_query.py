@@ -173,7 +173,7 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
         state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
     stated = request.get("vehicle", DEFAULTS["vehicle"])
     try:
-        pairs = [(stated, None)]
+        pairs: list[tuple[Any, float | None]] = [(stated, None)]
         if isinstance(stated, dict):  # a preset, with another drag ratio at most
             vehicle = vehicle_from_mapping(stated)
             pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
