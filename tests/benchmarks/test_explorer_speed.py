@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from tests.test_explorer import PORT, TOKEN, answer_to
+from tests.test_explorer import TOKEN, Client
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -42,15 +42,11 @@ def body() -> bytes:
 @pytest.fixture
 def ask() -> Iterator[Callable[[bytes], Any]]:
     """The server, without a socket: from the bytes of a question about a plan to its answer."""
-    from gaitgraph.explorer.server import application
-
-    app = application(TOKEN, PORT)
-    headers = [("content-type", "application/json")]
-    loop = asyncio.new_event_loop()
+    client, loop = Client(), asyncio.new_event_loop()
 
     def asked(content: bytes) -> Any:
-        messages: list[dict[str, Any]] = [{"type": "http.request", "body": content, "more_body": False}]
-        return loop.run_until_complete(answer_to(app, "POST", f"/{TOKEN}/api/plan", headers, messages))
+        headers = {"content-type": "application/json"}
+        return loop.run_until_complete(client.sent("POST", f"/{TOKEN}/api/plan", headers, [{"body": content}]))
 
     yield asked
     loop.close()
