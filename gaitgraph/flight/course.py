@@ -277,29 +277,22 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
     limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
     judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
-    if isinstance(timed, RowTimedGait) and not timed.closed:
-        jump, last = (
-            float(np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0])),
-            timed.times[-1] - timed.times[-2],
-        )
-        leap = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
-        warnings.append(f"the table is not closed: {leap}")
     if isinstance(timed, RowTimedGait):
-        warnings.append(
-            f"the timing matches no built-in law: {timed.samples} rows are flown straight from one to the next"
-        )
+        if not timed.closed:
+            jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
+            back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
+            warnings.append(f"the table is not closed: {back}")
+        straight = f"{timed.samples} rows are flown straight from one to the next"
+        warnings.append(f"the timing matches no built-in law: {straight}")
     # Whether only a part of the course, the period or the lap is flown.
-    seconds, whole = course.seconds(settings), {"lap": settings.lap * (settings.reference in ("line", "circle"))}
-    whole |= {"course": course.duration} if math.isfinite(course.duration) else {"period": course.moving_period}
-    meanings = {
-        "course": "what comes after it is not flown",
-        "period": "what holds at one moment of it need not hold at another",
-        "lap": "the reference is not followed to its end",
-    }
-    for name, meaning in meanings.items():
-        if seconds < whole.get(name, 0.0) * (1 - 1e-9):
-            part = f"{seconds:g} s are {seconds / whole[name]:.3g} of a {name} of {whole[name]:g} s"
-            warnings.append(f"{part}: {meaning}")
+    seconds, is_finite = course.seconds(settings), math.isfinite(course.duration)
+    for name, whole, meaning in (
+        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
+        ("period", course.moving_period * (not is_finite), "what holds at one moment of it need not hold at another"),
+        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
+    ):
+        if seconds < whole * (1 - 1e-9):
+            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
     if anyway:
         return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
     return forbidden[0] if forbidden else "", tuple(warnings)
