@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, pi, sqrt
 from typing import Any
 
@@ -76,18 +77,14 @@ def test_the_laws_spend_time_as_they_say() -> None:
 )
 def test_peaks_have_their_closed_form(law: str, rates: Any, accelerations: Any, jerks: Any) -> None:
     timed = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red").parametrize(2.4, law=law)
-    for found, expected in (
-        (timed.peak_rates(), rates),
-        (timed.peak_accelerations(), accelerations),
-        (timed.peak_jerks(), jerks),
-    ):
-        np.testing.assert_allclose(found, [*expected, *expected], rtol=1e-12)
+    for order, expected in enumerate((rates, accelerations, jerks), start=1):
+        np.testing.assert_allclose(timed.peaks(order), [*expected, *expected], rtol=1e-12)
 
 
 def test_an_angle_that_keeps_its_rate_through_corners_has_no_impulse() -> None:
     # α1 turns back at full speed; α2 goes on evenly, and would at any straight corner.
     timed = lift([(0.2, -0.2), (0.7, -0.2), (1.2, -0.2)], "red").parametrize(law="constant-speed")
-    assert timed.peak_accelerations().tolist() == timed.peak_jerks().tolist() == [inf, 0, inf, 0]
+    assert timed.peak_accelerations().tolist() == timed.peaks(3).tolist() == [inf, 0, inf, 0]
     np.testing.assert_allclose(timed.peak_rates(), [2, 0, 2, 0])
 
 
@@ -157,17 +154,15 @@ def test_rate_limits_decide_flyable_and_name_the_period_needed() -> None:
     peak = 15 / 8 * (pi / 4) / 0.25
     rate, acceleration = report["tilt_rate"], report["tilt_acceleration"]
     assert rate.value == pytest.approx(peak)
-    needs = f"this law needs a period of at least {np.ceil(peak / 3 * 1000) / 1000:.3f} s"
-    assert rate.message == f"peak {peak:.3g} rad/s (α1), limit 3: {needs}"
+    assert f"(α1), limit 3: this law needs a period of at least {np.ceil(peak / 3 * 1000) / 1000:.3f} s" in rate.message
     assert "a duration of at least 0.982 s" in timed.rate_checks("duration", 0.5)[0].message
-    swings = lift([(0.4, -0.9), (0.5, -0.4)], "red", vehicle=slow).parametrize(5.0).check()
-    assert "(α2)" in swings["tilt_rate"].message
+    assert "(α2)" in lift([(0.4, -0.9), (0.5, -0.4)], "red", vehicle=slow).parametrize(5.0).rate_checks()[0].message
     # The period that the message names is enough, and a little less is not.
     needed = max(peak / 3.0, np.sqrt(acceleration.value / 40.0))  # type: ignore[operator]
     for factor, ok in ((1.0001, True), (0.999, False)):
         assert lift(points, "red", vehicle=slow).parametrize(needed * factor).check().flyable is ok
-    corner = lift(points, "red", vehicle=slow).parametrize(10.0, law="equal-time").check()
-    assert "use the law 'smooth'" in corner["tilt_acceleration"].message
+    corner = lift(points, "red", vehicle=slow).parametrize(10.0, law="equal-time").rate_checks()[1]
+    assert "use the law 'smooth'" in corner.message
 
 
 def test_off_the_surfaces_a_table_has_no_colors() -> None:
@@ -176,13 +171,11 @@ def test_off_the_surfaces_a_table_has_no_colors() -> None:
 
 
 def test_a_jerk_limit_is_judged_on_both_sides() -> None:
-    points = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
-    limit = float(lift(points, "red").parametrize(1.5).peak_jerks().max())
-    for factor, ok in ((1.0, True), (1.01, True), (0.99, False)):
-        vehicle = gg.PAPER.replace(max_tilt_jerk=limit * factor)
-        report = lift(points, "red", vehicle=vehicle).parametrize(1.5).check()
-        assert report["tilt_jerk"].ok is ok
-        assert report.flyable is ok
+    timed = lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(1.5)
+    for factor, ok in ((1.0, True), (0.99, False)):
+        vehicle = gg.PAPER.replace(max_tilt_jerk=float(timed.peaks(3).max()) * factor)
+        report = replace(timed, gait=replace(timed.gait, vehicle=vehicle)).check()
+        assert (report["tilt_jerk"].ok, report.flyable) == (ok, ok)
     assert "at least 1.506 s" in report["tilt_jerk"].message
 
 

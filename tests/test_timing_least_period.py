@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from math import pi, sqrt
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
 from gaitgraph.timing.curve import rounded
-from gaitgraph.timing.rest_to_rest_and_smooth import fastest_squared_speeds, law_through_nodes, phases
+from gaitgraph.timing.laws import fastest_squared_speeds, law_through_nodes, phases
 from gaitgraph.timing.time_optimal import Limits, least_period, limits_of, paced
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
@@ -106,17 +107,15 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int
     rows, right = [], []
     box = np.full(n, np.inf)
     for k in range(n):
-        for node, end in ((k, k), (k + 1, (k + 1) % n)):
-            for joint in range(2):
-                row = np.zeros(n)
-                row[k] -= first[node, joint] / (2 * width[k])
-                row[(k + 1) % n] += first[node, joint] / (2 * width[k])
-                row[end] += second[node, joint]
-                if row[k] * row[(k + 1) % n] > 0:
-                    # Rows that bound a sum are replaced by bounds of each.
-                    bound = limits[joint] / abs(row[k] + row[(k + 1) % n])
-                    box[[k, (k + 1) % n]] = np.minimum(box[[k, (k + 1) % n]], bound)
-                    continue
+        ends = [k, (k + 1) % n]
+        for node, joint in itertools.product((0, 1), (0, 1)):
+            row = np.zeros(n)
+            row[ends] = np.array([-1, 1]) * first[k + node, joint] / (2 * width[k])
+            row[ends[node]] += second[k + node, joint]
+            if row[ends].prod() > 0:
+                # Rows that bound a sum are replaced by bounds of each.
+                box[ends] = np.minimum(box[ends], limits[joint] / abs(row[ends].sum()))
+            else:
                 rows += [row, -row]
                 right += [limits[joint]] * 2
     high = np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1))
@@ -296,7 +295,7 @@ def test_work_under_a_jerk_limit_reports_and_is_bounded(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("more", [{"acceleration": 1e12}, {"acceleration": 1e-9, "jerk": 1e-9}], ids=["one", "all"])
 def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding: float | None) -> None:
     limits = Limits(rate=1e-9, **more)
-    for found in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, 1.0, rounding=rounding)):
+    for found in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, rounding=rounding)):
         assert (bool(found), found.status, found.limit) == (False, "no period", "rate")
         assert "rate limit 1e-09 rad/s of α1 and α3 would be beyond 1e+09 s" in found.reason
     tiny = least_period(lift([(0.4, -0.4), (0.4001, -0.4), (0.4, -0.4001)], "red"), Limits(acceleration=1e12))
@@ -322,9 +321,8 @@ def test_limits_far_apart_keep_their_closed_form(limits: Limits, closed_form: fl
 
 def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
     found = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
-    assert (found.status, found.limit) == ("no period", "rate")
+    assert (found.status, found.limit, found.where is None) == ("no period", "rate", False)
     assert "limit 0 of α3" in found.reason
-    assert found.where is not None
     # A joint that stands still may have it.
     assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
 
@@ -342,17 +340,16 @@ def test_touched_limits_are_where_the_law_runs_at_them() -> None:
     timed = least_period(SQUARE, LIMITS, rounding=0.03, nodes=2000).timed
     assert timed is not None
     touched = {(touch.kind, touch.joints): touch for touch in timed.limits_touched()}
-    assert set(touched) == {(kind, joints) for kind in ("rate", "acceleration") for joints in ((1, 3), (2, 4))}
+    assert set(touched) == set(itertools.product(("rate", "acceleration"), ((1, 3), (2, 4))))
     t = (np.arange(20_000) + 0.5) * timed.period / 20_000
-    for (kind, joints), touch in touched.items():
-        values = np.abs(timed.derivative(t, 1 if kind == "rate" else 2)[:, joints[0] - 1])
-        assert touch.share == pytest.approx((values >= 0.99 * touch.limit).mean(), abs=0.01)
-        first = np.abs(timed.derivative(touch.t, 1 if kind == "rate" else 2)[joints[0] - 1])
-        assert first >= 0.9 * touch.limit
-    # The fastest law is at some limit nearly always.
     at_some = np.zeros(len(t), dtype=bool)
-    for order, limit in ((1, 6.0), (2, 60.0)):
-        at_some |= (np.abs(timed.derivative(t, order)) >= 0.99 * limit).any(axis=1)
+    for (kind, (joint, _)), touch in touched.items():
+        order = 1 if kind == "rate" else 2
+        at_limit = np.abs(timed.derivative(t, order)[:, joint - 1]) >= 0.99 * touch.limit
+        assert touch.share == pytest.approx(at_limit.mean(), abs=0.01)
+        assert np.abs(timed.derivative(touch.t, order)[joint - 1]) >= 0.9 * touch.limit
+        at_some |= at_limit
+    # The fastest law is at some limit nearly always.
     assert at_some.mean() > 0.95
 
 
@@ -362,32 +359,25 @@ def test_a_paced_gait_is_a_timed_gait() -> None:
     timed = found.timed
     assert isinstance(timed, gg.TimedGait)
     table = table_of(timed)
-    assert len(table) == 41
-    assert table.about["law"] == "least-period"
-    assert list(table.columns)[:8] == ["t", "alpha1", "alpha2", "alpha3", "alpha4", "color", "types", "R"]
+    assert (len(table), table.about["law"]) == (41, "least-period")
     np.testing.assert_array_equal(table.alpha, timed.alpha)
     report = timed.check()
     assert report.flyable
     assert [check.name for check in report.checks][-3:] == ["tilt_rate", "tilt_acceleration", "tilt_jerk"]
-    assert timed.peak_jerks().max() <= 1e4 * (1 + 1e-9)
     faster = replace(timed, period=0.9 * timed.period, widths=0.9 * timed.widths)
     assert not faster.check().flyable
     answer = found.as_mapping()
     assert answer["status"] == "ok"
     assert answer["peak_rate"] <= 6.0 * (1 + 1e-9)
-    assert len(answer["touched"]) >= 1
+    assert answer["touched"]
     # Vertices need corners: a rounded loop has none, and the gait itself has four.
     assert len(timed.vertices()) == 0
 
 
 def test_limits_come_from_the_vehicle_and_from_texts() -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate="200deg", max_tilt_acceleration=40.0)
-    limits = limits_of(vehicle, acceleration="1000deg")
-    assert limits.as_mapping() == {
-        "rate": pytest.approx(np.radians(200)),
-        "acceleration": pytest.approx(np.radians(1000)),
-    }
-    assert limits.jerk is None
+    plain = limits_of(vehicle, acceleration="1000deg").as_mapping()
+    assert plain == pytest.approx({"rate": np.radians(200), "acceleration": np.radians(1000)})
     uneven = Limits(acceleration=[1, 2, 3, 4])
     assert uneven.as_mapping() == {"acceleration": [1.0, 2.0, 3.0, 4.0]}
     np.testing.assert_array_equal(uneven.in_plane(), [[np.inf] * 2, [1, 2], [np.inf] * 2])
@@ -406,14 +396,9 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
         for order in range(4)
     )
     extent = np.full(2, np.ptp(x))
-    most = [float(np.abs(values).max()) for values in (rate, acceleration, jerk)]
-    by_jerk = Limits(jerk=most[2]).completed(extent)
-    assert most[0] <= by_jerk[0][0] * 1.001
-    assert most[1] <= by_jerk[1][0] * 1.001
-    by_both = Limits(rate=most[0], jerk=most[2]).completed(extent)
-    assert most[1] <= by_both[1][0] * 1.001
-    by_acceleration = Limits(acceleration=most[1]).completed(extent)
-    assert most[0] <= by_acceleration[0][0] * 1.001
+    most = np.abs([rate, acceleration, jerk]).max(axis=1)
+    for limits in (Limits(jerk=most[2]), Limits(rate=most[0], jerk=most[2]), Limits(acceleration=most[1])):
+        assert (most <= limits.completed(extent)[:, 0] * 1.001).all()
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def test_curve_and_polyline_are_within_the_tolerance_both_ways(
 ) -> None:
     gait = lift(loop, color)
     rounding = rounded(gait, tolerance)
-    curve = rounding.curve
+    curve = rounding.curve  # which refuses jumps of its first two derivatives
     corners = np.array(gait.alpha[:, :2])
     points = curve.at(np.linspace(0, curve.span, 1501))[:, :2]
     assert rounding.deviation <= tolerance * (1 + 1e-12)
@@ -78,27 +78,15 @@ def test_turning_back_stays_on_the_line_and_reaches_the_tip() -> None:
 def test_straight_runs_need_no_blend_and_legs_are_shared() -> None:
     gait = lift([(0.4, -0.4), (0.6, -0.4), (0.8, -0.4), (0.8, -1.2)], "red")
     rounding = rounded(gait, 1.0)
-    assert len(rounding.gait.alpha) == 3
-    assert rounding.merged == (0, 1, 2)
+    assert (len(rounding.gait.alpha), rounding.merged) == (3, (0, 1, 2))
     assert "shrunk to share a leg" in str(rounding)
     leg = np.linalg.norm((rounding.gait.ends - rounding.gait.alpha)[:, :2], axis=1)
     reach = np.array([corner.reach for corner in rounding.corners])
-    assert (reach + np.roll(reach, -1) <= leg * (1 + 1e-12)).all()
-    assert (leg - reach - np.roll(reach, -1)).min() < 1e-12
+    left = leg - reach - np.roll(reach, -1)
+    assert (left >= -1e-12 * leg).all()
+    assert left.min() < 1e-12
     # A small tolerance needs no shrinking.
     assert rounded(gait, 1e-3).merged == ()
-
-
-@settings(deadline=None, max_examples=25)
-@given(loop=loops, tolerance=st.floats(1e-3, 0.2))
-def test_rounding_is_smooth_however_the_corners_lie(loop: list[tuple[float, float]], tolerance: float) -> None:
-    # The constructor of Curve refuses jumps of the curve and of its first two derivatives; here by differences.
-    curve = rounded(lift(loop, "red"), tolerance).curve
-    h = 1e-6 * np.diff(curve.breaks).min()
-    for order in (1, 2):
-        jump = np.abs(curve.at(curve.breaks + h, order) - curve.at(curve.breaks - h, order)).max(axis=1)
-        third = np.abs(curve.at(np.concatenate([curve.breaks + h, curve.breaks - h]), order + 1)).max()
-        assert jump.max() <= 4 * h * third + 1e-6
 
 
 def test_bad_input_is_refused() -> None:

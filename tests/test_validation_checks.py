@@ -62,34 +62,26 @@ def test_limits_are_checked(name: str, value: Any) -> None:
         lift(GAITS[2].angles, "red").check(**{name: value})
 
 
-class TestSignBetweenCorners:
-    """R that nearly vanishes between corners is decided as far as floating point goes."""
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("height", [3e-7, -3e-7, 2e-8, -2e-8])
+def test_the_sign_of_R_between_corners_is_decided_below_the_tolerance_of_the_search(sign: float, height: float) -> None:
+    # Out and back along a chord beside the curve tan α1 − tan α2 = 2κ: left of it R > 0, right of it R < 0. The chord
+    # is moved so far that its least R nearly vanishes.
+    exact, a2 = coefficients_of(kind="exact"), np.array([-0.5, 0.1])
+    a1, s = np.arctan(2 * gg.PAPER.drag_ratio + np.tan(a2)), np.linspace(0, 1, 20001)[:, None]
 
-    EXACT = coefficients_of(kind="exact")
+    def chord(shift: float) -> Gait:
+        return lift(np.column_stack([a1 + shift, a2]), "red", coefficients=exact)
 
-    def chord(self, shift: float, size: float = 0.3) -> Gait:
-        """Return an out-and-back gait along a chord beside the curve tan α1 − tan α2 = 2κ."""
-        a2 = np.array([-0.2 - size, -0.2 + size])
-        a1 = np.arctan(2 * gg.PAPER.drag_ratio + np.tan(a2)) + shift
-        return lift(np.column_stack([a1, a2]), "red", coefficients=self.EXACT)
+    def least(shift: float) -> float:
+        start, end = chord(shift).alpha
+        return float((sign * level_determinant(start + s * (end - start), exact)).min())
 
-    def least(self, shift: float, sign: float) -> float:
-        gait = self.chord(shift)
-        s = np.linspace(0, 1, 20001)[:, None]
-        return float((sign * level_determinant(gait.alpha[0] + s * (gait.alpha[1] - gait.alpha[0]), self.EXACT)).min())
-
-    @pytest.mark.parametrize("sign", [1.0, -1.0])
-    @pytest.mark.parametrize("height", [3e-7, -3e-7, 2e-8, -2e-8])
-    def test_it_is_decided_below_the_tolerance_of_the_search(self, sign: float, height: float) -> None:
-        # Left of the curve R > 0, right of it R < 0; the chord's least is moved to where it nearly vanishes.
-        shift = brentq(lambda x: self.least(x, sign) - height, -0.2, 0.2, xtol=1e-15)
-        gait = self.chord(shift)
-        check = gait.check()["R_sign"]
-        assert check.decided
-        assert check.ok is (height > 0)
-        if check.ok:
-            assert check.value == pytest.approx(sign * height, abs=1e-6)
-            assert (">" if sign > 0 else "<") + " 0 along the whole gait" in check.message
+    check = chord(brentq(lambda shift: least(shift) - height, -0.2, 0.2, xtol=1e-15)).check()["R_sign"]
+    assert (check.decided, check.ok) == (True, height > 0)
+    if check.ok:
+        assert check.value == pytest.approx(sign * height, abs=1e-6)
+        assert (">" if sign > 0 else "<") + " 0 along the whole gait" in check.message
 
 
 def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
@@ -120,16 +112,9 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
 
 
 def test_a_check_serialises_without_infinities() -> None:
-    where = {"row": 3, "t": None, "fraction": 0.5, "alpha": [0.0] * 4}
-    fields: dict[str, Any] = {"name": "x", "kind": "flyable", "ok": False, "where": where, "message": "m"}
-    assert Check(**fields, value=np.inf, limit=np.nan).as_mapping() == {
-        **fields,
-        "decided": True,
-        "value": None,
-        "limit": None,
-    }
-    plain = Check(**fields, value=np.float64(1.5), limit=2).as_mapping()
-    assert (plain["value"], plain["limit"], type(plain["value"])) == (1.5, 2.0, float)
+    check = Check(name="x", kind="flyable", ok=False, message="m", value=np.inf, limit=np.float64(1.5))
+    plain = check.as_mapping()
+    assert (plain["value"], plain["limit"], type(plain["limit"]), plain["decided"]) == (None, 1.5, float, True)
 
 
 @pytest.mark.parametrize(
@@ -144,9 +129,7 @@ def test_a_check_serialises_without_infinities() -> None:
 )
 def test_limits_of_rates_in_words(peak: float, limit: float | None, ok: bool, message: str) -> None:
     check = limit_check("tilt_rate", "u", peak, 3, limit, {"row": 1}, "slower")
-    assert check == Check(
-        name="tilt_rate", kind="flyable", ok=ok, value=peak, limit=limit, where={"row": 1}, message=message
-    )
+    assert (check.ok, check.value, check.limit, check.message) == (ok, peak, limit, message)
 
 
 def test_places_in_words() -> None:
@@ -154,24 +137,20 @@ def test_places_in_words() -> None:
     alpha = "(0.100, -0.200, 0.300, -1.000)"
     assert place.described("row") == f"row 57 and 0.25 of the way to the next (t = 0.5625 s), {alpha}"
     assert place.described("corner") == alpha
-    at_row = Place(point=0, fraction=0.0, alpha=(0.0,) * 4)
-    assert at_row.described("row") == "row 1, (0.000, 0.000, 0.000, 0.000)"
-    assert at_row.as_mapping("row") == {"row": 1, "t": None, "fraction": 0.0, "alpha": [0.0] * 4}
     assert place.as_mapping("corner") == {"segment": 56, "fraction": 0.25, "alpha": [0.1, -0.2, 0.3, -1.0]}
+    at_row = Place(point=0, fraction=0.0, alpha=(0.0,) * 4)
+    assert at_row.as_mapping("row") == {"row": 1, "t": None, "fraction": 0.0, "alpha": [0.0] * 4}
 
 
 def test_the_segments_of_a_gait_close() -> None:
     run = segments_of(lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "red"]))
     assert run.sheet.tolist() == [1, -1, 1, 1]
-    assert run.sheet.dtype == np.int8
+    assert (run.number.tolist(), run[1:3].number.tolist()) == ([1, 2, 3, 1], [2, 3])
     np.testing.assert_array_equal(run.alpha[-1], run.alpha[0])
-    assert [run.number(k) for k in range(4)] == [1, 2, 3, 1]
-    assert run[1:].number(2) == 1
-    assert run[1:3].number(1) == 3
     assert segments_of(lift([(0.4, -0.4)], "red").biased(0.5)).sheet.tolist() == [0, 0]
 
 
-near = np.pi / 16
+near, DELTA = np.pi / 16, coefficients_of().delta
 
 
 @pytest.mark.parametrize(
@@ -198,15 +177,10 @@ def test_what_two_color_says_of_colors(points: Any, colors: Any, message: str) -
 
 
 def test_gaits_are_judged_by_what_they_are_for() -> None:
-    """Crossing tolerance and coefficients of the gait, rounding as told."""
+    """Crossing tolerance and coefficients of the gait."""
     angles = [(np.pi / 16 + 0.05, -np.pi / 16), (np.pi / 8, -np.pi / 16)]
     for tolerance, ok in ((0.2, True), (0.01, False)):
         assert lift(angles, ["blue", "red"], crossing_tolerance=tolerance).check()["two_color"].ok is ok
-    gait = lift(GAITS[2].angles, "red")
-    sharp, blunt = gait.check(angle_rounding=1e-4)["R_sign"], gait.check(angle_rounding=1e-2)["R_sign"]
-    assert sharp.limit is not None
-    assert blunt.limit is not None
-    assert sharp.limit < blunt.limit
 
 
 HOME = "the component of α = 0 (tan α1 − tan α2 < 0.3373)"
@@ -214,44 +188,31 @@ CLOSED_OFF = (
     "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in "
     f"{HOME}, or start the flight in the gait"
 )
-NO_SHEET = "take (α3, α4) from the roots of (α1, α2)"
 BLUE_IS_SINGULAR = "; in exact physics the whole blue sheet is singular at every attitude: use red"
 NO_THRUSTS = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
 
 
-def found_by(report: Report) -> list[tuple[str, str, bool, str]]:
-    return [(check.name, check.kind, check.ok, check.message) for check in report.checks]
+def found_by(report: Report) -> list[tuple[str, str, bool]]:
+    return [(check.name, check.kind, check.ok) for check in report.checks]
 
 
-def test_all_that_is_said_of_a_gait_that_breaks_the_limits_of_its_vehicle() -> None:
-    vehicle = gg.PAPER.replace(max_tilt="60deg", max_thrust=2.0)
-    gait = lift(GAITS[2].angles, "red", vehicle=vehicle)
+@pytest.mark.parametrize("keeps", [True, False])
+def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
+    limits: dict[str, Any] = (
+        {"max_tilt": "70deg", "max_thrust": 3.0} if keeps else {"max_tilt": "60deg", "max_thrust": 2.0}
+    )
+    vehicle = gg.PAPER.replace(**limits)
+    gait = lift(GAITS[3 if keeps else 2].angles, "red", vehicle=vehicle)
     report = gait.check()
-    first = "(1.178, -1.178, 1.178, -1.178)"
-    assert found_by(report) == [
-        ("closed", "valid", True, "closed by construction"),
-        ("on_surface", "valid", True, "max(|Rφ|, |Rθ|) = 0, allowed 0.002"),
-        ("two_color", "valid", True, "all neighbours allowed by Figure 15 (red)"),
-        ("continuous", "valid", True, "every segment stays on its sheet"),
-        ("R_sign", "valid", True, "R ≤ -2.26 < 0 along the whole gait (published coefficients)"),
-        ("least_singular_value", "flyable", True, "least singular value 0.454 (at least 0.454), floor 0.05"),
-        ("hover_thrust", "flyable", True, "hover thrusts 0.129 to 0.653 of m·g per rotor, all positive"),
-        (
-            "thrust_limit",
-            "flyable",
-            False,
-            f"largest hover thrust 2.75 N, limit 2 N, exceeded at {first}: tilt less there",
-        ),
-        (
-            "tilt_range",
-            "flyable",
-            False,
-            f"largest tilt 67.5°, limit 60.0°, exceeded by α1 at {first}: move the waypoints nearer to 0",
-        ),
+    names = ("closed", "on_surface", "two_color", "continuous", "R_sign")
+    physics = {"least_singular_value": True, "hover_thrust": True, "thrust_limit": keeps, "tilt_range": keeps}
+    assert found_by(report) == [(name, "valid", True) for name in names] + [
+        (name, "flyable", ok) for name, ok in physics.items()
     ]
-    assert (report.reachable_from_hover, report.reachability) == (False, CLOSED_OFF)
-    shares, R = hover_thrust_shares(gait.alpha), np.asarray(gait.R)
-    sigma = least_singular_value(gait.alpha)
+    assert (report.flyable, report.reachable_from_hover) == (keeps, keeps)
+    in_home = "in the component of α = 0, which ordinary hover can enter and leave"
+    assert report.reachability == (in_home if keeps else CLOSED_OFF)
+    shares, R, sigma = hover_thrust_shares(gait.alpha), np.asarray(gait.R), least_singular_value(gait.alpha)
     expected = {
         "closed": (0.0, 0.0, None),
         "on_surface": (0.0, 2e-3, 0),
@@ -260,10 +221,10 @@ def test_all_that_is_said_of_a_gait_that_breaks_the_limits_of_its_vehicle() -> N
         "R_sign": (R.max(), None, int(R.argmax())),
         "least_singular_value": (sigma.min(), 0.05, int(sigma.argmin())),
         "hover_thrust": (shares.min(), 0.0, int(shares.min(axis=1).argmin())),
-        "thrust_limit": (shares.max() * 0.429 * 9.8, 2.0, int(shares.max(axis=1).argmax())),
-        "tilt_range": (3 * np.pi / 8, np.pi / 3, 0),
+        "thrust_limit": (shares.max() * 0.429 * 9.8, vehicle.max_thrust, int(shares.max(axis=1).argmax())),
+        "tilt_range": (3 * np.pi / 8, vehicle.max_tilt, 0),
     }
-    for name, (value, limit, segment) in expected.items():
+    for name, (value, limit, segment) in expected.items() if not keeps else ():
         check = report[name]
         assert check.decided
         assert check.value == pytest.approx(value, abs=1e-3), name
@@ -271,21 +232,9 @@ def test_all_that_is_said_of_a_gait_that_breaks_the_limits_of_its_vehicle() -> N
         assert (check.where is None) == (segment is None), name
         if check.where is not None:
             assert check.where == {"segment": segment, "fraction": 0.0, "alpha": list(gait.alpha[segment])}, name
-
-
-def test_all_that_is_said_of_a_gait_that_keeps_them() -> None:
-    vehicle = gg.PAPER.replace(max_tilt="70deg", max_thrust=3.0)
-    report = lift(GAITS[3].angles, "red", vehicle=vehicle).check()
-    assert found_by(report)[4:] == [
-        ("R_sign", "valid", True, "R ≥ 0.462 > 0 along the whole gait (published coefficients)"),
-        ("least_singular_value", "flyable", True, "least singular value 0.321 (at least 0.321), floor 0.05"),
-        ("hover_thrust", "flyable", True, "hover thrusts 0.233 to 0.653 of m·g per rotor, all positive"),
-        ("thrust_limit", "flyable", True, "largest hover thrust 2.75 N, limit 3 N"),
-        ("tilt_range", "flyable", True, "largest tilt 67.5°, limit 70.0°"),
-    ]
-    assert report.flyable
-    in_home = "in the component of α = 0, which ordinary hover can enter and leave"
-    assert (report.reachable_from_hover, report.reachability) == (True, in_home)
+            assert check.ok or f"at {place_of(check)}: " in check.message
+    relation = "R ≥ 0.462 > 0" if keeps else "R ≤ -2.26 < 0"
+    assert report["R_sign"].message == f"{relation} along the whole gait (published coefficients)"
 
 
 def place_of(check: Check) -> str:
@@ -302,14 +251,10 @@ def test_all_that_is_said_of_blue(kind: str) -> None:
     assert (sigma.ok, sigma.limit) == (False, 0.05)
     assert sigma.value == pytest.approx(least_singular_value(gait.alpha).min(), rel=1e-6, abs=1e-15)
     assert sigma.message.endswith(f"{sigma.value:.2g}, floor 0.05, at {place_of(sigma)}{BLUE_IS_SINGULAR}")
-    assert (thrust.kind, thrust.ok, thrust.value, thrust.limit, thrust.where) == ("flyable", False, None, 0.0, None)
-    assert thrust.message == NO_THRUSTS
+    assert (thrust.ok, thrust.value, thrust.limit, thrust.where) == (False, None, 0.0, None)
     assert (report.reachable_from_hover, report.reachability) == (False, CLOSED_OFF)
     assert (sign.ok, sign.decided) == ((False, True) if kind == "exact" else (True, False))
-    if kind == "exact":
-        assert sign.message == "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
-    else:
-        assert abs(sign.value or 0.0) < (sign.limit or 0.0)
+    if kind == "published":
         assert f"|R| falls to {abs(sign.value or 0.0):.2g}, within the {sign.limit:.2g} that the" in sign.message
 
 
@@ -322,9 +267,7 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
     surface, colors, continuous = (report[name] for name in ("on_surface", "two_color", "continuous"))
     assert [(check.kind, check.ok) for check in (surface, colors, continuous)] == [("valid", False)] * 3
     assert surface.value == pytest.approx(residual, abs=1e-4)
-    assert surface.message == (
-        f"max(|Rφ|, |Rθ|) = {residual:.2g}, allowed 0.002, worst at {place_of(surface)}: {NO_SHEET}, or allow more"
-    )
+    assert f"= {residual:.2g}, allowed 0.002, worst at {place_of(surface)}: take (α3, α4) from" in surface.message
     assert surface.where is not None
     there = np.abs([f(surface.where["alpha"], gait.coefficients) for f in (roll_sensitivity, pitch_sensitivity)])
     assert there.max() == pytest.approx(surface.value, abs=2e-5)  # the bracket is as narrow as that
@@ -333,7 +276,6 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
     assert continuous.message == "at corner 1 it is off the surfaces and follows no sheet"
     at_first = {"segment": 0, "fraction": 0.0, "alpha": list(gait.alpha[0])}
     assert colors.where == continuous.where == at_first
-    assert "R ≤ -3.54 < 0 along" in report["R_sign"].message
     other = lift(GAITS[3].angles, "red").biased(0.9).check()
     assert other.reachable_from_hover is None
     assert other.reachability.startswith("off the red sheet with R > 0")
@@ -364,16 +306,19 @@ def test_all_that_is_said_of_a_change_of_sign() -> None:
     assert f"on the segment after corner {segment + 1}: stay where β1 and β2 have opposite signs" in thrust.message
 
 
-def test_all_that_is_said_of_jumps() -> None:
-    wrapped = lift([(-1.3, 0.4), (-1.1, 0.4)], "blue").check()["continuous"]
-    assert "jumps by 3.1416 rad after corner 1, where it wraps by π or leaves its sheet" in wrapped.message
-    assert (wrapped.kind, wrapped.ok, wrapped.limit) == ("valid", False, 2e-3)
-    changed = lift([(near, -near), (np.pi / 8, -near)], ["blue", "red"]).check()["continuous"]
-    assert "jumps by 0.0585 rad after corner 1, where it changes color" in changed.message
-    assert (changed.ok, changed.limit) == (False, 1e-9)
-    assert changed.value == pytest.approx(2 * (near - coefficients_of().delta), abs=1e-12)
-    assert changed.where is not None
-    assert changed.where["segment"] == 0
+@pytest.mark.parametrize(
+    ("points", "colors", "value", "limit", "cause"),
+    [
+        ([(-1.3, 0.4), (-1.1, 0.4)], "blue", np.pi, 2e-3, "it wraps by π or leaves its sheet"),
+        ([(near, -near), (np.pi / 8, -near)], ["blue", "red"], 2 * (near - DELTA), 1e-9, "it changes color"),
+    ],
+)
+def test_all_that_is_said_of_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
+    check = lift(points, colors).check()["continuous"]
+    assert (check.kind, check.ok, check.limit) == ("valid", False, limit)
+    assert check.value == pytest.approx(value, abs=1e-12)
+    assert f"jumps by {value:.4f} rad after corner 1, where {cause}" in check.message
+    assert (check.where or {})["segment"] == 0
 
 
 @pytest.mark.parametrize(("lies", "painted"), [("red", "blue"), ("blue", "red")])
@@ -389,10 +334,7 @@ def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) ->
     assert (check.kind, check.ok, check.limit) == ("valid", False, 2e-3)
     assert check.value == pytest.approx(distance, rel=1e-12)
     assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
-    assert check.message == (
-        f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: give it the color of "
-        "its sheet, or take (α3, α4) from the sheet of its color"
-    )
+    assert f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: " in check.message
 
 
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
@@ -400,23 +342,18 @@ def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) ->
 def test_hover_reaches_red_only_with_opposite_arms_alike(spin: str, shift: tuple[float, float]) -> None:
     """An opposite arm turned by π is on red too, but on another part of it."""
     vehicle = gg.PAPER.replace(first_rotor_spin=spin)
-    turn = 1 if spin == "clockwise" else -1
-    gait = lift(turn * np.array(GAITS[3].angles), "red", vehicle=vehicle)
+    gait = lift((1 if spin == "clockwise" else -1) * np.array(GAITS[3].angles), "red", vehicle=vehicle)
     moved = Gait(alpha=gait.alpha + np.array([0, 0, *shift]), colors=gait.colors, vehicle=vehicle)
     report = moved.check()
     reached = shift == (0, 0)
     assert report.reachable_from_hover is reached
-    relation = "< 0.3373" if spin == "clockwise" else "> -0.3373"
-    home = f"the component of α = 0 (tan α1 − tan α2 {relation})"
-    positive = bool((np.asarray(level_determinant(moved.alpha, coefficients_of(vehicle, "exact"))) > 0).all())
-    if reached:
-        assert report.reachability == "in the component of α = 0, which ordinary hover can enter and leave"
-    elif positive:
-        assert report.reachability == (
-            f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+    if not reached:
+        relation = "< 0.3373" if spin == "clockwise" else "> -0.3373"
+        assert f"plan in the component of α = 0 (tan α1 − tan α2 {relation})" in report.reachability.replace(
+            "with R > 0 in", "in"
         )
-    else:
-        assert report.reachability == CLOSED_OFF.replace(HOME, home)
+        positive = bool((np.asarray(level_determinant(moved.alpha, coefficients_of(vehicle, "exact"))) > 0).all())
+        assert ("cannot reach this component of R > 0" in report.reachability) is positive
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
@@ -460,9 +397,7 @@ def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch,
             small.setattr(validating, "_BLOCK", block)
             pieces = bent.check()
         assert not whole.valid
-        assert [(name, kind, ok) for name, kind, ok, _ in found_by(pieces)] == [
-            (name, kind, ok) for name, kind, ok, _ in found_by(whole)
-        ]
+        assert found_by(pieces) == found_by(whole)
         for one, other in zip(whole.checks, pieces.checks, strict=True):
             assert one.value == pytest.approx(other.value, rel=1e-3), one.name
         assert (pieces.reachable_from_hover, pieces.reachability) == (whole.reachable_from_hover, whole.reachability)
@@ -526,15 +461,12 @@ def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allow
     assert "changes color" in check.message
 
 
-def test_small_tilts_are_the_largest_where_there_are_no_larger_ones() -> None:
-    check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=gg.PAPER.replace(max_tilt=0.25)).check()["tilt_range"]
-    assert (check.ok, check.value, check.limit) == (False, 0.3, 0.25)
-    assert check.message.startswith("largest tilt 17.2°, limit 14.3°, exceeded by α2 at (0.200, -0.300, 0.200, -0.300)")
-    assert check.where is not None
-    assert check.where["segment"] == 1
-    for limit, ok in ((0.3, True), (0.3 - 0.9e-9, True), (0.3 - 1.1e-9, False)):
+def test_tilts_are_judged_on_both_sides_of_the_limit() -> None:
+    for limit, ok in ((0.25, False), (0.3, True), (0.3 - 0.9e-9, True), (0.3 - 1.1e-9, False)):
         vehicle = gg.PAPER.replace(max_tilt=limit)
-        assert lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=vehicle).check()["tilt_range"].ok is ok
+        check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=vehicle).check()["tilt_range"]
+        assert (check.ok, check.value, check.limit, (check.where or {})["segment"]) == (ok, 0.3, limit, 1)
+        assert ok or "exceeded by α2 at (0.200, -0.300, 0.200, -0.300)" in check.message
 
 
 def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
@@ -566,9 +498,8 @@ def test_the_component_is_that_of_both_angles(point: tuple[float, float], home: 
 @pytest.mark.parametrize(("factor", "ok"), [(1.0, True), (1 - 1e-9, False)])
 def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) -> None:
     """A blue row beside blue, as far as the tolerance, is on blue; so is the rounding that is inferred."""
-    gait = lift([(0.5, -0.7)], "blue")
-    moved = Gait(alpha=gait.alpha + np.array([0, 0, 2.0**-9, 0]), colors=("blue",))
-    tolerance = float(family_distances(moved.alpha, gait.coefficients)[0, 1]) * factor
+    moved = Gait(alpha=lift([(0.5, -0.7)], "blue").alpha + np.array([0, 0, 2.0**-9, 0]), colors=("blue",))
+    tolerance = float(family_distances(moved.alpha, moved.coefficients)[0, 1]) * factor
     report = moved.check(tolerance=tolerance)
     assert report["continuous"].ok is ok
     assert (report["hover_thrust"].message == NO_THRUSTS) is ok

@@ -42,7 +42,7 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Zones, offset
 from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.rest_to_rest_and_smooth import derivative_of
+from gaitgraph.timing.laws import derivative_of
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.validation.rules import checked_limits

@@ -375,6 +375,6 @@ def _needed(gait: Gait, law: str) -> float:
         needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
     if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):
         needed.append(math.sqrt(peak / vehicle.max_tilt_acceleration))
-    if vehicle.max_tilt_jerk is not None and np.isfinite(peak := float(timed.peak_jerks().max())):
+    if vehicle.max_tilt_jerk is not None and np.isfinite(peak := float(timed.peaks(3).max())):
         needed.append(math.cbrt(peak / vehicle.max_tilt_jerk))
     return min(math.ceil(max(needed) * 1000) / 1000, _LONGEST)

@@ -299,7 +299,7 @@ def _closed_segments(
             raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
         with naming_file(source):
             points, times = closed_rows(table, vehicle=vehicle)
-        segments = replace(segments_of(points), t=times, after_t=None if times is None else float(times[0]))
+        segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
         digits, noun = table.rounding, "row"
     # The distance of points from the sheets that they all lie on is an error of their angles.
     far = float(family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max())

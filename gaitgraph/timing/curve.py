@@ -4,11 +4,11 @@ Both sheets are planes, so that a polynomial in (α1, α2) is one in all four an
 samples too. What is said about a whole curve rests on chords: on an interval of width h a curve is within
 h²/8·max|q''| of the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
 
-A gait with rounded corners is such a curve, within a stated distance of the polyline. A corner is replaced by a quintic
-Bézier blend whose first three control points lie evenly on the segment that arrives and whose last three lie evenly on
-the segment that leaves. Its curvature vanishes at both ends, so that it joins the straight segments with two continuous
-derivatives, and it lies in the triangle of the corner. A gait that turns back on itself stays on its line: there the
-parameter slows down to zero at the tip.
+A gait with rounded corners is such a curve. A corner is replaced by a quintic Bézier blend whose first three control
+points lie evenly on the segment that arrives and whose last three lie evenly on the segment that leaves. Its curvature
+vanishes at both ends, so that it joins the straight segments with two continuous derivatives, and it lies in the
+triangle of the corner. A gait that turns back on itself stays on its line: there the parameter slows down to zero at
+the tip.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
-from gaitgraph.timing.rest_to_rest_and_smooth import (
+from gaitgraph.timing.laws import (
     bernstein_from_power,
     derivative_of,
     divided,
@@ -51,12 +51,9 @@ SMALLEST = 1e-5
 
 _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
-
 _STRAIGHT = 1e-9
-# Distance between control points of a blend on a segment, as a share of the length that it takes.
-_SPACING = 0.4
-# Of the parameter that a turn back takes on each side, the share that it moves along the segment.
-_TIP = 5.0 / 8.0
+_SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
+_TIP = 5.0 / 8.0  # share that a turn back moves along the segment of the parameter that it takes on each side
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, init=False)
@@ -75,15 +72,10 @@ class Curve:
     vehicle, coefficients, crossing_tolerance
         What the curve is for, as for :class:`gaitgraph.gait.gait.Gait`.
 
-    Raises
-    ------
-    InputError
-        If the arrays do not fit, or if the curve or its first or second derivative jumps at a break or at the seam.
-
     Notes
     -----
-    Not guaranteed: that a curve is flyable; :meth:`check` decides that. Nor that it keeps its speed: where the first
-    derivative vanishes it may turn back on itself.
+    InputError if the curve or its first or second derivative jumps at a break or at the seam. Not guaranteed: that a
+    curve is flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
 
     Examples
     --------
@@ -111,12 +103,15 @@ class Curve:
         coefficients: Coefficients | None = None,
         crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
     ) -> None:
-        s, polynomials = _finite("breaks", breaks), _finite("pieces", pieces)
-        if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all():
-            raise InputError(f"breaks must be at least two increasing numbers from 0 on, got {shown(breaks)}")
-        k = s.size - 1
-        if polynomials.ndim != 3 or polynomials.shape[1:] != (k, 2) or not len(polynomials):
-            raise InputError(f"pieces must have the shape (degree + 1, {k}, 2), got {polynomials.shape}")
+        try:
+            s, polynomials = np.array(breaks, dtype=float), np.array(pieces, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(pieces)}") from error
+        if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all() or not math.isfinite(s[-1]):
+            raise InputError(f"breaks must be at least two finite, increasing numbers from 0 on, got {shown(breaks)}")
+        k, shape = s.size - 1, polynomials.shape
+        if len(shape) != 3 or shape[1:] != (k, 2) or not polynomials.size or not np.isfinite(polynomials).all():
+            raise InputError(f"pieces must be finite, of the shape (degree + 1, {k}, 2), got {shown(pieces)}")
         checked_choice("color", color, ("red", "blue"))
         for order, name in enumerate(("position", "first derivative", "second derivative")):
             derivative, width = derivative_of(polynomials, order), np.diff(s)
@@ -212,18 +207,10 @@ class Curve:
     ) -> Report:
         """Return every check of valid and flyable for the curve itself, between samples too.
 
-        Parameters
-        ----------
-        tolerance, floor
-            As for :func:`gaitgraph.validation.validating.check_gait`.
-        chord
-            How far the chords that are looked along may be from the curve [rad].
-
-        Notes
-        -----
-        The chords are judged as a gait. What the curve may differ from them by is then taken off: the least
-        singular value changes by at most √(2+κ²)·√2·chord, R by its largest slope, and so on. A curve that touches a
-        limit may therefore be refused where a finer chord would let it pass; never the other way.
+        Its chords, as near to it as `chord` [rad], are judged by :func:`gaitgraph.validation.validating.check_gait`.
+        What the curve may differ from them by is then taken off: the least singular value changes by at most
+        √(2+κ²)·√2·chord, R by its largest slope, and so on. A curve that touches a limit may therefore be refused
+        where a finer chord would let it pass; never the other way.
         """
         return check_gait(
             self.polyline(chord), tolerance=tolerance, floor=floor, beside=chord, extremes=self.extremes()
@@ -232,9 +219,9 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoundedCorner:
-    """What was done at one corner; `corner` is its number in the merged gait, from 0."""
+    """What was done at one corner."""
 
-    corner: int
+    corner: int  # number in the merged gait, from 0
     turn: float  # by how much the direction turns there, from 0 to π [rad]
     reach: float  # how much of each segment the blend takes [rad]
     deviation: float  # distance from the corner to the curve [rad]; 0 where the gait turns back on its line
@@ -288,11 +275,6 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     tolerance
         Largest distance between the curve and the polyline, both ways, in the (α1, α2) plane; radians, or a text such
         as "2deg". In all four angles it is √2 times as far.
-
-    Raises
-    ------
-    InputError
-        If the gait is not of one color, or the tolerance below :data:`SMALLEST`.
 
     Notes
     -----
@@ -350,31 +332,30 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
         share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
         reach = reach * np.minimum(share, np.roll(share, 1))
         shrunk = reach < wanted * (1 - 1e-12)
-        # Around each corner a blend, then what is left of the segment after it; all pieces have degree 5.
-        powers, zero = np.arange(5, -1, -1), np.zeros(2)
+        # Around each corner a blend, or both halves of a turn back; then what is left of the segment after it.
+        powers, straight = np.arange(5, -1, -1), np.zeros((4, 2))
         widths, parts = [], []
         for k, corner in enumerate(plane):
-            d = float(reach[k])
+            d, made = float(reach[k]), []
             if bent[k]:
                 along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])
                 control = np.vstack([corner - along[:, None] * before[k], corner + along[::-1, None] * ahead[k]])
                 # From Bernstein coefficients to powers of the share of the blend.
                 signs = [[(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)] for j in powers]
                 blend = [math.comb(5, len(row) - 1) * (np.array(row) @ control[: len(row)]) for row in signs]
-                widths.append(5.0 * _SPACING * d)
-                parts.append(np.array(blend) / widths[-1] ** powers[:, None])
+                made = [(5.0 * _SPACING * d, np.array(blend))]
             elif back[k]:
                 # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
                 w = d / _TIP
                 c4, c2 = w / 8.0 * before[k], -6.0 * w / 8.0 * before[k]
-                arriving = np.stack([zero, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4])
-                leaving = np.stack([zero, c4, zero, c2, zero, corner])
-                widths += [w, w]
-                parts += [part / w ** powers[:, None] for part in (arriving, leaving)]
+                arriving = [0 * c4, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4]
+                made = [(w, np.array(arriving)), (w, np.array([0 * c4, c4, 0 * c4, c2, 0 * c4, corner]))]
+            widths += [width for width, _ in made]
+            parts += [part / width ** powers[:, None] for width, part in made]
             rest = float(length[k] - d - reach[(k + 1) % len(plane)])
             if rest > 1e-12 * length[k]:
                 widths.append(rest)
-                parts.append(np.stack([zero, zero, zero, zero, ahead[k], corner + d * ahead[k]]))
+                parts.append(np.vstack([straight, ahead[k], corner + d * ahead[k]]))
         breaks, pieces = np.concatenate([[0.0], np.cumsum(widths)]), np.stack(parts, axis=1)
         corners = tuple(
             RoundedCorner(
@@ -515,13 +496,3 @@ def _lifted(
         return np.concatenate([plane, -plane], axis=-1)
     third, fourth = sheet_angles("blue", first[0], first[1], coefficients)
     return np.concatenate([plane, np.array([third, fourth]) + first - plane], axis=-1)
-
-
-def _finite(name: str, value: npt.ArrayLike) -> FloatArray:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of numbers, got {shown(value)}") from error
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite, got {array[~np.isfinite(array)][0]!r}")
-    return array

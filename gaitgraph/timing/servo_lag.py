@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
-from gaitgraph.timing.rest_to_rest_and_smooth import divided
+from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
@@ -117,10 +117,8 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
 
     Raises
     ------
-    InputError
-        If a lag is not positive, takes millions of steps of the period, or is longer than a million periods.
-    MissingConstant
-        If neither a lag is given nor does the vehicle state one.
+    InputError, MissingConstant
+        If a lag takes millions of steps of the period or is longer than a million periods, or if there is none.
 
     Notes
     -----

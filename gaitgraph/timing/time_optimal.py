@@ -1,8 +1,7 @@
 """Time-optimal laws: limits, the least period under them, and a law for a period that is asked for.
 
-A smooth curve is run without a stop; a gait with corners rests at each, unless it is rounded. The largest rate,
-acceleration and jerk of a law are bounded between samples; what exceeds a limit is removed by stretching time by the
-exact factor.
+The largest rate, acceleration and jerk of a law are bounded between samples; what exceeds a limit is removed by
+stretching time by the exact factor.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, rounded
-from gaitgraph.timing.rest_to_rest_and_smooth import (
+from gaitgraph.timing.laws import (
     fastest_squared_speeds,
     laws_under_jerk,
     nodes_along,
@@ -40,10 +40,8 @@ FloatArray = npt.NDArray[np.float64]
 Limit = float | str | Sequence[float | str] | FloatArray | None
 
 _NODES, _NODES_UNDER_JERK = 1000, 300
-# With more nodes than these, programmes take minutes.
-_MOST_NODES_UNDER_JERK = 5000
-# Periods that a timed gait may have [s].
-_SHORTEST, _LONGEST = 1e-6, 1e9
+_MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
+_SHORTEST, _LONGEST = 1e-6, 1e9  # periods that a timed gait may have [s]
 # What laws are averaged over, as shares of the period; the first that is stretched by no more than `_ENOUGH` is taken.
 _WINDOWS = (1e-3, 3e-4, 1e-4)
 _ENOUGH = 5e-4
@@ -62,13 +60,8 @@ class Limits:
     ----------
     rate, acceleration, jerk
         One number for all four joints or one for each, radians per second (per second squared, cubed) or texts such
-        as "200deg"; None where there is no limit. At least one of acceleration and jerk: with a rate limit alone the
-        least period of a smooth law is not attained. Zero is allowed: then a joint must stand still.
-
-    Raises
-    ------
-    InputError
-        If a value is not a number that is at least zero, or neither acceleration nor jerk is limited.
+        as "200deg"; None where there is no limit, zero where a joint must stand still. One of acceleration and jerk
+        must be limited: with a rate limit alone the least period of a smooth law is not attained.
 
     Examples
     --------
@@ -87,15 +80,14 @@ class Limits:
         for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
             numbers = None
             if value is not None:
-                rule = f"{kind} must be 0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
                 parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)  # type: ignore[arg-type]
                 try:
                     numbers = np.array([angle_from_text(part, kind) for part in parts])
-                except InputError as error:
-                    raise InputError(f"{rule}, got {shown(value)}") from error
-                allowed = (numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))
-                if numbers.shape != (4,) or not allowed.all():
-                    raise InputError(f"{rule}, got {shown(value)}")
+                except InputError:
+                    numbers = np.array([np.nan])
+                if numbers.shape != (4,) or not ((numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))).all():
+                    rule = f"0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
+                    raise InputError(f"{kind} must be {rule}, got {shown(value)}")
                 numbers.flags.writeable = False
             object.__setattr__(self, kind, numbers)
 
@@ -104,8 +96,8 @@ class Limits:
 
         They are infinite where there is no limit.
         """
-        values = (self.rate, self.acceleration, self.jerk)
-        return np.array([[np.inf] * 2 if value is None else np.minimum(value[:2], value[2:]) for value in values])
+        values = (np.full(4, np.inf) if value is None else value for value in (self.rate, self.acceleration, self.jerk))
+        return np.array([np.minimum(value[:2], value[2:]) for value in values])
 
     def completed(self, extent: FloatArray) -> FloatArray:
         """Return the limits of α1 and α2 with the finite ones that follow, shape (3, 2).
@@ -132,12 +124,7 @@ class Limits:
 
 
 def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> Limits:
-    """Return the limits that a vehicle states, except those that are given.
-
-    >>> from gaitgraph.vehicle import PAPER
-    >>> limits_of(PAPER.replace(max_tilt_rate=6.0), acceleration=60).as_mapping()
-    {'rate': 6.0, 'acceleration': 60.0}
-    """
+    """Return the limits that a vehicle states, except those that are given."""
     return Limits(
         rate=vehicle.max_tilt_rate if rate is None else rate,
         acceleration=vehicle.max_tilt_acceleration if acceleration is None else acceleration,
@@ -150,8 +137,7 @@ class LeastPeriod:
     """An answer about periods; falsy when no law was found for what was asked.
 
     The status is "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a
-    joint that must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a gait that is a point has no
-    least).
+    joint that must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a point has no least period).
     """
 
     status: str
@@ -199,10 +185,10 @@ class LeastPeriod:
 
     def __str__(self) -> str:
         lines = [self.reason]
-        if self.timed is not None and self.least is not None:
+        if self.timed is not None:
             found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
-            lines = [f"{found}, none below {self.lower_bound:.4f} s"]
-            lines += [f"  {touch}" for touch in self.timed.limits_touched()]
+            touched = (f"  {touch}" for touch in self.timed.limits_touched())
+            lines = [f"{found}, none below {self.lower_bound:.4f} s", *touched]
         if self.rounding is not None:
             lines.append(f"  {self.rounding}")
         return "\n".join(lines + ([f"  {self.note}"] if self.note else []))
@@ -222,33 +208,24 @@ def least_period(
 
     Parameters
     ----------
-    path
-        A gait of one color, a curve, or a rounded gait.
-    limits
-        What to keep; those of the vehicle by default.
+    path, limits
+        A gait of one color, a curve, or a rounded gait; and what to keep, by default the limits of its vehicle.
     rounding
-        For a gait: round its corners by this tolerance first; radians in the (α1, α2) plane, or a text such as "2deg".
-        Without it the law rests at every corner; only a gait that does nothing but turn back on its line is run
-        without a rest. With it the law is never slower than at rest: where resting is quicker, as it can be with tiny
-        blends, that law is the answer, with a note.
+        For a gait: round its corners by this tolerance first, as :func:`gaitgraph.timing.curve.rounded`. Without it
+        the law rests at every corner; only a gait that does nothing but turn back on its line is run without a rest.
+        With it, where resting is quicker, as it can be with tiny blends, that law is the answer, with a note.
     samples, rate
         Of tables, as for :func:`gaitgraph.timing.timed_gait.parametrize`.
-    nodes
-        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces.
-    progress
-        Called with lines of text; programmes under a jerk limit may take a minute in all.
-
-    Raises
-    ------
-    InputError
-        If an argument is not what is allowed, or the gait is not on one sheet.
+    nodes, progress
+        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and what is
+        called with lines of text, since under a jerk limit it may take a minute in all.
 
     Notes
     -----
     The period is the least of what was searched: laws with constant s̈ between nodes, exactly; under a jerk limit, the
-    best of a few linear programmes. `lower_bound` says how much there is left to find at most. Without a jerk limit the
-    acceleration changes over 0.1 % of the period (a thousandth of a segment's time, where the law rests). With more
-    than 5000 nodes no programmes are solved; a note says so. Not guaranteed: that looser limits take less time.
+    best of a few linear programmes, none with more than 5000 nodes. `lower_bound` says how much there is left to find.
+    Without a jerk limit the acceleration changes over 0.1 % of the period (a thousandth of a segment's time, where the
+    law rests). Not guaranteed: that looser limits take less time.
 
     Examples
     --------
@@ -260,10 +237,10 @@ def least_period(
     """
     checked_clock(1.0, "smooth", samples=samples, rate=rate)
     answer = _Task(path, limits, rounding).least(nodes, progress)
-    if answer.timed is None:
-        return answer
-    count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
-    return replace(answer, timed=replace(answer.timed, samples=count))
+    if answer.timed is not None:
+        count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
+        answer = replace(answer, timed=replace(answer.timed, samples=count))
+    return answer
 
 
 def paced(
@@ -341,24 +318,21 @@ class _Task:
             raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
             raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
-        self.rounding = path if isinstance(path, Rounding) else None
-        self.curve = path if isinstance(path, Curve) else None
+        found = path
         if isinstance(path, Gait):
             # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
             found = rounded(path, 1e-3 if rounding is None else rounding)
-            if rounding is not None:
-                self.rounding = found
-            elif found.deviation == 0:
-                self.curve = found.curve
-        if self.rounding is not None:
-            self.curve = self.rounding.curve
+            if rounding is None:
+                found = found.curve if found.deviation == 0 else path
+        self.rounding = found if isinstance(found, Rounding) else None
+        self.curve = found.curve if isinstance(found, Rounding) else found if isinstance(found, Curve) else None
         if self.curve is not None:
             self.gait = self.curve.polyline()
             self.plane = self.curve.at(self.curve.turning_points())[:, :2]  # where α1 and α2 may turn round
-        elif isinstance(path, Gait):
-            self.gait = path.merged()
-            self.plane = np.array(self.gait.alpha[:, :2])
         if isinstance(path, Gait):
+            if self.curve is None:
+                self.gait = path.merged()
+                self.plane = np.array(self.gait.alpha[:, :2])
             self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.limited = self.limits.in_plane()
@@ -397,10 +371,10 @@ class _Task:
         for kind, limit in zip(RATE_UNITS, self.limited, strict=True):
             for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
                 number = joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
-                alpha = self.gait.alpha[int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))]
+                alpha = self.gait.alpha[int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))].tolist()
                 place = ", ".join(f"{angle:.3f}" for angle in alpha)
                 reason = f"no period meets the {kind} limit 0 of α{number}, which must move from ({place}) on"
-                return self.answer("no period", reason, limit=kind, where={"alpha": alpha.tolist()})
+                return self.answer("no period", reason, limit=kind, where={"alpha": alpha})
         bound, _ = self.lower_bound()
         if bound > _LONGEST:
             return self._out_of_range(bound)
@@ -413,28 +387,20 @@ class _Task:
                 times = f"{at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
                 note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
                 task, found = self.resting, at_rest
-        period = found.period
-        if not _SHORTEST <= period <= _LONGEST:
-            return task._out_of_range(period)
-        found_by: dict[str, Any] = {
-            "least": period,
-            "lower_bound": min(bound, period),
-            "stretch": found.stretch,
-            "note": note,
-        }
-        return task.answer("ok", timed=task.timed(found), **found_by)
+        least, stretch = found.period, found.stretch
+        if not _SHORTEST <= least <= _LONGEST:
+            return task._out_of_range(least)
+        bound, timed = min(bound, least), task.timed(found)
+        return task.answer("ok", timed=timed, least=least, lower_bound=bound, stretch=stretch, note=note)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
-        slowest, kind, words = 0.0, "", ""
         # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
-        for order, (factor, name) in enumerate(zip((2.0, 16.0, 96.0), RATE_UNITS, strict=True), start=1):
-            limit = self.limited[order - 1]
-            for joint in np.flatnonzero((self.extent > 0) & np.isfinite(limit)):
-                bound = (factor * float(self.extent[joint] / limit[joint])) ** (1.0 / order)
-                if bound > slowest:
-                    slowest, kind = bound, name
-                    words = f"{name} limit {limit[joint]:g} {RATE_UNITS[name]} of α{joint + 1} and α{joint + 3}"
+        factors = np.array([[2.0], [16.0], [96.0]])
+        least = (factors * self.extent / self.limited) ** (1.0 / np.array([[1.0], [2.0], [3.0]]))
+        order, joint = divmod(int(np.argmax(np.where(self.moves, least, 0.0))), 2)
+        (kind, unit), limit = list(RATE_UNITS.items())[order], self.limited[order, joint]
+        words = f"{kind} limit {limit:g} {unit} of α{joint + 1} and α{joint + 3}"
         beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
         reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
         return self.answer("no period", reason, limit=kind)
@@ -442,9 +408,9 @@ class _Task:
     def lower_bound(self) -> tuple[float, int]:
         """Return a period below which there is certainly no law, and the joint (1 or 2) that decides it, 0 for both.
 
-        Where a joint turns round its rate is zero, so between two turns it takes at least as long as the fastest
-        motion from rest to rest over that distance. Over any part of the path a law takes at least |Δαᵢ|/rate. And by
-        the inequality of Bohr and Favard half the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
+        Between two turns, where its rate is zero, a joint takes at least as long as the fastest motion from rest to
+        rest. Over any part of the path a law takes at least |Δαᵢ|/rate. And by the inequality of Bohr and Favard half
+        the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
         """
         rate, acceleration, jerk = self.limits.completed(self.extent)
         bounds = [0.0, 0.0]
@@ -461,17 +427,13 @@ class _Task:
             bounds[joint] = max(alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint])))
         step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
         together = float((step[:, self.moves] / rate[self.moves]).max(axis=1).sum())
-        best = max(*bounds, together)
-        answer = best, (bounds.index(best) + 1 if best in bounds else 0)
-        if self.resting is None:
-            return answer
-        return min(answer, self.resting.lower_bound(), key=lambda bound: bound[0])
+        answers = [max(((bounds[0], 1), (bounds[1], 2), (together, 0)), key=itemgetter(0))]
+        if self.resting is not None:
+            answers.append(self.resting.lower_bound())
+        return min(answers, key=itemgetter(0))
 
     def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[_Found, str]:
-        """Return the fastest law found, and a note of what was left undone, empty as a rule.
-
-        The limits are positive on every joint that moves. `nodes` is how many intervals a curve is divided into, about.
-        """
+        """Return the fastest law found, and a note of what was left undone, empty as a rule."""
         completed = self.limits.completed(self.extent)
         if self.curve is None:
             return self._kept(*rest_to_rest(self.plane, self.limited[0], completed[1], self.limited[2])), ""
@@ -492,19 +454,15 @@ class _Task:
                 if found.stretch <= _ENOUGH:
                     break
             return found, ""
-        laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
-        candidates = [self._kept(*tilts_over_time(law, *path)) for law in laws]
-        best = min(range(len(laws)), key=lambda k: candidates[k].period)
-        found = candidates[best]
+        laws = (smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK)
+        candidates = [(self._kept(*tilts_over_time(law, *path)), law) for law in laws]
+        found, law = min(candidates, key=lambda one: one[0].period)
         if len(width) > _MOST_NODES_UNDER_JERK:
-            return found, (
-                f"not optimised under the jerk limit: {len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at "
-                f"most {_MOST_NODES_UNDER_JERK} are; for a faster law thin out the table, ask for fewer nodes, "
-                "or drop the jerk limit"
-            )
+            many = f"{len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at most {_MOST_NODES_UNDER_JERK} are"
+            advice = "for a faster law thin out the table, ask for fewer nodes, or drop the jerk limit"
+            return found, f"not optimised under the jerk limit: {many}; {advice}"
         # Programmes start from the speeds of the best law, over three turns so that they cover the path from 0 on.
-        law, span = laws[best], float(s[-1])
-        turns = np.concatenate([law.s[:-1] + turn * span for turn in (-1, 0, 1)])
+        turns = np.concatenate([law.s[:-1] + turn * float(s[-1]) for turn in (-1, 0, 1)])
         known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3)) ** 2
         # A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
         # its law exceeds them, a few times, so that less is left to stretch.

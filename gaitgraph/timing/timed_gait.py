@@ -8,9 +8,8 @@ A timing law maps time to position along the closed polyline. Three laws are clo
 * ``equal-time``: every segment takes the same time, at constant speed within it.
 
 The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
-which no table shows; the rates of a sample at a corner are those just after it.
-
-A law that keeps limits (:mod:`gaitgraph.timing.time_optimal`) is a polynomial of time between knots.
+which no table shows; the rates of a sample at a corner are those just after it. A law that keeps limits
+(:mod:`gaitgraph.timing.time_optimal`) is a polynomial of time between knots.
 """
 
 from __future__ import annotations
@@ -212,10 +211,6 @@ class TimedGait:
         """Return the largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return self.peaks(2)
 
-    def peak_jerks(self) -> FloatArray:
-        """Return the largest |d³αᵢ/dt³| where it exists, as :meth:`peaks` does [rad/s³]."""
-        return self.peaks(3)
-
     def check(
         self,
         *,
@@ -326,13 +321,7 @@ def parametrize(
     samples
         Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
     rate
-        Samples per second [Hz], instead of `samples`. If T·rate is not whole, the next larger count is taken, so
-        that the table closes.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed, or both `samples` and `rate` are given.
+        Samples per second [Hz], instead of `samples`; the count is rounded up, so that the table closes.
 
     Notes
     -----
@@ -451,7 +440,6 @@ def export(
         As for :func:`gaitgraph.io.formats.write_tables`, which says what is raised.
     progress
         Called with the fraction of the work that is done.
-
     """
     paths = list(outputs)
     formats = [known_format(path, "output") for path in paths]

@@ -10,7 +10,7 @@ Timing comes after this package in the import order. A timed gait is therefore k
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,34 +18,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import distance_to_multiple
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ACCELERATIONS, CLOSED_GAP, RATES, Table, closing_time, setting_of, tilt_angles
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    Kind,
-    coefficients_of,
-    level_determinant,
-    level_determinant_resolution,
-)
-from gaitgraph.invertibility.segment_bounds import least_level_determinant
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.loop_colorings import ColoringCount, Colorings, color_choices, colorings, colorings_counted
-from gaitgraph.surface.sheets import (
-    DEFAULT_TOLERANCE,
-    HOVER_LABEL,
-    SIGNS,
-    families_along,
-    family_codes,
-    family_of,
-    red_label,
-    types_contradict,
-)
-from gaitgraph.validation.report import RATE_UNITS, Check, Place, Report, limit_check
-from gaitgraph.validation.rules import Continuous, Segments, Setting, all_rules, segments_of
+from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
+from gaitgraph.validation.physics import all_rules
+from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
+from gaitgraph.validation.rules import Peak, Segments, Setting, segments_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,71 +44,11 @@ MOST_LISTED_ROWS = 10_000
 """Up to this many rows a table's colourings are listed; longer ones are counted."""
 
 
-class _Reach:
-    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
-
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        self.vehicle, self.continuous = setting.vehicle, continuous
-        self.exact = coefficients_of(setting.vehicle, "exact")
-        self.slack = setting.level_slack(self.exact)
-        self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
-        self.confined = True  # whether points of fibres are within ±π/2
-
-    def update(self, run: Segments) -> None:
-        """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
-        if not self.positive:
-            return
-        alpha = run.alpha
-        value = np.asarray(level_determinant(alpha, self.exact))
-        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        floor, ends = max(resolution, self.slack) * (1 + 1e-9), (value[:-1], value[1:])
-        least = least_level_determinant(
-            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
-        )
-        lower = float(least.lower.min())
-        self.positive = lower > resolution and not self.continuous.blue
-        self.decided &= lower > self.slack
-        fibered = run.sheet > 1
-        if fibered.any():
-            self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + 1e-9).all())
-            alpha = alpha[~fibered]
-            if not len(alpha):
-                return
-        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
-        opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
-        self.opposite = max(self.opposite, float(opposite.max()))
-        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
-
-    def answer(self) -> tuple[bool | None, str]:
-        """Return yes, no or unknown, and a sentence."""
-        limit = 2 * self.vehicle.signed_drag_ratio
-        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
-        enters = "the component of α = 0, which ordinary hover can enter and leave"
-        if not self.positive:
-            return False, (
-                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
-                f"in {home}, or start the flight in the gait"
-            )
-        if self.off_red > DEFAULT_TOLERANCE:
-            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
-        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
-        if not self.home or self.opposite > DEFAULT_TOLERANCE:
-            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
-        if not self.decided:
-            return None, "too near R = 0 to be decided beside chords of this size"
-        if self.continuous.fiber is None:
-            return True, f"in {enters}"
-        if self.confined:
-            return True, f"on a fibre that meets {enters}"
-        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
-
-
 class _Checker:
     """Applies all rules to the segments of a gait, in order, and returns the report."""
 
     def __init__(self, setting: Setting) -> None:
-        self.rules, continuous = all_rules(setting)
-        self.reach = _Reach(setting, continuous)
+        self.rules, self.reach = all_rules(setting)
 
     def update(self, run: Segments) -> None:
         """Examine the next run of segments, in blocks so that memory stays bounded."""
@@ -155,8 +79,7 @@ def check_gait(
     Parameters
     ----------
     gait
-        The gait; limits of its vehicle are checked where the vehicle states them. Rates need timing: see
-        :meth:`gaitgraph.timing.timed_gait.TimedGait.check`.
+        The gait; limits of its vehicle are checked where the vehicle states them, but for rates, which need timing.
     tolerance
         Largest |Rφ| and |Rθ| that count as on the surface, dimensionless; and how far from the sheet of its color
         a corner may lie [rad].
@@ -296,8 +219,7 @@ class _TableChecker:
     """Judges a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
     def __init__(self, setting: Setting) -> None:
-        self.setting = setting
-        self.checker = _Checker(setting)
+        self.setting, self.checker = setting, _Checker(setting)
         self.rates = _RowRates()
         self.chains = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -316,7 +238,8 @@ class _TableChecker:
         else:  # the color of the sheet or fibre on which a row lies
             known = 0 if before is None else int(before.sheet[-1])
             sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=known)
-        fresh = Segments(alpha=alpha, sheet=sheet, first=self.rows, t=piece.columns.get("t"))
+        number = self.rows + 1 + np.arange(len(alpha))
+        fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
         rows = fresh if before is None else before.joined(fresh)
         run = fresh if before is None else before[-1:].joined(fresh)
         if len(run.alpha) > 1:
@@ -346,7 +269,7 @@ class _TableChecker:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["types"] = (
-                    f"row {fresh.number(k)} states the types {piece['types'][k]}, but it is "
+                    f"row {fresh.number[k]} states the types {piece['types'][k]}, but it is "
                     f"{family_of(fresh.sheet[k])}; stated types are not used"
                 )
         if "R" in piece and "R" not in self.notes:
@@ -355,7 +278,7 @@ class _TableChecker:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["R"] = (
-                    f"row {fresh.number(k)} states R = {piece['R'][k]:.4g}, computed is {computed[k]:.4g} "
+                    f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, computed is {computed[k]:.4g} "
                     f"({self.setting.coefficients.kind} coefficients); stated values are not used"
                 )
 
@@ -369,21 +292,18 @@ class _TableChecker:
         # A measured loop comes back to within its noise: a segment of that length, and no step in time.
         near = repeated or (self.rows > 1 and gap <= self.setting.tolerance and gap < self.longest / 4)
         if not repeated:
-            closing = replace(last.joined(first), first=self.rows - 1, after=0)
+            closing = last.joined(first)
             if first.t is not None and last.t is not None:
                 # The closing segment takes one mean step of time.
                 start, end = float(first.t[0]), float(last.t[0])
-                closing = replace(closing, t=np.array([end, closing_time(start, end, self.rows)]), after_t=start)
+                closing = replace(closing, t=np.array([end, closing_time(start, end, self.rows)]), first_t=start)
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])
-        if repeated:
-            message = "the last row is the first again"
+        message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
+        if near:
+            message = "the last row is the first again" + ("" if repeated else f", to within {gap:.2g} rad")
         elif self.rows == 1:
             message = "a single row is a gait that is a point"
-        elif near:
-            message = f"the last row is the first again, to within {gap:.2g} rad"
-        else:
-            message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if not repeated and gap > 3 * self.longest and self.rows > 2:
             self.notes["closed"] = (
                 f"the segment from row {self.rows} back to row 1 is {gap:.4g} rad, the longest step between rows only "
@@ -396,20 +316,19 @@ class _TableChecker:
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, self.setting.vehicle, closed=near))
             self.notes |= self.rates.notes
-        return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=self._listing())
-
-    def _listing(self) -> Colorings:
         if self.rows > MOST_LISTED_ROWS:
-            return colorings_counted(self.chains)
-        setting, plane = self.setting, np.concatenate(self.plane)
-        return colorings(plane, coefficients=setting.coefficients, crossing_tolerance=setting.crossing_tolerance)
+            listing = colorings_counted(self.chains)
+        else:
+            of, crossing = self.setting.coefficients, self.setting.crossing_tolerance
+            listing = colorings(np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing)
+        return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=listing)
 
 
 class _RowRates:
     """Rates, accelerations and jerks that a motion through rows with times must reach, or that the table states."""
 
     def __init__(self) -> None:
-        self.peaks = (_Peak(), _Peak(), _Peak())  # of rate, acceleration and jerk
+        self.peaks = (Peak(), Peak(), Peak())  # of rate, acceleration and jerk
         self.notes: dict[str, str] = {}
         self.moved, self.off = 0.0, 0.0
         self.stated = np.zeros((0, 4))  # the last row's rates
@@ -417,7 +336,7 @@ class _RowRates:
     def update(self, rows: Segments, fresh: Segments, piece: Table) -> None:
         """Examine fresh rows, and up to three before them, and the rates and accelerations that they state."""
         self._differences(rows)
-        for names, peak in ((RATES, self.peaks[0]), (ACCELERATIONS, self.peaks[1])):
+        for names, peak in zip((RATES, ACCELERATIONS), self.peaks, strict=False):
             if all(name in piece for name in names):
                 peak.update(np.column_stack([piece[name] for name in names]), fresh)
         if all(name in piece for name in RATES) and rows.t is not None:
@@ -445,10 +364,10 @@ class _RowRates:
         period = float(tail.t[-1] - head.t[0])
         if len(tail.alpha) > 1:
             # Across the seam: from the last rows to the first ones, a period later.
-            count = tail.first + len(tail.alpha)
-            onward = head[1:] if closed else head
+            onward, count = head[1:] if closed else head, tail.number[-1]
             later = period if closed else period + period / (count - 1)
-            self._differences(tail.joined(replace(onward, first=count, t=head.t[-len(onward.alpha) :] + later)))
+            number = count + 1 + np.arange(len(onward.alpha))
+            self._differences(tail.joined(replace(onward, number=number, t=head.t[-len(number) :] + later)))
         if self.off > 0.5 * self.moved > 0:
             self.notes["rates"] = (
                 "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
@@ -460,24 +379,7 @@ class _RowRates:
             if order > 1 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
-            where = None if peak.place is None else peak.place.as_mapping("row")
-            advice = "" if peak.place is None else f"at {peak.place.described('row')}"
-            advice += f"; run over at least {needed:.4g} s instead of {period:.4g} s it would do"
+            where, at = (peak.place.as_mapping("row"), peak.place.described("row")) if peak.place else (None, "")
+            advice = f"at {at}; run over at least {needed:.4g} s instead of {period:.4g} s it would do"
             out.append(limit_check(f"tilt_{kind}", unit, peak.value, peak.joint, limit, where, advice))
         return out
-
-
-@dataclass
-class _Peak:
-    """The largest size of a derivative of the four tilt angles, and where."""
-
-    value: float = 0.0
-    joint: int = 1
-    place: Place | None = None
-
-    def update(self, values: FloatArray, rows: Segments) -> None:
-        """Examine values of shape (k, 4) that belong to the first k rows."""
-        size = np.abs(values)
-        k, joint = divmod(int(np.argmax(size)), 4)
-        if size[k, joint] > self.value or self.place is None:
-            self.value, self.joint, self.place = float(size[k, joint]), joint + 1, rows.place(k)

@@ -2,17 +2,15 @@
 
 A path is made of polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
 parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``. A timing law maps time to the
-path's parameter s. Its second derivative is continuous and linear between knots, so that
-s(t) is a cubic there. Put into the path's own polynomials it gives polynomials of time, whose Bernstein coefficients
-bound every derivative on a whole interval: what is said about a law holds between samples, not only at them.
+path's parameter s. Its second derivative is continuous and linear between knots, so that s(t) is a cubic there. Put
+into the path's polynomials it gives polynomials of time, whose Bernstein coefficients bound their derivatives.
 
 The fastest speed along a closed curve: with b = ṡ², rates and accelerations q″b + q′s̈ are linear in b and s̈. For a
 constant s̈ on every interval of a grid they are linear in the values of b at its two ends. Each row bounds the later
-value from above by an increasing function of the earlier one (how much the motion can speed up), or the earlier by the
-later (how much it must have slowed down), or both at once. Such a set is closed under taking the larger of two
-solutions point by point, so there is a largest solution; it is the fastest at every point, and one pass forwards and
-one backwards from the narrowest point find it, as in the plane-sweep proofs of Consolini et al. (Optimal
-time-complexity speed planning for robot manipulators, 2019).
+value by an increasing function of the earlier one (speeding up), the earlier by the later (slowing down), or both. Such
+a set is closed under taking the larger of two solutions point by point, so there is a largest solution; it is the
+fastest at every point, and one pass forwards and one backwards from the narrowest point find it, as in Consolini et al.
+(Optimal time-complexity speed planning for robot manipulators, 2019).
 
 For s̈ linear between nodes the jerk is √b·(q‴b + 3q″s̈ + q′·ds̈/ds), and its limit J reads |q‴b + 3q″s̈ + q′·ds̈/ds| ≤
 J/√b. The right side is convex in b and lies above its tangents: with a tangent in its place the constraint is linear
@@ -46,12 +44,9 @@ _BRIEF = 1e-6
 _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 _CAP = 1e30
-_PASSES = 100
-_PROGRAMMES = 10
-# Where the time 1/√b is replaced by tangents, as multiples of the solution before.
-_TANGENTS = (0.5, 1.0, 1.6)
-# Within what factors of the solution before b is looked for.
-_LEAST, _MOST = 1e-2, 1e3
+_PASSES, _PROGRAMMES = 100, 10
+_TANGENTS = (0.5, 1.0, 1.6)  # where the time 1/√b is replaced by tangents, as multiples of the solution before
+_LEAST, _MOST = 1e-2, 1e3  # within what factors of the solution before b is looked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,19 +74,14 @@ def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
 def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
     """Return the coefficients of a derivative of polynomial pieces."""
     for _ in range(order):
-        degree = len(pieces) - 1
-        if degree == 0:
-            return np.zeros_like(pieces)
-        pieces = pieces[:-1] * np.arange(degree, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
+        power = np.arange(len(pieces) - 1, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
+        pieces = pieces[:-1] * power if len(pieces) > 1 else np.zeros_like(pieces)
     return pieces
 
 
 def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
     """Return polynomials at local parameters: coefficients (degree + 1, ..., d), parameters (...), out (..., d)."""
-    out = np.broadcast_to(pieces[0], (*local.shape, pieces.shape[-1])).copy()
-    for coefficient in pieces[1:]:
-        out = out * local[..., None] + coefficient
-    return np.asarray(out)
+    return np.asarray(np.polyval(pieces, local[..., None]))
 
 
 def located(breaks: FloatArray, at: npt.ArrayLike) -> tuple[npt.NDArray[np.intp], FloatArray]:
@@ -146,19 +136,19 @@ def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float
     """Return the mean of s over times from −half to half, by Simpson's rule, exact for piecewise quadratics."""
     period, span = float(t[-1]), float(s[-1])
     # By symmetry s(−u) = s(T − u) − span: on both sides the edges are those of either.
-    inner, outer = t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]
-    edges = np.unique(np.concatenate([[0.0], inner, outer, [half]]))
+    edges = np.unique(
+        np.concatenate([[0.0, half], t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]])
+    )
 
     def position(time: FloatArray) -> FloatArray:
         piece, local = located(t, time)
         rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
         return np.asarray(s[piece] + speed[piece] * local + rise * local**2 / 2 + span * np.floor(time / period))
 
-    low, high = edges[:-1], edges[1:]
     total = 0.0
-    for sign in (1.0, -1.0):
-        ends = position(sign * low) + position(sign * high)
-        total += float(((high - low) * (ends + 4 * position(sign * (low + high) / 2)) / 6).sum())
+    for low, high in ((edges[:-1], edges[1:]), (-edges[:-1], -edges[1:])):
+        mean = (position(low) + position(high) + 4 * position((low + high) / 2)) / 6
+        total += float((np.abs(high - low) * mean).sum())
     return total / (2 * half)
 
 
@@ -240,10 +230,9 @@ def peaks_of(widths: FloatArray, tilts: FloatArray, order: int) -> FloatArray:
 def phases(distance: float, rate: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
     """Return the phases of the fastest motion over a distance from rest to rest: duration, s̈ at its start and its end.
 
-    The fastest motion has seven phases at most: the acceleration rises to its limit at the limit of jerk, stays, falls
-    to zero, the speed stays, and the same the other way round. The limits are positive; the rate may be infinite, and
-    so may the acceleration if the jerk is not. An infinite jerk is replaced by one that lets the acceleration rise in
-    a thousandth of the time.
+    There are seven at most: the acceleration rises to its limit at the limit of jerk, stays, falls to zero, the speed
+    stays, and the same the other way round. The limits are positive; the rate may be infinite, and so may the
+    acceleration or the jerk. An infinite jerk becomes one that lets the acceleration rise in a thousandth of the time.
 
     >>> [round(sum(phase[0] for phase in phases(1.0, *limits)), 6) for limits in ((9, 99, 32.0), (1, 2, 4))]
     [1.0, 2.0]
@@ -275,9 +264,8 @@ def rest_to_rest(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the law of a closed polyline that rests at every corner, as intervals of time and (α1, α2) on them.
 
-    A path with a sharp corner has no smooth law that does not stop there. The corners have shape (n, 2), no two
-    neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite where there is none. What is returned is
-    as in :func:`tilts_over_time`.
+    The corners have shape (n, 2), no two neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite
+    where there is none. What is returned is as in :func:`tilts_over_time`.
     """
     step = np.roll(plane, -1, axis=0) - plane
     lengths = np.linalg.norm(step, axis=1)
@@ -417,23 +405,21 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
             speeds.append(v)
         return speeds, times
 
-    first = run(0.0)
-    if first is None:
+    found = run(0.0)
+    if found is None:
         return None
     # What is left over at the end, as half a squared speed, goes down by the constant times the span.
-    constants, left = [0.0, (first[0][-1] ** 2 - speed**2) / (2 * float(s[-1]))], [first[0][-1] - speed]
+    before, constant, left = 0.0, (found[0][-1] ** 2 - speed**2) / (2 * float(s[-1])), found[0][-1] - speed
     for _ in range(_SECANTS):
-        found = run(constants[-1])
+        found = run(constant)
         if found is None:
             return None
-        left.append(found[0][-1] - speed)
-        if abs(left[-1]) <= 1e-14 * speed or left[-1] == left[-2]:
-            break
-        constants.append(constants[-1] - left[-1] * (constants[-1] - constants[-2]) / (left[-1] - left[-2]))
-    else:
-        return None
-    t = np.concatenate([[0.0], np.cumsum(found[1])])
-    return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constants[-1])
+        more, left = left, found[0][-1] - speed
+        if abs(left) <= 1e-14 * speed or left == more:
+            t = np.concatenate([[0.0], np.cumsum(found[1])])
+            return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constant)
+        before, constant = constant, constant - left * (constant - before) / (left - more)
+    return None
 
 
 def laws_under_jerk(
@@ -446,12 +432,10 @@ def laws_under_jerk(
 ) -> Iterator[TimingLaw]:
     """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
 
-    The nodes `s`, shape (n + 1,), are those of :func:`nodes_along`; `start` is ṡ² of some slower law there, shape
-    (n,). The limits are rate, acceleration and jerk at the nodes, shape (3, n, 2); a rate may be infinite, and they
-    may be changed in place between one law and the next.
+    `start` is ṡ² of some slower law at the nodes `s` of :func:`nodes_along`, shapes (n,) and (n + 1,). The limits are
+    rate, acceleration and jerk at the nodes, shape (3, n, 2); they may be changed in place between two laws.
 
-    The laws are cubics of time between nodes, where limits may be exceeded a little: judge them. Nothing is yielded any
-    more once a programme has no solution.
+    Between nodes they may exceed limits a little. Nothing is yielded any more once a programme has no solution.
     """
     from scipy import sparse
     from scipy.optimize import linprog

@@ -1,0 +1,344 @@
+"""The rules that rest on physics: the sign of R, invertibility, hover thrusts, tilts, and what hover can reach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.angles import distance_to_multiple
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    hover_thrust_shares,
+    level_determinant,
+    level_determinant_resolution,
+    level_determinant_slopes,
+)
+from gaitgraph.invertibility.segment_bounds import (
+    Least,
+    keeps_singular_value_above,
+    least_level_determinant,
+    least_singular_value_of_all,
+    range_of_level_determinant,
+    thrust_shares_along,
+    thrusts_push_up,
+    where_thrusts_vanish,
+)
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
+from gaitgraph.validation.rules import EXACT, Continuous, OnSurface, Peak, Rule, Segments, Setting, TwoColor, Worst
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gaitgraph.validation.report import Check, Place
+
+
+@dataclass
+class _LevelSign(Rule):
+    """Proposition 1: R has one sign, judged against what the digits of coefficients and angles carry."""
+
+    name = "R_sign"
+    continuous: Continuous
+    # Which sign R has is known at the end: that of the largest |R| at a point.
+    worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
+    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
+    largest: float = 0.0
+    digits: float = 0.0
+    slope: float = 0.0
+
+    def update(self, run: Segments) -> None:
+        """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
+        coefficients, alpha = self.setting.coefficients, run.alpha
+        value = np.asarray(level_determinant(alpha, coefficients))
+        peak = float(value[np.argmax(np.abs(value))])
+        self.largest = peak if abs(peak) > abs(self.largest) else self.largest
+        digits = np.asarray(level_determinant_resolution(alpha, coefficients))
+        slope = level_determinant_slopes(alpha, coefficients).sum(axis=1)
+        self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
+        carried = self._carried(digits, slope, self.continuous.roundings)
+        for sign in self.found:
+            self.found[sign] |= bool((sign * value > carried).any())
+        resolution = self._resolution()
+        known = (self.worst[1.0].upper, self.worst[-1.0].upper)
+        both = range_of_level_determinant(
+            run.starts, run.ends, coefficients, known=known, at_ends=(value[:-1], value[1:])
+        )
+        for (sign, worst), found in zip(self.worst.items(), both, strict=True):
+            if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
+                # Narrow the brackets that straddle the resolution until the comparison with it is settled.
+                near, floor = found.lower <= resolution, resolution * (1 + 1e-9)
+                narrow = least_level_determinant(
+                    run.starts[near], run.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+                )
+                lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
+                lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
+                found = Least(lower=lower, upper=upper, fraction=fraction)  # noqa: PLW2901
+            worst.update(found, run)
+
+    def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
+        """Return how large |R| must be for its sign to mean something, to second order in the rounding of angles."""
+        coefficients, known = self.setting.coefficients, self.setting.angle_rounding
+        rounding = np.maximum(inferred, self.setting.digits) if known is None else known
+        derived = coefficients.sheet_rounding
+        second = 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
+        return digits + slope * rounding + second
+
+    def _resolution(self) -> float:
+        return float(self._carried(self.digits, self.slope, self.continuous.rounding))
+
+    def checks(self) -> Iterator[Check]:
+        sign = 1.0 if self.largest >= 0 else -1.0
+        worst, resolution, kind = self.worst[sign], self._resolution(), self.setting.coefficients.kind
+        lower = worst.lower - self.setting.level_slack(self.setting.coefficients)
+        ok, decided = True, True
+        if self.continuous.blue and kind == "exact":
+            ok = False
+            message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
+        elif lower > resolution:
+            relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
+            message = f"{relation} along the whole gait ({kind} coefficients)"
+        elif worst.upper < -resolution or all(self.found.values()):
+            ok = False
+            message = (
+                f"R changes its sign at {self.described(worst.place)} ({kind} coefficients): keep the loop in one "
+                "region of R"
+            )
+        else:
+            decided = False
+            message = (
+                f"sign of R undecided: |R| falls to {abs(worst.upper):.2g}, within the {resolution:.2g} that the "
+                f"{kind} coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
+            )
+            if worst.lower > resolution:
+                message = (
+                    f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
+                )
+        value = sign * (lower if self.setting.beside else worst.upper)
+        yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
+
+
+@dataclass
+class _SingularValue(Rule):
+    """The decoupling matrix of the exact physics is well invertible, level."""
+
+    name = "least_singular_value"
+    kind = "flyable"
+    continuous: Continuous
+    worst: Worst = field(default_factory=Worst)
+    above: bool = True
+
+    def update(self, run: Segments) -> None:
+        """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
+        setting, floor = self.setting, self.setting.floor + self.setting.singular_value_slack
+        found = least_singular_value_of_all(
+            run.starts, run.ends, setting.vehicle, tolerance=setting.bracket, known=self.worst.upper
+        )
+        self.worst.update(found, run)
+        close = found.lower < floor
+        if self.above and close.any():
+            self.above = self.worst.upper >= floor and bool(
+                keeps_singular_value_above(run.starts[close], run.ends[close], floor, setting.vehicle).all()
+            )
+
+    def checks(self) -> Iterator[Check]:
+        floor, place, lower = self.setting.floor, self.worst.place, self.worst.lower - self.setting.singular_value_slack
+        value = lower if self.setting.beside else self.worst.upper
+        message = f"least singular value {value:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
+        if not self.above:
+            message = (
+                f"the decoupling matrix is nearly singular: least singular value {value:.2g}, floor {floor:g}, at "
+                f"{self.described(place)}"
+            )
+            if self.continuous.blue:
+                message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
+        yield self.check(self.above, message, value=value, limit=floor, place=place)
+
+
+@dataclass
+class _HoverThrust(Rule):
+    """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
+
+    name = "hover_thrust"
+    kind = "flyable"
+    continuous: Continuous
+    least: Worst = field(default_factory=Worst)
+    largest: Worst = field(default_factory=Worst)
+    level: float = math.inf  # the least |R| of a curve's chords, exact coefficients
+    broken: tuple[float | None, int, Place] | None = None
+
+    def update(self, run: Segments) -> None:
+        """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
+        if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
+            return
+        setting, vehicle, known = self.setting, self.setting.vehicle, (self.least.upper, self.largest.upper)
+        upward, least, largest = thrust_shares_along(
+            run.starts, run.ends, vehicle, tolerance=setting.bracket, known=known
+        )
+        if upward.all():
+            self.least.update(least, run)
+            self.largest.update(largest, run)
+            if setting.beside:
+                exact = coefficients_of(vehicle, "exact")
+                sign = 1.0 if level_determinant(run.alpha[0], exact) > 0 else -1.0
+                level = least_level_determinant(run.starts, run.ends, exact, sign=sign).lower.min()
+                self.level = min(self.level, float(level))
+            return
+        segment = int(np.argmin(upward))
+        shares = hover_thrust_shares(run.alpha[segment : segment + 2], vehicle)
+        worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
+        if shares[worst].min() > 0:
+            # Both ends are fine: something vanishes between them.
+            fraction = where_thrusts_vanish(run.starts[segment], run.ends[segment], vehicle)
+            self.broken = (None, run.number[segment], run.place(segment, fraction))
+        else:
+            self.broken = (float(shares[worst].min()), run.number[segment], run.place(segment + worst))
+
+    def _shares(self) -> tuple[float, float]:
+        """Return the least and the largest share of m·g; of a curve bounds of them, and 0 where a rotor may idle.
+
+        On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
+        curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
+        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
+        """
+        setting, vehicle, beside = self.setting, self.setting.vehicle, self.setting.beside
+        if setting.extremes is None:
+            return self.least.upper, -self.largest.lower
+        kappa, box = vehicle.drag_ratio, setting.extremes
+        level = self.level - setting.level_slack(coefficients_of(vehicle, "exact"))
+        weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
+        steep = 2.0 * math.sqrt(2.0) * beside / weight if weight > 0 else math.inf
+        if steep >= 0.5 or not thrusts_push_up(box[:1], box[1:], vehicle).all():
+            return 0.0, math.inf
+        high = (-self.largest.lower + beside / (2.0 * weight)) / (1.0 - steep)
+        return self.least.lower - beside / (2.0 * weight) - steep * high, high
+
+    def checks(self) -> Iterator[Check]:
+        noun, refusal, value, place = self.setting.noun, "", None, None
+        if self.continuous.blue:
+            # Floating point would give some ratio of two vanishing quantities.
+            refusal = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
+        elif self.continuous.fiber is not None:
+            code, number, place = self.continuous.fiber
+            which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+            value = 0.0
+            refusal = (
+                f"{noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that push one "
+                "way only cannot make a torque there; leave it for the red sheet, off its line"
+            )
+        elif self.broken is not None:
+            value, number, place = self.broken
+            vanishing = "" if value is not None else f", where they vanish on the way, at {self.described(place)}"
+            refusal = (
+                f"a rotor pair would have to idle or push down to hover on the segment after {noun} {number}"
+                f"{vanishing}: stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
+            )
+        else:
+            (low, peak), place = self._shares(), self.least.place
+            if low <= 0:
+                refusal = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
+        if refusal:
+            yield self.check(False, refusal, value=value, limit=0.0, place=place)
+            return
+        message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
+        yield self.check(True, message, value=low, limit=0.0, place=place)
+        limit = self.setting.vehicle.max_thrust
+        if limit is not None:
+            mass, gravity = self.setting.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+            newtons, at = peak * mass * gravity, self.largest.place
+            ok = newtons <= limit
+            message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
+            message += "" if ok else f", exceeded at {self.described(at)}: tilt less there"
+            yield self.check(ok, message, value=newtons, limit=limit, place=at, name="thrust_limit")
+
+
+@dataclass
+class _TiltRange(Rule):
+    """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
+
+    name = "tilt_range"
+    kind = "flyable"
+    peak: Peak = field(default_factory=Peak)
+
+    def update(self, run: Segments) -> None:
+        self.peak.update(run.alpha, run)
+
+    def checks(self) -> Iterator[Check]:
+        limit, extremes = self.setting.vehicle.max_tilt, self.setting.extremes
+        if limit is None:
+            return
+        value = self.peak.value if extremes is None else float(np.abs(extremes).max())
+        ok = value <= limit + EXACT
+        message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
+        if not ok:
+            at = f"exceeded by α{self.peak.joint} at {self.described(self.peak.place)}"
+            message += f", {at}: move the waypoints nearer to 0"
+        yield self.check(ok, message, value=value, limit=limit, place=self.peak.place)
+
+
+def all_rules(setting: Setting) -> tuple[list[Rule], Reach]:
+    """Return the rules in the order of the report, and what decides whether hover can reach the gait."""
+    continuous = Continuous(setting)
+    flyable = [rule(setting, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
+    rules: list[Rule] = [OnSurface(setting), TwoColor(setting), continuous, *flyable, _TiltRange(setting)]
+    return rules, Reach(setting, continuous)
+
+
+class Reach:
+    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
+
+    def __init__(self, setting: Setting, continuous: Continuous) -> None:
+        self.vehicle, self.continuous = setting.vehicle, continuous
+        self.exact = coefficients_of(setting.vehicle, "exact")
+        self.slack = setting.level_slack(self.exact)
+        self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
+        self.confined = True  # whether points of fibres are within ±π/2
+
+    def update(self, run: Segments) -> None:
+        """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
+        if not self.positive:
+            return
+        alpha = run.alpha
+        value = np.asarray(level_determinant(alpha, self.exact))
+        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
+        floor, ends = max(resolution, self.slack) * (1 + 1e-9), (value[:-1], value[1:])
+        least = least_level_determinant(
+            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
+        )
+        lower = float(least.lower.min())
+        self.positive = lower > resolution and not self.continuous.blue
+        self.decided &= lower > self.slack
+        fibered = run.sheet > 1
+        if fibered.any():
+            self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + 1e-9).all())
+            alpha = alpha[~fibered]
+            if not len(alpha):
+                return
+        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
+        opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
+        self.opposite = max(self.opposite, float(opposite.max()))
+        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
+
+    def answer(self) -> tuple[bool | None, str]:
+        """Return yes, no or unknown, and a sentence."""
+        limit = 2 * self.vehicle.signed_drag_ratio
+        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+        enters = "the component of α = 0, which ordinary hover can enter and leave"
+        if not self.positive:
+            return False, (
+                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
+                f"in {home}, or start the flight in the gait"
+            )
+        if self.off_red > DEFAULT_TOLERANCE:
+            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+        # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
+        if not self.home or self.opposite > DEFAULT_TOLERANCE:
+            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+        if not self.decided:
+            return None, "too near R = 0 to be decided beside chords of this size"
+        if self.continuous.fiber is None:
+            return True, f"in {enters}"
+        if self.confined:
+            return True, f"on a fibre that meets {enters}"
+        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
