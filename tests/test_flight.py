@@ -417,6 +417,13 @@ class TestSettings:
         assert str(caught.value).startswith(name)
         assert "\n" not in str(caught.value)
 
+    def test_the_ends_of_a_range_are_allowed_and_defaults_are_those_of_the_help(self) -> None:
+        assert not FlightSettings(tolerance=10.0, floor=0.0, gust=100.0).is_calm
+        with pytest.raises(InputError, match="^gust must be between 0 and 100"):
+            FlightSettings(gust=100.01)
+        usual = FlightSettings()
+        assert (usual.size, usual.lap, usual.position_stiffness, usual.position_damping) == (1.0, 6.0, 2.25, 3.0)
+
     def test_a_mistyped_name_is_answered_with_the_one_that_was_meant(self) -> None:
         with pytest.raises(InputError, match="^flight has no field 'atitude_noise'; did you mean 'attitude_noise'"):
             settings_from_mapping({"atitude_noise": 0.1})
