@@ -283,7 +283,7 @@ def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
         first = job.stdout.readline()
         job.send_signal(signal.SIGINT)
         rest, error = job.communicate()
-    assert (job.returncode, error.strip()) == (130, "gaitgraph: interrupted")
+    assert (job.returncode, error) == (130, "gaitgraph: interrupted\n")
     for line in [first, *rest.splitlines()]:
         assert json.loads(line)["valid"]
 

@@ -517,7 +517,7 @@ class TestCommand:
             finally:
                 process.kill()
         assert process.returncode == 130
-        assert (out, err.strip()) == ("", "gaitgraph: interrupted")
+        assert (out, err) == ("", "gaitgraph: interrupted\n")
 
     def test_a_port_that_is_taken(self, run: Any) -> None:
         with socket.socket() as taken:

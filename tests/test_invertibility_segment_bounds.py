@@ -206,7 +206,7 @@ def test_work_ends_even_where_the_tolerance_is_finer_than_floats() -> None:
     ends = np.full((1, 4), -1.0), np.full((1, 4), 1.0)
     found = least_along(
         *ends,
-        lambda alpha: np.linalg.norm(alpha, axis=-1),  # type: ignore[arg-type, return-value]
+        lambda alpha: np.linalg.norm(alpha, axis=-1),
         lambda f0, f1, p0, p1: (f0 + f1 - np.linalg.norm(p1 - p0, axis=-1)) / 2,
         tolerance=0.0,
     )
