@@ -119,8 +119,8 @@ def test_no_imports_go_in_a_circle() -> None:
 def test_the_package_does_not_grow() -> None:
     """The aim is 24,000 lines in 100 files; until it is met no change may go the other way."""
     files = list(PACKAGE.rglob("*.py"))
-    assert len(files) <= 111
-    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files) <= 29_200
+    assert len(files) <= 104
+    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files) <= 25_000
 
 
 def test_at_most_forty_public_names() -> None:

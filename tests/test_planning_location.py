@@ -78,7 +78,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     ("arguments", "message"),
     [
         ([], "waypoints: none given"),
-        (["--waypoint", "0,0", "--use", "any"], "'any' is not one of 'flyable', 'valid'"),
+        (["--waypoint", "0,0", "--use", "any"], "--use must be one of flyable, valid, got 'any'"),
     ],
 )
 def test_wrong_input_is_one_line(run: Any, arguments: list[str], message: str) -> None:

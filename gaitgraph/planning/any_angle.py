@@ -19,16 +19,23 @@ import numpy as np
 
 from gaitgraph.errors import checked_choice
 from gaitgraph.gait.gait import lift
-from gaitgraph.graph.build import edge_quantities
 from gaitgraph.graph.walks import notes_on_order, order_by_lengths, quanta_of
-from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red, level_determinant
-from gaitgraph.invertibility.segment_bounds import least_singular_value_along
+from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red, level_determinant, noise_of
+from gaitgraph.invertibility.segment_bounds import (
+    keeps_singular_value_above,
+    least_level_determinant,
+    least_singular_value_along,
+    thrust_shares_along,
+)
 from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign
+from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
+from gaitgraph.validation.rules import jumps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    import numpy.typing as npt
 
     from gaitgraph.planning.request import PlanRequest, Point
     from gaitgraph.surface.region import Region
@@ -172,12 +179,18 @@ def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
 
 def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
     """Return whether the straight loop may be used along its whole length, and with `robust` whether none is better."""
-    request = case.request
-    gait = lift(request.waypoints, case.color, vehicle=request.vehicle, coefficients=case.coefficients)
-    starts, ends, numbers = gait.alpha, gait.ends, np.arange(len(gait.alpha))
-    red, edges = np.full(len(numbers), case.color == "red"), np.column_stack([numbers, np.roll(numbers, -1)])
-    found = edge_quantities(starts, red, edges, case.wanted, request.vehicle, case.coefficients, request.floor)
-    if not (found["flyable"] if use == "flyable" else found["continuous"] & found["keeps_sign"]).all():
+    request, coefficients = case.request, case.coefficients
+    if use == "flyable":
+        starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
+        ends = np.roll(starts, -1, axis=0)
+        holds = _straight_loop_flies(starts, ends, case.wanted, request)
+    else:
+        gait = lift(request.waypoints, case.color, vehicle=request.vehicle, coefficients=coefficients)
+        starts, ends = gait.alpha, gait.ends
+        red, noise = np.full(len(starts), case.color == "red"), noise_of(coefficients)
+        least = least_level_determinant(starts, ends, coefficients, sign=case.wanted, tolerance=0.0, floor=noise)
+        holds = bool(least.lower.min() >= noise) and not jumps(starts, ends, red, red, coefficients).any()
+    if not holds:
         return False
     if request.zones is not None and not request.zones.allow_segments(starts[:, :2], ends[:, :2]).all():
         return False
@@ -187,6 +200,28 @@ def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
     along = least_singular_value_along(starts, ends, request.vehicle, tolerance=1e-7)
     at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], request.vehicle)
     return bool(along.lower.min() >= at_waypoints.min() - 1e-6)
+
+
+def _straight_loop_flies(
+    starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64], wanted: float, request: PlanRequest
+) -> bool:
+    """Return whether straight segments on red that form a closed chain are flyable, sign of R included."""
+    # Where all thrusts push up, the borders of R are straight, so that R keeps its sign between points of one label;
+    # and positive thrusts are a matter of two quarter planes, each convex.
+    vehicle, (a1, a2) = request.vehicle, starts[:, :2].T
+    delta = math.atan(vehicle.signed_drag_ratio)
+    first, second = a1 - delta, a2 + delta
+    up = ((first < 0) & (second > 0)).all() or ((first > 0) & (second < 0)).all()
+    labels = red_label(a1, a2, vehicle)
+    if not up or (labels != labels[0]).any() or labels[0].prod() != wanted:
+        return False
+    if vehicle.max_tilt is not None and np.abs(starts).max() > vehicle.max_tilt:
+        return False
+    if vehicle.thrust_share is not None:
+        _, _, largest = thrust_shares_along(starts, ends, vehicle)
+        if -float(largest.lower.min()) > vehicle.thrust_share:
+            return False
+    return bool(keeps_singular_value_above(starts, ends, request.floor, vehicle).all())
 
 
 class Leg(NamedTuple):

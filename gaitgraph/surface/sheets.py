@@ -31,6 +31,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -263,21 +264,33 @@ def roots(
     # The range of a number is checked below; anything else is a text that means an angle, or refused.
     a1 = number_of(alpha1) if isinstance(alpha1, float) else angle_from_text(alpha1, "alpha1")
     a2 = number_of(alpha2) if isinstance(alpha2, float) else angle_from_text(alpha2, "alpha2")
-    found = root_arrays(a1, a2, coefficients, crossing_tolerance=crossing_tolerance)
-    alpha = found.alpha[: int(found.count)]
+    checked_plane_angles(a1, a2)
+    types = tuple(map(int, types_of("red", a1, a2, coefficients, crossing_tolerance)))
+    found: list[tuple[Color, str, float, float]] = []
+    for color in COLORS:
+        label = text_from_types(types[0] * _CODES[color], types[1] * _CODES[color])
+        third, fourth = (
+            (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (float(angle),)
+            for angle in sheet_angles(color, a1, a2, coefficients)
+        )
+        found += [(color, label, a3, a4) for a3, a4 in product(third, fourth)]
+    alpha = np.array([(a1, a2, a3, a4) for _, _, a3, a4 in found])
     R = level_determinant(alpha, coefficients).tolist()
     # A residual of −0.0 is printed as 0.0.
     R_phi, R_theta = ((residual + 0.0).tolist() for residual in sensitivities(alpha, coefficients))
     answer = RootSet(
         Root(
-            **dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), row, strict=True)),
-            types=text_from_types(*found.types[k]),
-            color="red" if found.sheet[k] > 0 else "blue",
+            alpha1=a1,
+            alpha2=a2,
+            alpha3=a3,
+            alpha4=a4,
+            types=label,
+            color=color,
             R=R[k],
             R_phi=R_phi[k],
             R_theta=R_theta[k],
         )
-        for k, row in enumerate(alpha.tolist())
+        for k, (color, label, a3, a4) in enumerate(found)
     )
     answer.fibers = tuple(
         Fiber(
