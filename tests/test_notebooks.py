@@ -32,7 +32,7 @@ PAGES = {
         "time": "TimedGait, red: T = 1 s, smooth",
     },
     "plan_for_your_vehicle": {
-        "vehicle": "Vehicle mine: κ = 0.08, δ = 0.07983 rad",
+        "vehicle": "Vehicle mine: κ = 0.08",
         "region": "hover thrusts ≤ 0.765 of m·g",
         "plan": "with the given polygons",
         "robust": "flyable yes",
@@ -91,7 +91,7 @@ def test_notebooks_run_and_show_what_they_state(path: Path, kernel: Any) -> None
         assert text in found[cell][0], cell
     for cell, text in PAGES[path.stem].items():
         assert text in found[cell][1], cell
-        assert "<table>" in found[cell][1] or "<pre>" in found[cell][1], cell
+        assert "<table" in found[cell][1] or "<pre" in found[cell][1], cell
     assert {cell for cell, (_, page) in found.items() if page} == set(PAGES[path.stem])
 
 
