@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
-from gaitgraph.errors import GaitgraphError, InputError, checked_choice, did_you_mean, shown
+from gaitgraph.errors import GaitgraphError, InputError, check_fields, checked_choice, shown
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -181,15 +181,9 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
 
 
-def checked_object(content: object, known: Iterable[str]) -> dict[str, Any]:
+def checked_object(content: Any, known: Iterable[str]) -> dict[str, Any]:
     """Return a copy of an object; InputError if it is none, or has a name that is not known."""
-    names = list(known)
-    if not isinstance(content, dict):
-        raise InputError(f"request must be an object with {', '.join(names)}, got {shown(content)}")
-    for name in content:
-        if name not in names:
-            hint = did_you_mean(name, names) or f"; the fields are {', '.join(names)}"
-            raise InputError(f"{shown(name)} is no field of this request{hint}")
+    check_fields("request", content, tuple(known))
     return dict(content)
 
 
