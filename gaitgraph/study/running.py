@@ -267,6 +267,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
                     threads_per_worker=1,
                     memory_limit=0,
                     preload=[_NO_INTERRUPTS],
+                    env={"MUJOCO_GL": "disable"},  # nothing is drawn; else mujoco looks for a display in a new process
                     security=True,
                     silence_logs=logging.CRITICAL + 1,
                     dashboard_address="127.0.0.1:0",
