@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -25,7 +26,8 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.enviro
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the marker known where pytest-cov is not loaded."""
+    """Let interrupts reach tests that a shell started in the background; keep the marker known without pytest-cov."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     told = "no_cover: runs untraced, which is two or three times as fast; other tests reach the same lines"
     config.addinivalue_line("markers", told)
 

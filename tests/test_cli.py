@@ -33,11 +33,6 @@ ESCAPE, ANSI = "\x1b", re.compile(r"\x1b\[\d+m")
 PAGE = Path(__file__).parent.parent / "docs" / "command_line.md"
 
 
-def interruptible() -> None:
-    """Let a process be interrupted even if the tests run in the background, where a shell has that ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def waypoints(gait: PublishedGait) -> list[str]:
     return [part for a, b in gait.waypoints for part in ("--waypoint", f"{a},{b}")]
 
@@ -278,7 +273,7 @@ def test_cycles(run: Any) -> None:
 def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
     streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, cwd=tmp_path, preexec_fn=interruptible, **streams) as job:
+    with subprocess.Popen(command, cwd=tmp_path, **streams) as job:
         assert job.stdout is not None
         first = job.stdout.readline()
         job.send_signal(signal.SIGINT)

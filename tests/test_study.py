@@ -399,11 +399,9 @@ def test_a_signal_ends_the_study_in_order(
                 os.kill(os.getpid(), number)  # again, while it cleans up
         return true(case, *rest)
 
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start background jobs without it
     with monkeypatch.context() as context:
         context.setattr(running, "row_of", ended)
         done = run("study", "s.toml", "--workers", 0)
-    signal.signal(signal.SIGINT, before)
     assert (done.code, done.out) == (code, "")
     assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's', and the same command goes on from there\n"
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
