@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     )
     from gaitgraph.errors import GaitgraphError as GaitgraphError, Infeasible as Infeasible, InputError as InputError
     from gaitgraph.flight.basins import basins_of as basins_of
-    from gaitgraph.flight.settings import FlightSettings as FlightSettings
+    from gaitgraph.flight.flight import FlightSettings as FlightSettings
     from gaitgraph.flight.simulation import fly as fly
     from gaitgraph.gait.gait import Gait as Gait, lift as lift
     from gaitgraph.gait.table import Table as Table

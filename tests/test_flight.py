@@ -15,8 +15,7 @@ from hypothesis import given, settings as effort, strategies as st
 from gaitgraph.errors import GaitgraphError, InputError
 from gaitgraph.flight.course import Course, broken_rules, from_hover, repeated
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.record import COLUMNS, Flight
-from gaitgraph.flight.settings import ARMS, FlightSettings, settings_from_mapping
+from gaitgraph.flight.flight import ARMS, COLUMNS, Flight, FlightSettings, settings_from_mapping
 from gaitgraph.flight.simulation import Simulation, fly, gusts_of, gyroscopic_of, sensor_noise
 from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.invertibility.matrices import (
@@ -41,7 +40,6 @@ pytest.importorskip("mujoco")
 RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
 HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
 BEETLE = vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5)
-ALPHA = slice(COLUMNS.index("alpha1"), COLUMNS.index("alpha4") + 1)
 ROUGH: dict[str, Any] = {
     "attitude_noise": 0.003, "rate_noise": 0.02, "position_noise": 0.01, "velocity_noise": 0.02,
     "wind": (2.0, -1.0, 0.5), "gust": 0.5, "servo_lag": 0.02, "servo_rate": 2.0,
@@ -115,12 +113,12 @@ def test_a_controller_that_assumes_the_plan_errs_by_the_lag() -> None:
     # Held still, the yaw that the spring kp allows is the torque by which the plan's thrusts miss, over kp·Iz.
     planned = flights["planned"]
     inputs = thrust_signs(PAPER) * planned.thrusts / PAPER.require("thrust_coefficient", purpose="inputs")[0]
-    missed = (control_moment_matrix(planned.rows[:, ALPHA]) @ inputs[..., None])[:, 2, 0]
+    missed = (control_moment_matrix(planned.alpha) @ inputs[..., None])[:, 2, 0]
     yaw = np.abs(missed).max() / (100.0 * PAPER.inertia[2])  # type: ignore[index]
     assert 0.02 < np.abs(planned.column("yaw")).max() < 2.0 * yaw
     assert not planned.settled
     assert "yaw" in planned.reason
-    everywhere = least_singular_value(planned.rows[:, ALPHA], PAPER, planned.column("roll"), planned.column("pitch"))
+    everywhere = least_singular_value(planned.alpha, PAPER, planned.column("roll"), planned.column("pitch"))
     assert planned.least_singular_value == pytest.approx(everywhere.min(), rel=1e-12)
 
 
@@ -209,7 +207,7 @@ class TestRecord:
     @pytest.mark.parametrize("vehicle", [PAPER, BEETLE], ids=["paper", "beetle"])
     def test_the_least_singular_value_is_that_of_all_rows(self, vehicle: Vehicle, changes: dict[str, Any]) -> None:
         flight = fly(flown_by(RED, vehicle), settings=short(**changes), anyway=True)
-        each = least_singular_value(flight.rows[:, ALPHA], vehicle, flight.column("roll"), flight.column("pitch"))
+        each = least_singular_value(flight.alpha, vehicle, flight.column("roll"), flight.column("pitch"))
         assert flight.least_singular_value == float(each.min())
         if not changes.get("attitude_noise"):
             near = flight.column("nearness")
@@ -272,11 +270,10 @@ class TestDuration:
             "1.2 s are 0.3 of a period of 4 s: what holds at one moment of it need not hold at another",
         )
         circle = FlightSettings(duration=1.0, reference="circle", lap=2.0, size=0.1)
-        course = from_hover(ASCENDING, periods=1, pause=0.1)
-        assert isinstance(course, Course)
+        course = course_of(ASCENDING, periods=1)
         for flown, settings, part in (
             (RED, circle, "1 s are 0.5 of a lap of 2 s"),
-            (course, short(duration=0.32), "0.32 s are 0.1 of a course of 3.2 s"),
+            (course, short(duration=0.5), "0.5 s are 0.1 of a course of 5 s"),
         ):
             (warning,) = fly(flown, settings=settings).warnings
             assert warning.partition(":")[0] == part
@@ -295,7 +292,7 @@ class TestDuration:
     def test_arms_that_do_not_follow_have_a_warning(self, changes: dict[str, Any]) -> None:
         flight = fly(RED, settings=short(duration=1.0, **changes), anyway=True)
         (warning,) = [one for one in flight.warnings if "do not follow" in one]
-        spans, planned = np.ptp(flight.rows[:, ALPHA], axis=0), np.ptp(RED.gait.alpha, axis=0)
+        spans, planned = np.ptp(flight.alpha, axis=0), np.ptp(RED.gait.alpha, axis=0)
         numbers = re.search(r"arm (\d) swings by (\S+) of the (\S+) rad", warning)
         assert numbers is not None
         arm, swing, plan = int(numbers[1]) - 1, float(numbers[2]), float(numbers[3])
@@ -356,17 +353,12 @@ def course_of(timed: TimedGait, **options: Any) -> Course:
 
 
 class TestCourse:
-    @pytest.mark.parametrize(
-        ("kind", "law", "periods", "pause", "duration"),
-        [("published", "smooth", 1, 0.0, None), ("exact", "constant-speed", 3, 0.2, 0.7)],
-    )
-    def test_its_length_and_the_gait_in_it(
-        self, kind: Any, law: str, periods: int, pause: float, duration: float | None
-    ) -> None:
+    @pytest.mark.parametrize(("kind", "law", "periods"), [("published", "smooth", 1), ("exact", "constant-speed", 3)])
+    def test_its_length_and_the_gait_in_it(self, kind: Any, law: str, periods: int) -> None:
         timed = gait_of_paper(4, kind).parametrize(1.3, law=law)
-        course = course_of(timed, periods=periods, pause=pause, duration=duration)
+        course = course_of(timed, periods=periods)
         assert course.phases == ("hover", "entry", "gait", "exit", "hover")
-        assert course.duration == pytest.approx(2 * (pause + (duration or 1.0)) + periods * 1.3)
+        assert course.duration == pytest.approx(4 + periods * 1.3)
         assert np.abs(course.at(np.array([0.0, course.duration]))).max() < 1e-12
         begin, joined, _ = course.pieces[2]
         t = np.linspace(0, periods * 1.3, 50, endpoint=False)
@@ -378,7 +370,7 @@ class TestCourse:
         if kind in ("paced", "rounded"):
             rounding: dict[str, Any] = {"rounding": 0.1} if kind == "rounded" else {}
             timed = least_period(gait_of_paper(4), Limits(rate=5, acceleration=60), **rounding).timed
-        course = course_of(timed, periods=1, pause=0.1)
+        course = course_of(timed, periods=1)
         flight = fly(course, settings=FlightSettings(control_rate=500.0))
         assert flight.settled, flight.reason
         assert flight.flown == pytest.approx(course.duration, abs=2e-3)  # all of it, where no duration is stated
@@ -440,7 +432,6 @@ class TestSettings:
             (lambda: fly(RED, attitude=(4.0, 0.0)), "attitude must be a roll"),
             (lambda: fly(RED, attitude=(0.0, 1.6)), "attitude must be a roll"),
             (lambda: from_hover(ASCENDING, periods=0), "periods must be a whole number from 1 to 10000, got 0"),
-            (lambda: from_hover(ASCENDING, pause=math.nan), "pause must be between 0 and 10000 s, got nan"),
         ],
     )
     def test_what_cannot_be_flown_is_refused(self, call: Any, message: str) -> None:

@@ -20,8 +20,7 @@ pytest.importorskip("mujoco")
 
 from gaitgraph.flight.basins import CASES, Basin, basins_of, table_of_basins
 from gaitgraph.flight.course import biased_timed_gait, repeated
-from gaitgraph.flight.record import OUTCOMES
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import OUTCOMES, FlightSettings
 from gaitgraph.flight.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.flight.course import reference_at, repeated, servo_response
+from gaitgraph.flight.course import repeated, servo_response
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.settings import REFERENCES, FlightSettings
-from gaitgraph.flight.simulation import Allocation, Simulation, allocation_of, wanted_attitude
+from gaitgraph.flight.flight import REFERENCES, FlightSettings, reference_at
+from gaitgraph.flight.simulation import Simulation, allocation_of, wanted_attitude
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import body_vertical, coefficients_of, scaled_decoupling_matrix, thrust_signs
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
@@ -91,67 +91,61 @@ class TestServos:
         assert (np.sign(moved[~there]) == np.sign((self.COMMAND[1:] - out[:-1])[~there])).all()
 
 
-def nearness(allocation: Allocation, vertical: FloatArray) -> FloatArray:
-    """Return 1/|A⁻¹| (Frobenius) at n places, as the allocation's docstring has it."""
-    along = np.sum(allocation.direction * vertical, axis=-1) ** 2
-    across = np.sum((vertical[:, None, :] @ allocation.force) ** 2, axis=(1, 2))
+def allocated(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
+    """Return F·P, N, |P|², P and w of an allocation."""
+    force, direction, squared, thrusts, free = np.split(allocation_of(alpha, vehicle), [9, 12, 13, 25], axis=1)
+    return force.reshape(-1, 3, 3), direction, squared[:, 0], thrusts.reshape(-1, 4, 3), free
+
+
+def nearness(allocation: tuple[FloatArray, ...], vertical: FloatArray) -> FloatArray:
+    """Return 1/|A⁻¹| (Frobenius) at n places, as the docstring of the simulation has it."""
+    force, direction, squared, *_ = allocation
+    along = np.sum(direction * vertical, axis=-1) ** 2
+    across = np.sum((vertical[:, None, :] @ force) ** 2, axis=(1, 2))
     with np.errstate(invalid="ignore"):
-        bottom = np.where(along > 0, allocation.squared * along, 0.0) + across + 1.0
+        bottom = np.where(along > 0, squared * along, 0.0) + across + 1.0
     return np.asarray(np.sqrt(along / bottom))
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-class TestAllocation:
-    ALPHA = np.random.default_rng(5).uniform(-math.pi, math.pi, (2000, 4))
-
-    def matrices(self, vehicle: Vehicle, roll: Any = 0.0, pitch: Any = 0.0) -> FloatArray:
-        """Return the scaled decoupling matrix for thrusts along the axes instead of rotor inputs."""
-        return np.asarray(scaled_decoupling_matrix(self.ALPHA, vehicle, roll, pitch) * thrust_signs(vehicle))
-
-    def test_it_is_the_pseudo_inverse_and_the_null_direction(self, name: str) -> None:
-        vehicle = VEHICLES[name]
-        allocation, moment = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle)[:, :3]
-        inverse = np.linalg.pinv(moment)
-        scale = np.linalg.norm(inverse, axis=(1, 2))
-        assert (np.abs(allocation.thrusts - inverse).max(axis=(1, 2)) <= 1e-11 * scale**2).all()
-        np.testing.assert_allclose(allocation.squared, scale**2, rtol=1e-6)
-        np.testing.assert_allclose(np.linalg.norm(allocation.free, axis=1), 1.0, rtol=1e-12)
-        np.testing.assert_allclose((moment @ allocation.free[..., None])[..., 0], 0.0, atol=1e-12 * scale.max())
-        assert allocation.direction[0, 2] >= 0
-
-    def test_thrusts_are_those_of_the_inverse(self, name: str) -> None:
-        vehicle, rng = VEHICLES[name], np.random.default_rng(6)
-        roll, pitch = rng.uniform(-1.5, 1.5, (2, len(self.ALPHA)))
-        allocation, matrix = allocation_of(self.ALPHA, vehicle), self.matrices(vehicle, roll, pitch)
-        regular = np.linalg.svd(matrix, compute_uv=False)[:, -1] > 1e-3
-        assert regular.mean() > 0.9
-        torque, lift = rng.normal(size=(len(self.ALPHA), 3)), rng.normal(size=len(self.ALPHA))
-        up = body_vertical(roll, pitch)
-        along = np.sum(up * allocation.direction, axis=-1)
-        across = np.sum((up[:, None] @ allocation.force)[:, 0] * torque, axis=-1)
-        got = (allocation.thrusts @ torque[..., None])[..., 0] + ((lift - across) / along)[:, None] * allocation.free
-        expected = np.linalg.solve(matrix, np.hstack([torque, lift[:, None]])[..., None])[..., 0]
-        np.testing.assert_allclose(got[regular], expected[regular], rtol=1e-6, atol=1e-6)
-
-    def test_nearness_is_between_half_the_least_singular_value_and_all_of_it(self, name: str) -> None:
-        vehicle, rng = VEHICLES[name], np.random.default_rng(7)
-        roll, pitch = rng.uniform(-math.pi, math.pi, len(self.ALPHA)), rng.uniform(-1.5, 1.5, len(self.ALPHA))
-        near = nearness(allocation_of(self.ALPHA, vehicle), body_vertical(roll, pitch))
-        least = np.linalg.svd(self.matrices(vehicle, roll, pitch), compute_uv=False)[:, -1]
-        assert (near <= least * (1 + 1e-7)).all()
-        assert (near >= least / 2 * (1 - 1e-7)).all()
-        inverse = 1.0 / np.linalg.norm(np.linalg.inv(self.matrices(vehicle, roll, pitch)), axis=(1, 2))
-        np.testing.assert_allclose(near, inverse, rtol=1e-6)
+def test_an_allocation_inverts_the_decoupling_matrix(name: str) -> None:
+    vehicle, rng, count = VEHICLES[name], np.random.default_rng(6), 2000
+    alpha = rng.uniform(-math.pi, math.pi, (count, 4))
+    roll, pitch = rng.uniform(-math.pi, math.pi, count), rng.uniform(-1.5, 1.5, count)
+    force, direction, squared, thrusts, free = allocation = allocated(alpha, vehicle)
+    matrix = scaled_decoupling_matrix(alpha, vehicle, roll, pitch) * thrust_signs(vehicle)
+    moment, up = matrix[:, :3], body_vertical(roll, pitch)
+    # The pseudo-inverse and the null direction.
+    inverse = np.linalg.pinv(moment)
+    scale = np.linalg.norm(inverse, axis=(1, 2))
+    assert (np.abs(thrusts - inverse).max(axis=(1, 2)) <= 1e-11 * scale**2).all()
+    np.testing.assert_allclose(squared, scale**2, rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(free, axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose((moment @ free[..., None])[..., 0], 0.0, atol=1e-12 * scale.max())
+    assert direction[0, 2] >= 0
+    # Thrusts that make a torque and a lift.
+    singular = np.linalg.svd(matrix, compute_uv=False)[:, -1]
+    regular = singular > 1e-3
+    assert regular.mean() > 0.9
+    torque, lift = rng.normal(size=(count, 3)), rng.normal(size=count)
+    rest = lift - np.sum((up[:, None] @ force)[:, 0] * torque, axis=-1)
+    got = (thrusts @ torque[..., None])[..., 0] + (rest / np.sum(up * direction, axis=-1))[:, None] * free
+    expected = np.linalg.solve(matrix, np.hstack([torque, lift[:, None]])[..., None])[..., 0]
+    np.testing.assert_allclose(got[regular], expected[regular], rtol=1e-6, atol=1e-6)
+    # How near the matrix is to a singular one: between half the least singular value and all of it.
+    near = nearness(allocation, up)
+    assert (near <= singular * (1 + 1e-7)).all()
+    assert (near >= singular / 2 * (1 - 1e-7)).all()
+    np.testing.assert_allclose(near, 1.0 / np.linalg.norm(np.linalg.inv(matrix), axis=(1, 2)), rtol=1e-6)
 
 
 def test_nothing_is_divided_where_the_moment_matrix_has_lost_rank() -> None:
-    quarter = math.pi / 2
     delta = math.atan(PAPER.drag_ratio)
-    alpha = np.array([[quarter + delta, quarter - delta, quarter + delta, quarter - delta]])
-    allocation = allocation_of(alpha, PAPER)
-    assert allocation.squared[0] == math.inf
-    assert not allocation.free.any()
-    assert not allocation.thrusts.any()
+    allocation = allocated(math.pi / 2 + delta * np.array([[1.0, -1.0, 1.0, -1.0]]), PAPER)
+    _, _, squared, thrusts, free = allocation
+    assert squared[0] == math.inf
+    assert not free.any()
+    assert not thrusts.any()
     assert nearness(allocation, np.array([[0.0, 0.0, 1.0]])) == 0.0
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.course import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -21,7 +21,7 @@ from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
 
 if TYPE_CHECKING:
-    from gaitgraph.flight.record import Flight
+    from gaitgraph.flight.flight import Flight
     from gaitgraph.gait.gait import Gait
 
 PUBLISHED = coefficients_of(PAPER)

@@ -17,8 +17,7 @@ import gaitgraph as gg
 from gaitgraph.errors import InputError, OutputExists
 from gaitgraph.flight.basins import Basin, basins_of
 from gaitgraph.flight.engine import quaternion_of
-from gaitgraph.flight.record import OUTCOMES, Flight
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of

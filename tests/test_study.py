@@ -24,7 +24,7 @@ import pytest
 
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.files import write_whole
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of

@@ -151,12 +151,23 @@ def print_text(text: str) -> None:
     click.echo(_COLORED.sub(colored, text), color=False if is_plain else forced or None)
 
 
-def show(found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = ()) -> None:
-    """Print a result: its mapping with some more keys as JSON, or its text with some more lines."""
+def show(
+    found: Any,
+    *,
+    as_json: bool,
+    more: Mapping[str, Any] | None = None,
+    lines: Iterable[str] = (),
+    ok: bool | None = None,
+) -> int:
+    """Print a result: its mapping with some more keys as JSON, or its text with some more lines.
+
+    Return the exit code: whether the answer is yes says `ok`, or the result's own truth.
+    """
     if as_json:
         print_json({**found.as_mapping(), **(more or {})})
     else:
         print_text("\n".join([str(found), *lines]))
+    return 0 if (found if ok is None else ok) else 1
 
 
 class Working:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import Working, print_json, print_text
-from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, settings_from_options, timed_gait
-from gaitgraph.cli.options import command, flag, named_in_errors, option
+from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, checked_settings
+from gaitgraph.cli.options import Paths, command, flag, named_in_errors, option
 from gaitgraph.errors import Infeasible
 
 
@@ -26,7 +26,7 @@ def basin_command(
     gait_file: str,
     bias: tuple[float, ...] = (),
     anyway: bool = False,
-    outputs: tuple[str, ...] = (),
+    outputs: Paths = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -38,17 +38,15 @@ def basin_command(
     singular. The exit code is 1 if physics forbids one of the gaits. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.flight.basins import basins_of
-    from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.plots.flights import check_flight_outputs, write_basins
+    from gaitgraph.flight.course import timed_gait_from_file
+    from gaitgraph.plots.flights import write_basins
 
-    check_flight_outputs(outputs, of="basin", force=force)
-    mujoco_library()  # MissingExtra, before anything is read
     asked = {**given, "bias": bias or None}
-    settings = settings_from_options(given)
-    grid = {name: given[name] for name in ("resolution", "extent", "begins") if name in given}
+    settings = checked_settings(given, outputs, of="basin", force=force)
+    grid = {name: given.pop(name) for name in ("resolution", "extent", "begins") if name in given}
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         try:
-            timed = timed_gait(gait_file, given)
+            timed = timed_gait_from_file(gait_file, **given)
         except Infeasible as error:
             reason = f"there is no gait to fly: {error}"
             if as_json:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from gaitgraph.cli import Working, print_json
-from gaitgraph.cli.options import command, file, films_in, one_of, option
+from gaitgraph.cli.options import Paths, command, file, films_in, one_of, option
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -35,7 +35,7 @@ def _map_names() -> list[str]:
 )
 def export_command(
     gait_file: str,
-    outputs: tuple[str, ...],
+    outputs: Paths,
     force: bool = False,
     columns: str | None = None,
     servos: str | None = None,

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from gaitgraph.cli import Working, print_json
-from gaitgraph.cli.options import command, one_of, option
-
-if TYPE_CHECKING:
-    from gaitgraph.cli.options import Paths
+from gaitgraph.cli.options import Paths, command, one_of, option
 
 _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 

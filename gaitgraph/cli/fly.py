@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import LAWS, Kind, command, file, flag, named_in_errors, one_of, option, pair_of
-from gaitgraph.errors import Infeasible, InputError, did_you_mean, shown
+from gaitgraph.cli.options import LAWS, Kind, Paths, command, file, flag, named_in_errors, one_of, option, pair_of
+from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from gaitgraph.flight.flight import FlightSettings
 
-    from gaitgraph.flight.settings import FlightSettings
-    from gaitgraph.timing.timed_gait import TimedGait
-
-PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, which may be named instead of a file
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # From which of the references on a setting has an effect.
 _SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
@@ -28,7 +24,7 @@ def _wind(text: str) -> tuple[float, ...]:
     return tuple(map(float, text.split(",")))
 
 
-GAIT_FILE = file("gait_file", "GAIT_FILE", *PAPER_NAMES)
+GAIT_FILE = file("gait_file", "GAIT_FILE", "gait1", "gait2", "gait3", "gait4")  # of Section 5
 CLOCK = (
     option("--period", "SECONDS", "Period T.  [default: what the file says]"),
     one_of("--law", *LAWS, default="what the file says"),
@@ -89,7 +85,7 @@ def fly_command(
     hovers: bool = False,
     periods: int | None = None,
     anyway: bool = False,
-    outputs: tuple[str, ...] = (),
+    outputs: Paths = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -102,64 +98,67 @@ def fly_command(
     """
     import numpy as np
 
-    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
-    from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.flight.record import record_of
+    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated, timed_gait_from_file
+    from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.plots.flights import check_flight_outputs, write_flight
+    from gaitgraph.plots.flights import write_flight
     from gaitgraph.vehicle import PAPER
 
-    check_flight_outputs(outputs, force=force)
+    asked = {**given, "bias": bias, "periods": periods}
+    settings = checked_settings(given, outputs, of="flight", force=force)
     if periods is not None and not hovers:
         raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
-    asked = {**given, "bias": bias, "periods": periods}
-    settings = settings_from_options(given)
     for name in asked.keys() & _SERVES.keys():
         if settings.reference not in (serves := _REFERENCES[_SERVES[name] :]):
             raise InputError(f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only")
-    with named_in_errors(asked):
-        start = checked_attitude(asked["attitude"]) if "attitude" in asked else None
-    mujoco_library()
-
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
+        attitude = given.pop("attitude", None)
+        start = None if attitude is None else checked_attitude(attitude)
         course: Any
         try:
-            timed = timed_gait(gait_file, given)
+            course = timed = timed_gait_from_file(gait_file, **given)
         except Infeasible as error:
             # The record needs a gait: one that does not move.
-            flown = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()
+            timed = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()
             course = f"there is no gait to fly: {error}"
         else:
-            timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-            course = flown = timed if bias is None else biased_timed_gait(timed, bias)
+            if bias is not None:
+                course = timed = biased_timed_gait(timed, bias)
             if hovers:
-                course = from_hover(flown, anyway=anyway, **({} if periods is None else {"periods": periods}))
+                course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
                 course = f"refused before take-off: {course}" if isinstance(course, str) else course
         if isinstance(course, str):  # why there is none
-            flight = record_of(repeated(flown), settings, start or (0.0, 0.0), failure=("refused", course))
+            flight = record_of(repeated(timed), settings, start or (0.0, 0.0), failure=("refused", course))
         else:
             progress("flying")
             if hovers and settings.duration is None:
                 settings = replace(settings, duration=course.duration)
             flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
-        warnings = list(flight.warnings)
-        written: tuple[str, ...] = outputs if len(flight.rows) else ()
+        warnings, written = list(flight.warnings), outputs if len(flight.rows) else ()
         if outputs and not written:
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
             write_flight(flight, written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
-    show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
-    return 0 if flight else 1
+    return show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
 
 
-def settings_from_options(given: dict[str, Any]) -> FlightSettings:
-    """Take the settings of a flight out of a command's options; an error names the option or the file."""
+def checked_settings(
+    given: dict[str, Any], outputs: Paths, *, of: Literal["flight", "basin"], force: bool
+) -> FlightSettings:
+    """Check what needs no gait: the outputs, the settings, which are taken out of the options, and mujoco.
+
+    An error of the settings names the option or the file.
+    """
     from gaitgraph.files import from_toml_file
-    from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
+    from gaitgraph.flight.engine import mujoco_library
+    from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
+    from gaitgraph.plots.flights import check_flight_outputs
 
+    check_flight_outputs(outputs, of=of, force=force)
+    mujoco_library()
     file = given.pop("settings", None)
     stated = {field.name: given.pop(field.name) for field in fields(FlightSettings) if field.name in given}
     if given.pop("no_saturation", False):
@@ -175,15 +174,3 @@ def settings_from_options(given: dict[str, Any]) -> FlightSettings:
         if file is None or str(error).startswith("--"):
             raise
         raise InputError(f"flight file {file!r}: {error}") from error
-
-
-def timed_gait(name: str, given: Mapping[str, Any]) -> TimedGait:
-    """Return the gait of a file, a request or the paper with its timing; errors of a name suggest one."""
-    from gaitgraph.flight.course import timed_gait_from_file
-
-    if name not in PAPER_NAMES and not Path(name).suffix and not Path(name).exists():
-        known = f"a gait file, a request, or {', '.join(PAPER_NAMES)}"
-        raise InputError(f"GAIT_FILE must be {known}, got {shown(name)}{did_you_mean(name, list(PAPER_NAMES))}")
-    return timed_gait_from_file(
-        name, **{key: given[key] for key in ("vehicle", "coefficients", "period", "law") if key in given}
-    )

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import check_outputs, command, one_of, option, write_outputs
+from gaitgraph.cli.options import Paths, check_outputs, command, one_of, option, write_outputs
 from gaitgraph.errors import InputError
 
 
@@ -20,7 +20,7 @@ from gaitgraph.errors import InputError
     option("--concession", "X", "Part of the worst case given up for less effort.  [default: 0.001]"),
     "samples rate keep_in keep_out outputs force vehicle coefficients json",
 )
-def optimize_command(outputs: tuple[str, ...] = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
+def optimize_command(outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
     """Find the smooth closed gait that passes discs in order and is optimal along all of it.
 
     The answer says how far from the best possible it may be, and is checked between samples too. The exit code is 1,
@@ -40,5 +40,4 @@ def optimize_command(outputs: tuple[str, ...] = (), force: bool = False, as_json
         found = optimal_gait(**given)
         if found and outputs:
             write_outputs(partial(found.pieces, **sampling), outputs, force=force)
-    show(found, as_json=as_json)
-    return 0 if found else 1
+    return show(found, as_json=as_json)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import InputError, checked_choice, did_you_mean, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
     from gaitgraph.planning.request import PlanRequest
 
-    Paths = tuple[str, ...]
     Decorator = Callable[[Any], Any]
     Words = Iterable[str] | Callable[[], Iterable[str]]
+
+Paths = tuple[str, ...]
 
 REMOVED = {
     "--render": "A film is drawn: --output flight.gif",
@@ -156,7 +157,17 @@ def one_of(flag: str, *words: str, of: str = "", default: str = "", **more: Any)
 
 def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
     """Return an argument that is the name of a file, or one of a few words."""
-    return click.argument(name, metavar=metavar, shell_complete=_completion(words, is_file=True), **more)
+
+    def checked(_: click.Context, __: click.Parameter, value: Any) -> Any:
+        from pathlib import Path
+
+        if words and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
+            hint = did_you_mean(value, words)
+            raise InputError(f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}")
+        return value
+
+    completion = _completion(words, is_file=True)
+    return click.argument(name, metavar=metavar, shell_complete=completion, callback=checked, **more)
 
 
 def flag(flag: str, text: str) -> Decorator:

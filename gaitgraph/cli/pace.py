@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import Kind, check_outputs, command, named_in_errors, option, write_outputs
+from gaitgraph.cli.options import Kind, Paths, check_outputs, command, named_in_errors, option, write_outputs
 from gaitgraph.errors import InputError
 
 _PERIOD = Kind("a number of seconds or the word least", lambda text: None if text == "least" else float(text))
@@ -25,7 +25,7 @@ _PERIOD = Kind("a number of seconds or the word least", lambda text: None if tex
 def pace_command(
     gait_file: str,
     period: float | None = None,
-    outputs: tuple[str, ...] = (),
+    outputs: Paths = (),
     force: bool = False,
     as_json: bool = False,
     **given: Any,
@@ -72,5 +72,4 @@ def pace_command(
             if outputs:
                 write_outputs(lambda: pieces_of(timed), outputs, force=force)
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
-    show(pacing, as_json=as_json, more=more, lines=lines)
-    return 0 if pacing else 1
+    return show(pacing, as_json=as_json, more=more, lines=lines)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import check_outputs, command, flag, one_of, option, request_of, write_outputs
-
-if TYPE_CHECKING:
-    from gaitgraph.cli.options import Paths
+from gaitgraph.cli.options import Paths, check_outputs, command, flag, one_of, option, request_of, write_outputs
 
 
 @command(
@@ -48,5 +45,4 @@ def plan_command(
         if written:
             progress(f"writing {', '.join(written)}")
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
-    show(found, as_json=as_json, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])
-    return 0 if found else 1
+    return show(found, as_json=as_json, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])

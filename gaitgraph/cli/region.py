@@ -25,5 +25,4 @@ def region_command(use: Any, request_file: str | None = None, as_json: bool = Fa
     request, _ = request_of(request_file, given)
     with Working("computing the region"):
         found = location_of(request, use=use)
-    show(found, as_json=as_json)
-    return 0 if found else 1
+    return show(found, as_json=as_json)

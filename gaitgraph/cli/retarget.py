@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import check_outputs, command, option, write_outputs
-
-if TYPE_CHECKING:
-    from gaitgraph.cli.options import Paths
+from gaitgraph.cli.options import Paths, check_outputs, command, option, write_outputs
 
 
 @command(
@@ -35,5 +32,4 @@ def retarget_command(
         table = found.table
         if table is not None and outputs:
             write_outputs(lambda: [table], outputs, force=force)
-    show(found, as_json=as_json)
-    return 0 if found.after is not None and found.after.flyable else 1
+    return show(found, as_json=as_json, ok=found.after is not None and found.after.flyable)

@@ -28,5 +28,4 @@ def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> i
 
     with Working(f"tilting {gait_file}") as progress:
         report = robustness_of(gait_file, progress=progress, **given)
-    show(report, as_json=as_json)
-    return 0
+    return show(report, as_json=as_json, ok=True)

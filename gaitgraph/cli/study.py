@@ -84,5 +84,4 @@ def study_command(
                 f"are in {str(folder)!r}, and the same command goes on from there"
             )
         return 128 + int(number)
-    show(run, as_json=as_json)
-    return 0
+    return show(run, as_json=as_json, ok=True)

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import check_outputs, command, file, option, write_outputs
-from gaitgraph.errors import InputError, did_you_mean
-
-if TYPE_CHECKING:
-    from gaitgraph.cli.options import Paths
+from gaitgraph.cli.options import Paths, check_outputs, command, file, option, write_outputs
 
 
 @command(
@@ -33,9 +28,6 @@ def transition_command(
 
     check_outputs(outputs, force=force)
     setting = {name: given.pop(name, None) for name in ("vehicle", "coefficients")}
-    for one in (start, end):
-        if one.lower() != HOVER and not Path(one).suffix and not Path(one).exists():
-            raise InputError(f"FROM and TO must be gait files or hover, got {one!r}{did_you_mean(one, [HOVER])}")
     with Working("searching a path"):
         ends: list[Any] = [HOVER if one.lower() == HOVER else read_gait(one, **setting) for one in (start, end)]
         if ends == [HOVER, HOVER]:
@@ -44,6 +36,5 @@ def transition_command(
         written = outputs if found else ()
         if written:
             write_outputs(found.pieces, written, force=force)
-    show(found, as_json=as_json, lines=[f"wrote {name}" for name in written])
     meets = found.report is not None and (require == "valid" or found.report.flyable)
-    return 0 if meets else 1
+    return show(found, as_json=as_json, lines=[f"wrote {name}" for name in written], ok=meets)

@@ -25,5 +25,4 @@ def validate_command(gait_file: str, require: str, as_json: bool = False, **give
 
     with Working(f"judging {gait_file}") as progress:
         report = validate(gait_file, progress=progress.part, **given)
-    show(report, as_json=as_json)
-    return 0 if (report.flyable if require == "flyable" else report.valid) else 1
+    return show(report, as_json=as_json, ok=report.flyable if require == "flyable" else report.valid)

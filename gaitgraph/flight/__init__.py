@@ -14,9 +14,10 @@ if TYPE_CHECKING:
         timed_gait_from_file as timed_gait_from_file,
     )
     from gaitgraph.flight.engine import Engine as Engine
-    from gaitgraph.flight.record import OUTCOMES as OUTCOMES, Flight as Flight
-    from gaitgraph.flight.settings import (
+    from gaitgraph.flight.flight import (
+        OUTCOMES as OUTCOMES,
         REFERENCES as REFERENCES,
+        Flight as Flight,
         FlightSettings as FlightSettings,
         settings_from_mapping as settings_from_mapping,
     )

@@ -20,10 +20,9 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.course import before_take_off, biased_timed_gait, repeated
-from gaitgraph.flight.record import OUTCOMES, about_table
-from gaitgraph.flight.settings import FlightSettings
-from gaitgraph.flight.simulation import Simulation
+from gaitgraph.flight.course import biased_timed_gait, repeated
+from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
+from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
@@ -59,7 +58,7 @@ class Basin:
     settings: FlightSettings
     angles: FloatArray  # the grid's values of roll, and of pitch, shape (m,)
     begins: FloatArray  # moments of the gait at which flights take off, shape (b,)
-    outcome: npt.NDArray[np.int8]  # of each flight, an index into gaitgraph.flight.record.OUTCOMES
+    outcome: npt.NDArray[np.int8]  # of each flight, an index into gaitgraph.flight.flight.OUTCOMES
     seconds: FloatArray  # since when it had settled, or when it ended
     peak_share: FloatArray  # the largest thrust over a quarter of the weight; 0 where it ended as it began
     same_side: BoolArray  # whether the determinant at take-off has the sign that it has in level flight then
@@ -260,8 +259,6 @@ def basins_of(
         x, y, z = (part[:, None, None] for part in sensitivities.T)
         tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
         same_side, inside = np.asarray(tilted * z > 0), np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
-        for array in (angles, starts, outcome, seconds, peak, same_side, inside):
-            array.flags.writeable = False
         of_flights = angles, starts, outcome, seconds, peak, same_side
         found.append(Basin(gait, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""The course of a flight: the gait in a file, the commands over time, the servos' answer, the checks before take-off.
+"""The course of a flight: the gait in a file, the commands over time, the servos' answer, the rules of physics.
 
 A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
 (:func:`from_hover`).
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, whole_number
+from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.gait.table import ANGLES, Table, closed_rows
@@ -29,7 +29,6 @@ from gaitgraph.vehicle import PAPER, vehicle_named
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.flight.settings import FlightSettings
     from gaitgraph.invertibility.matrices import Kind
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
@@ -42,7 +41,7 @@ PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # rad between a row and a law
 _MOST_PERIODS = 10_000
-_LONGEST_PAUSE = 1e4  # s
+_PAUSE = 1.0  # s in hover, before and after
 _SAME_PLACE = 1e-9  # rad
 
 # Rules of the paper that physics does not need: on the surfaces no small tilt makes the matrix singular.
@@ -91,9 +90,10 @@ def timed_gait_from_file(
     time. A single row needs no times, and the paper's gaits have T = 1 s. Raises InputError, FileProblem or Infeasible
     if the file cannot be read, is a flight's, has no times and no `period`, or is a request that has no gait.
     """
+    body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     if str(path) in PAPER_NAMES:
-        named = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle or PAPER
-        gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, named, coefficients_of(named, coefficients))
+        numbers = coefficients_of(body or PAPER, coefficients)
+        gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, body or PAPER, numbers)
         return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
     if holds_request(path):
         stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
@@ -104,7 +104,6 @@ def timed_gait_from_file(
     if about.get("made_by") == "fly":
         advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
-    body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     with naming_file(path):
         rows, times = closed_rows(table, vehicle=body, coefficients=coefficients)
     gait, is_asked = replace(rows.merged(), request=rows.request), period is not None or law is not None
@@ -173,12 +172,6 @@ class Course:
         """The period of the gait [s]; 0 if its arms stand still, so that all its moments are alike."""
         return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
 
-    def seconds(self, settings: FlightSettings) -> float:
-        """Return how long it is flown with given settings [s]."""
-        if settings.duration is not None:
-            return min(settings.duration, self.duration)
-        return self.duration if math.isfinite(self.duration) else max(settings.seconds, self.moving_period)
-
     def at(self, t: FloatArray) -> FloatArray:
         """Return the commanded tilt angles at times of shape (n,), shape (n, 4) [rad]."""
         begins = np.array([begin for begin, _, _ in self.pieces])
@@ -230,29 +223,6 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
     return np.asarray(columns).T
 
 
-def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
-    t = np.asarray(t, dtype=float)
-    kind, size, lap = settings.reference, settings.size, settings.lap
-    place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
-    part = np.clip(t / lap, 0.0, 1.0)
-    share = part**3 * (10 - 15 * part + 6 * part**2)
-    first = 30 * part**2 * (1 - part) ** 2 / lap
-    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
-    if kind == "step":
-        place[:, 0] = size
-    elif kind == "line":
-        place[:, 0], velocity[:, 0], acceleration[:, 0] = size * share, size * first, size * second
-    elif kind == "circle":
-        angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
-        sine, cosine = np.sin(angle), np.cos(angle)
-        place[:, 0], place[:, 1] = size * (1 - cosine), size * sine
-        velocity[:, 0], velocity[:, 1] = size * turn * sine, size * turn * cosine
-        acceleration[:, 0] = size * (faster * sine + turn**2 * cosine)
-        acceleration[:, 1] = size * (faster * cosine - turn**2 * sine)
-    return place, velocity, acceleration
-
-
 def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:
     """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
 
@@ -266,58 +236,14 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
     return forbidden, [check.message for check in broken if check.name in harmless]
 
 
-def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return why a course's gait must not be flown with given settings, "" if it may, and the warnings.
-
-    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's. With `anyway`
-    each reason against it is a warning.
-    """
-    timed, vehicle = course.timed, course.vehicle
-    thrust = (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
-    limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
-    judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
-    forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
-    if isinstance(timed, RowTimedGait):
-        if not timed.closed:
-            jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
-            back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
-            warnings.append(f"the table is not closed: {back}")
-        straight = f"{timed.samples} rows are flown straight from one to the next"
-        warnings.append(f"the timing matches no built-in law: {straight}")
-    # Whether only a part of the course, the period or the lap is flown.
-    seconds, is_finite = course.seconds(settings), math.isfinite(course.duration)
-    for name, whole, meaning in (
-        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
-        ("period", course.moving_period * (not is_finite), "what holds at one moment of it need not hold at another"),
-        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
-    ):
-        if seconds < whole * (1 - 1e-9):
-            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
-    if anyway:
-        return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
-    return forbidden[0] if forbidden else "", tuple(warnings)
-
-
-def from_hover(
-    timed: TimedGait, *, periods: int = 2, pause: float = 1.0, duration: float | None = None, anyway: bool = False
-) -> Course | str:
+def from_hover(timed: TimedGait, *, periods: int = 2, anyway: bool = False) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
-    The path from hover is on the surface where there is one; otherwise, as to a biased gait, it is straight if physics
-    allows that.
+    The gait is flown `periods` times, between a second in hover before and after. The path from hover is on the surface
+    where there is one; otherwise, as to a biased gait, it is straight if physics allows that, or `anyway`.
 
     The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their rates
     jump there. InputError if a value is not allowed.
-
-    Parameters
-    ----------
-    periods, pause
-        How often the gait is flown, and the time in hover, before and after [s].
-    duration
-        Of the path in, and of the path out [s]; by default 1 s, or what the vehicle's limits of tilt rate and
-        acceleration need if that is more.
-    anyway
-        Whether to fly straight to the gait's first corner although physics forbids it.
 
     Examples
     --------
@@ -329,22 +255,20 @@ def from_hover(
     'no flyable path from hover: R = +4 at th'
     """
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    if not 0 <= number_of(pause) <= _LONGEST_PAUSE:
-        raise InputError(f"pause must be between 0 and {_LONGEST_PAUSE:g} s, got {shown(pause)}")
     gait, times = timed.gait, timed.corner_times
     passed = timed.at(times[:-1])[0]
     if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:
         # A timing law of its own is joined where it has its knots, which need not be corners of a polyline.
         gait = replace(gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={})
-    path = transition("hover", gait, duration=duration)
+    path = transition("hover", gait)
     if path and path.report is not None and path.report.flyable:
         entry, seconds, corner = path.timed, path.duration, path.corners[1] or 0
     else:
-        # Straight to the first corner; a default duration is prolonged to what the largest tilt rate needs.
+        # Straight to the first corner, for as long as the largest tilt rate needs.
         ends = np.stack([np.zeros(4), gait.alpha[0]])
         straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
-        if limit is not None and duration is None:
+        if limit is not None:
             seconds = max(seconds, float(parametrize(straight, 2.0).peak_rates().max()) / limit)
         entry = parametrize(straight, 2 * seconds)
         forbidden, _ = broken_rules(entry.check())
@@ -353,16 +277,12 @@ def from_hover(
             reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {forbidden[0]}"
             return f"no flyable path from hover: {reason}"
     hover = parametrize(replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}), 1.0)
-    arrival = pause + seconds
+    arrival = _PAUSE + seconds
     departure = arrival + periods * timed.period
+    flown = (arrival, float(times[corner]), timed)
+    left = (departure, seconds, entry), (departure + seconds, 0.0, hover)
     return Course(
-        pieces=(
-            (0.0, 0.0, hover),
-            (pause, 0.0, entry),
-            (arrival, float(times[corner]), timed),
-            (departure, seconds, entry),
-            (departure + seconds, 0.0, hover),
-        ),
-        duration=departure + seconds + pause,
+        pieces=((0.0, 0.0, hover), (_PAUSE, 0.0, entry), flown, *left),
+        duration=departure + seconds + _PAUSE,
         phases=("hover", "entry", "gait", "exit", "hover"),
     )

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,15 +32,14 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.course import Course, before_take_off, reference_at, repeated, servo_response
+from gaitgraph.flight.course import Course, RowTimedGait, broken_rules, repeated, servo_response
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.flight.record import COLUMNS, Flight, record_of, settled_since
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import COLUMNS, Flight, FlightSettings, record_of, reference_at, settled_since
 from gaitgraph.invertibility.matrices import arm_angles, rotor_directions, thrust_signs
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from gaitgraph.vehicle import Vehicle
 
@@ -62,6 +61,7 @@ _ENOUGH = 0.9  # of its commanded swing that an arm must reach
 _UPRIGHT = 1e-3  # cosine of the pitch below which Euler angles are of no use
 _MOST_LEAN = math.radians(45.0)
 _LEAST_FLOOR = 1e-9
+_DIRECTION = slice(9, 12)  # where N is in a row of an allocation
 _ROWS_AT_ONCE = 500  # of an allocation turned into plain numbers
 
 
@@ -69,30 +69,13 @@ class Stopped(Exception):
     """A flight cannot go on; the arguments are its outcome and the reason."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Allocation:
-    """The inverse of the decoupling matrix along a course of tilt angles; thrusts are along the tilted axes.
+def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
+    """Return the inverse of the decoupling matrix at tilt angles of shape (n, 4) [rad], shape (n, 29).
 
-    Where the moment matrix has lost rank, P and w are zero and |P|² is infinite.
+    A row has F·P (force per torque, 9 numbers), N (3; it points up where all thrusts can be positive), |P|², P (thrusts
+    along the tilted axes per torque, in units of thrust times arm length, 12), and w (the unit thrusts that make no
+    torque, 4). Where the moment matrix has lost rank, P and w are zero and |P|² is infinite.
     """
-
-    thrusts: FloatArray  # P, thrusts per torque in units of thrust times arm length, shape (n, 4, 3)
-    free: FloatArray  # w, the unit thrusts that make no torque, shape (n, 4)
-    force: FloatArray  # F·P, force per torque, shape (n, 3, 3)
-    direction: FloatArray  # N = F·w, shape (n, 3); where all thrusts can be positive it points up
-    squared: FloatArray  # |P|², shape (n,)
-
-    def rows(self) -> Iterator[list[float]]:
-        """Yield F·P, N, |P|², P and w of each row as 29 plain numbers, converted some hundred rows at a time."""
-        count = len(self.squared)
-        parts = (self.force, self.direction, self.squared, self.thrusts, self.free)
-        flat = [part.reshape(count, -1) for part in parts]
-        for begin in range(0, count, _ROWS_AT_ONCE):
-            yield from np.hstack([part[begin : begin + _ROWS_AT_ONCE] for part in flat]).tolist()
-
-
-def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
-    """Return the allocation at tilt angles of shape (n, 4) [rad]."""
     force, moment = (part * thrust_signs(vehicle) for part in rotor_directions(np.atleast_2d(alpha), vehicle))
     # The null vector is the generalised cross product of the three rows: signed 3×3 minors as triple products.
     minors = []
@@ -114,20 +97,16 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
     direction = (force @ free[..., None])[..., 0]
     if direction[0, 2] < 0:
         free, direction = -free, -direction
-    return Allocation(
-        thrusts=thrusts,
-        free=free,
-        force=force @ thrusts,
-        direction=direction,
-        squared=np.where(has_rank, np.sum(thrusts**2, axis=(1, 2)), np.inf),
-    )
+    squared = np.where(has_rank, np.sum(thrusts**2, axis=(1, 2)), np.inf)
+    parts = (force @ thrusts, direction, squared, thrusts, free)
+    return np.hstack([part.reshape(len(squared), -1) for part in parts])
 
 
 def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., tuple[float, ...]]:
     """Return the controller of one flight, to be called at every control step.
 
     It takes the time [s]; the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; a row of
-    :meth:`Allocation.rows`; the direction N to lean by; and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
+    :func:`allocation_of`; the direction N to lean by; and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
     [N], a number between half the least singular value and all of it, and the wanted roll and pitch. It raises
     :class:`Stopped` before anything is divided by a nearly singular matrix. It works in plain numbers, since arrays of
     three or four would take several times as long.
@@ -237,7 +216,7 @@ class Simulation:
         vehicle = course.vehicle
         self.course, self.settings = course, settings
         self.engine = Engine(vehicle, step=settings.step, air=not settings.is_calm)
-        seconds, every = course.seconds(settings), settings.steps_per_control
+        seconds, every = settings.seconds_of(course), settings.steps_per_control
         step, period = settings.step, course.moving_period
         if seconds / step > _MOST_STEPS:
             raise InputError(f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s")
@@ -293,7 +272,9 @@ class Simulation:
         place, velocity, _ = reference_at(settings, t_wanted)
         acceleration = reference_at(settings, t_wanted + self._ahead * interval)[2]
         wanted = np.hstack([place, velocity[:, :2], acceleration[:, :2]]).tolist()
-        leading = self._allocation.direction[self._ahead :].tolist()
+        leading = self._allocation[self._ahead :, _DIRECTION].tolist()
+        blocks = range(0, len(self._allocation), _ROWS_AT_ONCE)
+        rows = (row for begin in blocks for row in self._allocation[begin : begin + _ROWS_AT_ONCE].tolist())
         noise, gusts = sensor_noise(settings, count), gusts_of(settings, count)
         thrusts_of, apply_gyroscopic = controller_of(settings, self.course.vehicle), gyroscopic_of(self.course.vehicle)
         first_rates = (self.actual[1] - self.actual[0]) / settings.step
@@ -309,7 +290,7 @@ class Simulation:
         with engine_warnings() as warnings:
             engine.place(self.actual[0], roll=attitude[0], pitch=attitude[1], rates=first_rates)
             try:
-                for k, row in enumerate(self._allocation.rows()):
+                for k, row in enumerate(rows):
                     t = k * interval
                     if warnings and engine.gave_up:
                         reason = "thrusts or accelerations are beyond what the physics engine can follow"
@@ -407,6 +388,38 @@ def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:
     return apply
 
 
+def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
+    """Return why a course's gait must not be flown with given settings, "" if it may, and the warnings.
+
+    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's. With `anyway`
+    each reason against it is a warning.
+    """
+    timed, vehicle = course.timed, course.vehicle
+    thrust = (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
+    limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
+    judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
+    forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
+    if isinstance(timed, RowTimedGait):
+        if not timed.closed:
+            jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
+            back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
+            warnings.append(f"the table is not closed: {back}")
+        straight = f"{timed.samples} rows are flown straight from one to the next"
+        warnings.append(f"the timing matches no built-in law: {straight}")
+    # Whether only a part of the course, the period or the lap is flown.
+    seconds, is_finite = settings.seconds_of(course), math.isfinite(course.duration)
+    for name, whole, meaning in (
+        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
+        ("period", course.moving_period * (not is_finite), "what holds at one moment of it need not hold at another"),
+        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
+    ):
+        if seconds < whole * (1 - 1e-9):
+            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
+    if anyway:
+        return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
+    return forbidden[0] if forbidden else "", tuple(warnings)
+
+
 def fly(
     gait: TimedGait | Course,
     *,
@@ -425,7 +438,7 @@ def fly(
         Roll and pitch at the start [rad, or texts such as "10deg"]; by default (0.3, −0.2) where the reference is
         "attitude" and a gait is flown, else level.
     settings, anyway
-        See :class:`~gaitgraph.flight.settings.FlightSettings`; whether to fly what is not flyable.
+        See :class:`~gaitgraph.flight.flight.FlightSettings`; whether to fly what is not flyable.
     progress
         Called now and then with the part that is flown.
 

@@ -70,7 +70,7 @@ tolerance, but then keeps the last row as one more point."""
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
-# Of what a flight adds to the angles, see gaitgraph.flight.record.
+# Of what a flight adds to the angles, see gaitgraph.flight.flight.
 _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
 _UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(("saturated", "nearness"), "1")

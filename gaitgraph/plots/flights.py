@@ -14,7 +14,7 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
-from gaitgraph.flight.record import TABLES
+from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io.formats import FILMS, FORMATS, FormatOptions
 from gaitgraph.plots.axes import (
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.flight.record import Flight
+    from gaitgraph.flight.flight import Flight
     from gaitgraph.plots.vehicles import VehicleView
 
 FloatArray = npt.NDArray[np.float64]

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.basins import Basin
-    from gaitgraph.flight.record import Outcome
+    from gaitgraph.flight.flight import Outcome
     from gaitgraph.gait.gait import Gait
     from gaitgraph.surface.sheets import Sign
 
@@ -266,7 +266,7 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
 # ---------------------------------------------------------------- basins
 
 # Each outcome has its own shape, so that colors, which colour-blind eyes confuse, are not needed; in the order of
-# flight.record.OUTCOMES, whose codes count them.
+# flight.flight.OUTCOMES, whose codes count them.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},

@@ -20,7 +20,7 @@ import numpy as np
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
-from gaitgraph.flight.settings import FlightSettings, settings_from_mapping
+from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.matrices import coefficients_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.settings import FlightSettings
+from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import lift
 from gaitgraph.vehicle import PAPER

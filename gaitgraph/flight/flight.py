@@ -1,0 +1,486 @@
+"""One flight: the settings that it is asked for with, and the record of what came of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.errors import InputError, check_fields, checked_choice, shown
+from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.io.formats import write_tables
+from gaitgraph.timing.timed_gait import LAWS
+
+if TYPE_CHECKING:
+    from gaitgraph.flight.course import Course
+    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.vehicle import Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+
+REFERENCES = ("attitude", "hover", "step", "line", "circle")
+"""What is followed: the level attitude alone, or places in the plane as well."""
+
+ARMS = ("served", "planned")
+"""Which tilt angles the controller assumes: those that the servos reach, or the planned ones."""
+
+_ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
+_SAMPLING = 1e-6  # by which control steps may miss a whole number of engine steps, as a fraction
+
+
+def _number(default: float | None, least: float, most: float, unit: str) -> Any:
+    """Return the field of a number with its range; one without a default may be None."""
+    return field(default=default, metadata={"range": (least, most, unit)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightSettings:
+    """The settings of a flight, immutable; InputError if a value or a loop's gains are not allowed.
+
+    The units are SI and radians; the fields below state the range of each.
+
+    Parameters
+    ----------
+    duration
+        How long is flown; by default 3 s where only the attitude is held, 8 s to hover and for a step, and 4 s more
+        than `lap` for a line and a circle, but at least one period of the gait, and the whole of a course from hover.
+    tolerance
+        A flight has settled once its errors stay within it: of roll and pitch (where they are not used to reach a
+        place) and yaw, and of the place that is held.
+    step, control_rate
+        Time step of the engine, and rate of the controller, which acts every so many whole steps.
+    attitude_stiffness, attitude_damping, altitude_stiffness, altitude_damping, position_stiffness, position_damping
+        Gains kp and kd after linearisation: of roll, pitch and yaw; of altitude; and of x and y, which every reference
+        but "attitude" holds.
+    reference, size, lap
+        One of :data:`REFERENCES`: "attitude" holds roll, pitch, yaw and altitude at zero and lets x and y drift;
+        "hover" also holds x and y; "step" jumps to x = `size` at once; "line" moves there and "circle" along a
+        circle of radius `size`, both from rest to rest within `lap`.
+    saturation, thrust_limit
+        Whether thrusts are kept between zero and the limit, by default the vehicle's `max_thrust`, if it states one.
+    servo_lag, servo_rate
+        Time constant and largest rate of the tilt servos; by default the vehicle's, if it states them.
+    arms
+        One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller assume wrong tilt angles.
+    floor
+        The flight stops when the least singular value of the scaled decoupling matrix may be below.
+    attitude_noise, rate_noise, position_noise, velocity_noise
+        Standard deviations of the sensors' errors, drawn anew at every control step.
+    wind, gust, seed
+        Mean wind (x, y, z) [m/s], acting through the engine's fluid model on the box of equal inertia; standard
+        deviation of the wind in each direction, correlated over one second; seed of noise and gusts.
+
+    Examples
+    --------
+    >>> FlightSettings(attitude_damping=3000.0)
+    Traceback (most recent call last):
+    ...
+    gaitgraph.errors.InputError: attitude_damping must be between 0.05125 and 1949.95 1/s to be stable at 1000 Hz with
+    attitude_stiffness 100.0, got 3000.0; or raise control_rate
+    """
+
+    duration: float | None = _number(None, 1e-3, 1e4, "s")
+    tolerance: float = _number(0.02, 1e-9, 10.0, "rad and m")
+    step: float = _number(1e-3, 1e-5, 0.02, "s")
+    control_rate: float = _number(1000.0, 1.0, 1e5, "Hz")
+    attitude_stiffness: float = _number(100.0, 1e-6, 1e8, "1/s²")
+    attitude_damping: float = _number(20.0, 1e-6, 1e6, "1/s")
+    altitude_stiffness: float = _number(100.0, 1e-6, 1e8, "1/s²")
+    altitude_damping: float = _number(20.0, 1e-6, 1e6, "1/s")
+    position_stiffness: float = _number(2.25, 1e-6, 1e8, "1/s²")
+    position_damping: float = _number(3.0, 1e-6, 1e6, "1/s")
+    reference: str = "attitude"
+    size: float = _number(1.0, 1e-6, 1e4, "m")
+    lap: float = _number(6.0, 1e-3, 1e4, "s")
+    saturation: bool = True
+    thrust_limit: float | None = _number(None, 1e-9, 1e9, "N")
+    servo_lag: float | None = _number(None, 0.0, 1e3, "s")
+    servo_rate: float | None = _number(None, 1e-6, 1e9, "rad/s")
+    arms: str = "served"
+    floor: float = _number(0.01, 0.0, 1.0, "dimensionless")
+    attitude_noise: float = _number(0.0, 0.0, 1.0, "rad")
+    rate_noise: float = _number(0.0, 0.0, 100.0, "rad/s")
+    position_noise: float = _number(0.0, 0.0, 100.0, "m")
+    velocity_noise: float = _number(0.0, 0.0, 100.0, "m/s")
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gust: float = _number(0.0, 0.0, 100.0, "m/s")
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            low, high, unit = one.metadata.get("range", (0.0, 0.0, ""))
+            value = getattr(self, one.name)
+            if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
+                raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
+        checked_choice("reference", self.reference, REFERENCES)
+        checked_choice("arms", self.arms, ARMS)
+        if not isinstance(self.saturation, bool):
+            raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
+        whole_number("seed", self.seed, 0, (1 << 64) - 1)
+        wind = self.wind if isinstance(self.wind, tuple) and len(self.wind) == 3 else (math.nan,)
+        if not all(abs(number_of(part)) <= 100.0 for part in wind):
+            raise InputError(f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}")
+        between = 1.0 / (self.control_rate * self.step)
+        if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
+            raise InputError(
+                f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
+                f"got {self.control_rate:g} Hz"
+            )
+        self._check_gains()
+
+    @property
+    def seconds(self) -> float:
+        """How long is flown [s], unless the period of a gait or a course from hover takes longer."""
+        if self.duration is not None:
+            return self.duration
+        return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(self.reference, self.lap + 4.0)
+
+    def seconds_of(self, course: Course) -> float:
+        """Return how long a course is flown [s]."""
+        if self.duration is not None:
+            return min(self.duration, course.duration)
+        return course.duration if math.isfinite(course.duration) else max(self.seconds, course.moving_period)
+
+    @property
+    def steps_per_control(self) -> int:
+        """Number of engine steps in a control step."""
+        return round(1.0 / (self.control_rate * self.step))
+
+    @property
+    def is_calm(self) -> bool:
+        """Whether there is neither wind nor gust, and so no air at all."""
+        return self.gust == 0.0 and not any(self.wind)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
+        stated = {one: getattr(self, one.name) for one in fields(self) if getattr(self, one.name) is not None}
+        values = {one.name: float(value) if "range" in one.metadata else value for one, value in stated.items()}
+        return values | {"wind": [float(part) for part in self.wind]}
+
+    def _check_gains(self) -> None:
+        """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
+        interval = 1.0 / self.control_rate
+        for loop in ("attitude", "altitude"):
+            stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))
+            # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
+            # the poles are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a
+            # margin for c = 1/2 (thrusts held exactly) and c = 1, and so for every c between: whatever the step.
+            least = 1.025 * stiffness * interval / 2.0
+            largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
+            stiffest = 1.95 / interval**2  # where the least damping is the largest
+            wanted = f"to be stable at {self.control_rate:g} Hz"
+            if stiffness >= stiffest:
+                raise InputError(f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness!r}")
+            if not least < damping < largest:
+                raise InputError(
+                    f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
+                    f"{stiffness!r}, got {damping!r}; or raise control_rate"
+                )
+        if self.reference == "attitude":
+            return
+        kp, kd = float(self.attitude_stiffness), float(self.attitude_damping)
+        kp_x, kd_x = float(self.position_stiffness), float(self.position_damping)
+        # From attitude to place it is four integrators in a row, whose input is held between two control steps. Poles
+        # δ of differences over the interval are stable where |1 + h·δ| < 1.
+        taylor = np.cumprod(interval / np.arange(1, 5)) / interval
+        gains = [kp * kp_x, kp * kd_x, kp, kd]
+        moved = sum(np.diag(np.full(4 - k, taylor[k - 1]), k) for k in range(1, 4))
+        poles = np.linalg.eigvals(moved - np.outer(taylor[::-1], gains))
+        if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
+            raise InputError(
+                f"position_damping must make x and y slower than roll and pitch: {kd_x!r} with position_stiffness "
+                f"{kp_x!r} is unstable at {self.control_rate:g} Hz around attitude gains of {kp!r} and {kd!r}"
+            )
+
+
+def settings_from_mapping(content: Any) -> FlightSettings:
+    """Return the settings in a table such as a study's ``[flight]``.
+
+    Angles may be texts such as "2deg", `wind` may have two numbers. InputError if a name is unknown or a value is not
+    allowed.
+
+    >>> settings_from_mapping({"duration": 2, "attitude_noise": "0.5deg"}).attitude_noise
+    0.008726646259971648
+    """
+    check_fields("flight", content, [field.name for field in fields(FlightSettings)])
+    values = dict(content)
+    for name, value in content.items():
+        if name in _ANGLES and isinstance(value, str):
+            values[name] = angle_from_text(value, name)
+        elif name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3):
+            values[name] = (*value, 0.0)[:3]
+    return FlightSettings(**values)
+
+
+def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
+    t = np.asarray(t, dtype=float)
+    kind, size, lap = settings.reference, settings.size, settings.lap
+    place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
+    part = np.clip(t / lap, 0.0, 1.0)
+    share = part**3 * (10 - 15 * part + 6 * part**2)
+    first = 30 * part**2 * (1 - part) ** 2 / lap
+    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
+    if kind == "step":
+        place[:, 0] = size
+    elif kind == "line":
+        place[:, 0], velocity[:, 0], acceleration[:, 0] = size * share, size * first, size * second
+    elif kind == "circle":
+        angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        place[:, 0], place[:, 1] = size * (1 - cosine), size * sine
+        velocity[:, 0], velocity[:, 1] = size * turn * sine, size * turn * cosine
+        acceleration[:, 0] = size * (faster * sine + turn**2 * cosine)
+        acceleration[:, 1] = size * (faster * cosine - turn**2 * sine)
+    return place, velocity, acceleration
+
+
+# -- The record of a flight
+
+COLUMNS = (
+    "t", "x", "y", "z", "roll", "pitch", "yaw", "x_rate", "y_rate", "z_rate",
+    "body_rate_x", "body_rate_y", "body_rate_z", "alpha1", "alpha2", "alpha3", "alpha4",
+    "thrust1", "thrust2", "thrust3", "thrust4", "saturated", "nearness",
+    "x_wanted", "y_wanted", "z_wanted", "roll_wanted", "pitch_wanted",
+)  # fmt: skip
+"""What a row of a flight holds, in order; SI units and radians.
+
+Positions, angles and rates are true ones; `nearness` is judged by the controller from its noisy measurements: a number
+between half the least singular value of the scaled decoupling matrix and all of it.
+"""
+
+TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
+"""Suffixes of the tables that flights are written to."""
+
+Outcome = Literal["settled", "not settled", "near singular", "sign change", "tumbling", "upended", "refused"]
+
+OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+"""How a flight may end.
+
+"sign change" is that of the determinant; "tumbling" is any motion too fast or too far to be flight.
+"""
+
+_AT = {name: k for k, name in enumerate(COLUMNS)}
+_HELD_AT_LEAST = 0.2  # s within tolerance before the end, or a tenth of the flight if that is less
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """One flight, and whether it settled. Truthy when it did.
+
+    `attitude` is roll and pitch at the start [rad]. `rows` has one row a control step, columns as in :data:`COLUMNS`,
+    none if the flight was refused; quantities of the rows are then None. `outcome` is one of :data:`OUTCOMES`; `reason`
+    states why it did not settle, "" if it did. Errors stayed within tolerance since `settling_time` [s], None if it did
+    not settle. `warnings` are what physics does not forbid, such as rows off the surfaces.
+    """
+
+    course: Course
+    settings: FlightSettings
+    attitude: tuple[float, float]
+    rows: FloatArray = field(repr=False)
+    outcome: Outcome
+    reason: str
+    settling_time: float | None
+    warnings: tuple[str, ...] = ()
+    peak_tilt: float | None = None  # largest angle between body z and the vertical [rad]
+    peak_thrust: float | None = None  # of a rotor [N]
+    peak_thrust_share: float | None = None  # the same over a quarter of the weight
+    saturated_fraction: float | None = None  # part of the control steps at which a thrust was cut to its limits
+    energy: float | None = None  # of the rotors against their drag [J]; None without a thrust coefficient too
+    drift: float | None = None  # distance of the end from the start in the plane [m]
+    tracking_error: float | None = None  # largest distance from the reference [m]; None where x and y are not held
+
+    def __bool__(self) -> bool:
+        return self.settled
+
+    @property
+    def settled(self) -> bool:
+        """Whether the errors came within tolerance and stayed there to the end."""
+        return self.outcome == "settled"
+
+    @property
+    def refused(self) -> bool:
+        """Whether it was refused before take-off."""
+        return self.outcome == "refused"
+
+    @property
+    def failed(self) -> bool:
+        """Whether it ended early because it could not go on."""
+        return self.outcome not in ("settled", "not settled", "refused")
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle."""
+        return self.course.vehicle
+
+    def column(self, name: str) -> FloatArray:
+        """Return one of :data:`COLUMNS`, shape (n,)."""
+        return self.rows[:, _AT[name]]
+
+    @property
+    def alpha(self) -> FloatArray:
+        """The tilt angles, shape (n, 4) [rad]."""
+        return self.rows[:, _AT["alpha1"] : _AT["alpha4"] + 1]
+
+    @property
+    def thrusts(self) -> FloatArray:
+        """The thrusts along the tilted axes, shape (n, 4) [N]."""
+        return self.rows[:, _AT["thrust1"] : _AT["thrust4"] + 1]
+
+    @property
+    def flown(self) -> float:
+        """How long was flown [s]."""
+        return float(self.rows[-1, 0]) if len(self.rows) else 0.0
+
+    @property
+    def least_singular_value(self) -> float | None:
+        """The least singular value at the control steps, dimensionless."""
+        roll, pitch = self.column("roll"), self.column("pitch")
+        return float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min()) if len(self.rows) else None
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
+        roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
+        numbers = (
+            "settling_time", "peak_tilt", "peak_thrust", "peak_thrust_share", "least_singular_value",
+            "saturated_fraction", "energy",
+        )  # fmt: skip
+        return {
+            **{name: getattr(self, name) for name in ("settled", "reason", "refused", "outcome")},
+            "warnings": list(self.warnings),
+            "duration": self.flown,
+            **{name: getattr(self, name) for name in numbers},
+            "final_roll": roll,
+            "final_pitch": pitch,
+            "drift": self.drift,
+            "tracking_error": self.tracking_error,
+            "attitude": list(self.attitude),
+        }
+
+    def table(self) -> Table:
+        """Return the flight as a table, one row a control step."""
+        timed = self.course.timed
+        about = about_table("fly", timed, self.settings)
+        about["flight"]["attitude"] = list(self.attitude)
+        if timed.gait.request:  # so that the gait can be planned again from the flight's file
+            timing = {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
+            about["request"] = {**timed.gait.request, **timing}
+        return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
+
+    def write(self, *paths: str | Path, force: bool = False) -> None:
+        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all; no plots and films."""
+        for path in paths:
+            if Path(path).suffix.lower() not in TABLES:
+                raise InputError(f"output must be a table of a flight ({', '.join(TABLES)}), got {str(path)!r}")
+        if not len(self.rows):
+            raise InputError("nothing was flown, so there is no table to write")
+        write_tables(self.table(), paths, force=force)
+
+    def __repr__(self) -> str:
+        return f"<Flight: {self.flown:g} s, {self.reason or f'settled after {self.settling_time:.2f} s'}>"
+
+    def __str__(self) -> str:
+        roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
+        head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}"
+        if self.refused:
+            return f"{head}: {self.reason}"
+        verdict = f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
+        if self.settled:
+            verdict = f"settled after {self.settling_time:.2f} s of {self.flown:g} s"
+        lines = [f"{head}: {verdict}"]
+        if self.peak_tilt is not None:
+            share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
+            lines += [
+                f"  peak tilt             {math.degrees(self.peak_tilt):.3g}°",
+                f"  peak thrust           {self.peak_thrust:.4g} N, {share}",
+                f"  least singular value  {self.least_singular_value:.3g} (stops below {self.settings.floor:g})",
+                f"  saturated             {100 * (self.saturated_fraction or 0):.3g} % of the time",
+            ]
+            if self.energy is not None:
+                lines.append(f"  energy                {self.energy:.4g} J into the air")
+            off = "" if self.tracking_error is None else f", at most {self.tracking_error:.3g} m from the reference"
+            lines.append(f"  place                 ends {self.drift:.3g} m from the start{off}")
+        return "\n".join(lines)
+
+
+def record_of(
+    course: Course,
+    settings: FlightSettings,
+    attitude: tuple[float, float],
+    *,
+    rows: FloatArray | None = None,
+    failure: tuple[Any, ...] = (),
+    warnings: tuple[str, ...] = (),
+) -> Flight:
+    """Return the record of a flight: its rows, none if it was refused, and outcome and reason of a `failure`."""
+    rows = np.empty((0, len(COLUMNS))) if rows is None else rows
+    since, worst = settled_since(rows, settings)
+    if failure:
+        (outcome, reason), since = failure, None
+    elif since is None:
+        outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
+    else:
+        outcome, reason = "settled", ""
+    numbers = _quantities(rows, course.vehicle, tracks=settings.reference != "attitude") if len(rows) else {}
+    return Flight(course, settings, attitude, rows, outcome, reason, since, warnings, **numbers)
+
+
+def _quantities(rows: FloatArray, vehicle: Vehicle, *, tracks: bool) -> dict[str, float | None]:
+    def columns(first: str, count: int = 1) -> FloatArray:
+        return rows[:, _AT[first] : _AT[first] + count]
+
+    (mass,) = vehicle.require("mass", purpose="a share of the weight")
+    thrusts, (roll, pitch) = np.abs(columns("thrust1", 4)), columns("roll", 2).T
+    peak, energy = float(thrusts.max()), None
+    coefficient, drag = vehicle.thrust_coefficient, vehicle.drag_to_thrust
+    if coefficient is not None and drag is not None and len(rows) > 1:
+        power = np.sum(drag * thrusts * np.sqrt(thrusts / coefficient), axis=1)
+        energy = float(np.sum(power[:-1] * np.diff(rows[:, 0])))
+    off = np.linalg.norm(columns("x", 3) - columns("x_wanted", 3), axis=1)
+    return {
+        "peak_tilt": float(np.arccos(np.clip((np.cos(roll) * np.cos(pitch)).min(), -1.0, 1.0))),
+        "peak_thrust": peak,
+        "peak_thrust_share": 4.0 * peak / (mass * vehicle.gravity),
+        "saturated_fraction": float(columns("saturated").mean()),
+        "energy": energy,
+        "drift": float(np.hypot(*rows[-1, 1:3])),
+        "tracking_error": float(off.max()) if tracks else None,
+    }
+
+
+def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:
+    """Return what a table of flights states of itself."""
+    return {
+        "made_by": made_by,
+        "vehicle": timed.gait.vehicle.as_mapping(),
+        "coefficients": timed.gait.coefficients.kind,
+        "period": timed.period,
+        "law": timed.law,
+        "flight": settings.as_mapping(),
+    }
+
+
+def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:
+    """Return the time from which all errors stayed within tolerance [s], or None and the worst error at the end."""
+    if not len(rows):
+        return None, "nothing was flown"
+    errors = {"altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]], "yaw (rad)": rows[:, _AT["yaw"]]}
+    if settings.reference == "attitude":
+        errors = {f"{name} (rad)": rows[:, _AT[name]] for name in ("roll", "pitch")} | errors
+    else:
+        errors = {f"{name} (m)": rows[:, _AT[name]] - rows[:, _AT[f"{name}_wanted"]] for name in "xy"} | errors
+    outside = np.any([np.abs(error) > settings.tolerance for error in errors.values()], axis=0)
+    last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
+    t = rows[:, 0]
+    held = min(_HELD_AT_LEAST, 0.1 * settings.seconds)
+    if last < len(rows) and t[-1] - t[last] >= held - 1e-9:
+        return float(t[last]), ""
+    tail = t >= t[-1] - held
+    worst = max(errors, key=lambda name: float(np.abs(errors[name][tail]).max()))
+    return None, f"{worst} is still off by {np.abs(errors[worst][tail]).max():.3g}"
