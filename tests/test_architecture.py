@@ -119,7 +119,7 @@ def test_no_imports_go_in_a_circle() -> None:
 def test_the_package_does_not_grow() -> None:
     """The aim is 24,000 lines in 100 files; until it is met no change may go the other way."""
     files = list(PACKAGE.rglob("*.py"))
-    assert len(files) <= 104
+    assert len(files) <= 103
     assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files) <= 25_000
 
 

@@ -29,8 +29,7 @@ from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.study import running
-from gaitgraph.study.dataset import FLIGHT, columns_of
-from gaitgraph.study.design import read_study, study_from_mapping
+from gaitgraph.study.design import FLIGHT, columns_of, read_study, study_from_mapping
 from gaitgraph.study.running import StudyRun, flown_batch, row_of, run_study, versions
 from gaitgraph.vehicle import PAPER
 
@@ -164,8 +163,6 @@ def test_what_a_study_may_not_be_is_refused_in_one_line(change: dict[str, Any], 
 
 
 def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"study file must have the suffix \.toml, got '.*a\.tml'"):
-        read_study(tmp_path / "a.tml")
     path = tmp_path / "a.toml"
     for text, message in (
         ("gaits = [", "it is not TOML"),
@@ -341,7 +338,7 @@ def test_a_full_disk_leaves_what_is_there(tmp_path: Path, monkeypatch: pytest.Mo
         write_whole(contents, **options)
 
     (tmp_path / "s.toml").write_text("gaits = ['gait1']\nattitudes.roll = [0.1, 0.2, 0.3, 0.4]\n")
-    monkeypatch.setattr("gaitgraph.study.dataset.write_whole", full)
+    monkeypatch.setattr("gaitgraph.study.running.write_whole", full)
     done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
     assert "No space left on device" in done.err

@@ -13,7 +13,7 @@ import re
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
 from gaitgraph.timing.timed_gait import LAWS
-from gaitgraph.vehicle import Vehicle, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 MOST_CASES = 1_000_000
 
+_INERTIA = ("inertia_x", "inertia_y", "inertia_z")
 _SPEED = 20.0  # seconds of flight that one process is expected to fly in a second; only estimates use it
 _MOST_OF_A_BATCH = 64
 _BATCHES = 64
@@ -51,22 +52,43 @@ _AXES: dict[str, tuple[float, str, Callable[[float], bool]]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Axis:
-    """The values that one quantity takes in a study: `values` in their order, or a range `ends` to draw from."""
+FLIGHT = {
+    "duration": "s", "settling_time": "s", "peak_tilt": "rad", "peak_thrust": "N", "peak_thrust_share": "1",
+    "least_singular_value": "1", "saturated_fraction": "1", "energy": "J", "final_roll": "rad", "final_pitch": "rad",
+    "drift": "m", "tracking_error": "m",
+}  # fmt: skip
+"""The columns of a flight, and their units."""
 
-    values: tuple[Any, ...] = ()
-    ends: tuple[float, float] | None = None
+_GAIT = {
+    "gait": "string", "eta": "1", "period": "s", "roll": "rad", "pitch": "rad", "outcome": "string",
+    "reason": "string", "valid": "bool", "flyable": "bool", "reachable_from_hover": "bool",
+    "gait_singular_value": "1", "gait_tilt_rate": "rad/s",
+}  # fmt: skip
 
-    def drawn(self, share: float) -> Any:
-        """Return the value that a number drawn from [0, 1) stands for."""
-        low, high = self.ends or (0.0, 0.0)
-        return low + share * (high - low) if self.ends else self.values[int(share * len(self.values))]
 
-    def as_mapping(self) -> Any:
-        """Return the axis as plain values."""
-        plain = [list(value) if isinstance(value, tuple) else value for value in self.values]
-        return dict(zip(("from", "to"), self.ends, strict=True)) if self.ends else plain
+class Range(NamedTuple):
+    """A range that a quantity of a random sample is drawn from."""
+
+    low: float
+    high: float
+
+
+Axis = tuple[Any, ...] | Range
+"""The values that one quantity takes in a study, in their order, or what it is drawn from."""
+
+
+def _drawn(axis: Axis, share: float) -> Any:
+    """Return the value that a number drawn from [0, 1) stands for."""
+    if isinstance(axis, Range):
+        return axis.low + share * (axis.high - axis.low)
+    return axis[int(share * len(axis))]
+
+
+def _plain(axis: Axis) -> Any:
+    """Return an axis as JSON holds it."""
+    if isinstance(axis, Range):
+        return {"from": axis.low, "to": axis.high}
+    return [list(value) if isinstance(value, tuple) else value for value in axis]
 
 
 def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: bool) -> Axis:
@@ -77,18 +99,19 @@ def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: 
     if not isinstance(content, dict):
         values = tuple(map(convert, content if isinstance(content, list) else [content]))
         _check_distinct(values, name)
-        return Axis(values=values)
+        return values
     check_fields(name, content, ("from", "to", "count"))
     low, high = (convert(content.get(key)) for key in ("from", "to"))
     if not (isinstance(low, float) and isinstance(high, float) and low < high):
         raise InputError(f"{name} must be a list or a rising range of numbers, got {shown(content)}")
     if "count" not in content and random:
-        return Axis(ends=(low, high))
+        return Range(low, high)
     count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
-    return Axis(values=(*(low + (high - low) * k / (count - 1) for k in range(count - 1)), high))
+    return *(low + (high - low) * k / (count - 1) for k in range(count - 1)), high
 
 
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
+    """Raise InputError unless there is one value or more, each once."""
     if not 0 < len(set(values)) == len(values):
         raise InputError(f"{name} must be at least one and must differ, got {shown(list(values))}")
 
@@ -110,7 +133,7 @@ class Model:
     varied: Mapping[str, Axis] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        return math.prod(len(axis.values) for axis in self.varied.values())
+        return math.prod(len(axis) for axis in self.varied.values())
 
 
 def _model_of(entry: Any, folder: Path, random: bool) -> Model:
@@ -209,6 +232,13 @@ class Case:
         """The vehicle; InputError if the constants that vary contradict each other."""
         return self.model.base.replace(**self.varied) if self.varied else self.model.base
 
+    def known(self) -> dict[str, Any]:
+        """Return what the row of the case holds whatever comes of it."""
+        varied = dict(self.varied)
+        varied |= zip(_INERTIA, varied.pop("inertia", ()), strict=False)
+        own = {name: getattr(self, name) for name in ("eta", "period", "roll", "pitch")}
+        return {"case": self.number, "vehicle": self.model.base.name, "gait": self.source.name} | varied | own
+
 
 @dataclass(frozen=True, slots=True)
 class Study:
@@ -226,7 +256,7 @@ class Study:
     name: str
     models: tuple[Model, ...]
     sources: tuple[GaitSource, ...]
-    axes: tuple[Axis, Axis, Axis, Axis]
+    axes: tuple[Axis, ...]
     flight: FlightSettings
     anyway: bool
     count: int | None
@@ -234,7 +264,7 @@ class Study:
 
     @property
     def _shape(self) -> tuple[int, ...]:
-        return (sum(map(len, self.models)), len(self.sources), *(len(axis.values) for axis in self.axes))
+        return (sum(map(len, self.models)), len(self.sources), *(len(axis) for axis in self.axes))
 
     def __len__(self) -> int:
         return math.prod(self._shape) if self.count is None else self.count
@@ -254,37 +284,35 @@ class Study:
         """Return a case by its number, from 0 to the number of cases less one."""
         if self.count is None:
             rest, gait, *places = map(int, np.unravel_index(number, self._shape))
-            eta, period, roll, pitch = (axis.values[k] for axis, k in zip(self.axes, places, strict=True))
+            eta, period, roll, pitch = (axis[k] for axis, k in zip(self.axes, places, strict=True))
             for model in self.models:
                 if rest < len(model):
                     break
                 rest -= len(model)
-            varied: dict[str, Any] = {}
-            for constant, axis in reversed(list(model.varied.items())):
-                rest, k = divmod(rest, len(axis.values))
-                varied = {constant: axis.values[k], **varied}
+            at = np.unravel_index(rest, [len(axis) for axis in model.varied.values()])
+            varied = {name: axis[int(k)] for (name, axis), k in zip(model.varied.items(), at, strict=True)}
         else:
             # A stored study is continued by later versions: the order of the draws is fixed.
             bits = np.random.Philox(key=np.array([self.seed or 0, number], dtype=np.uint64))
             draws = bits.random_raw(6 + max(len(model.varied) for model in self.models))
             shares = iter(((draws >> np.uint64(11)) * 2.0**-53).tolist())
-            roll, pitch, period, eta = (self.axes[k].drawn(next(shares)) for k in (2, 3, 1, 0))
+            roll, pitch, period, eta = (_drawn(self.axes[k], next(shares)) for k in (2, 3, 1, 0))
             gait = int(next(shares) * len(self.sources))
             model = self.models[int(next(shares) * len(self.models))]
-            varied = {name: axis.drawn(next(shares)) for name, axis in model.varied.items()}
+            varied = {name: _drawn(axis, next(shares)) for name, axis in model.varied.items()}
         return Case(number, model, varied, self.sources[gait], eta, period, roll, pitch)
 
     @property
     def seconds(self) -> float:
         """About how long one process takes, if each flight is flown to its end [s]."""
-        periods = (*self.axes[1].values, *(self.axes[1].ends or ())) if self.flight.duration is None else ()
+        periods = self.axes[1] if self.flight.duration is None else ()
         return float(len(self) * max([self.flight.seconds, *periods]) / _SPEED)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the study as plain values."""
         sample = {"kind": "grid"} if self.count is None else {"kind": "random", "count": self.count, "seed": self.seed}
-        biases, periods, roll, pitch = (axis.as_mapping() for axis in self.axes)
-        varied = [{name: axis.as_mapping() for name, axis in model.varied.items()} for model in self.models]
+        biases, periods, roll, pitch = map(_plain, self.axes)
+        varied = [{name: _plain(axis) for name, axis in model.varied.items()} for model in self.models]
         return {
             "name": self.name,
             "vehicles": [one.base.as_mapping() | {"vary": vary} for one, vary in zip(self.models, varied, strict=True)],
@@ -307,14 +335,21 @@ class Study:
         return f"Study {self.name}: {len(self)} cases, {kind}, in {len(self.batches)} batches"
 
 
-def read_study(path: str | Path) -> Study:
-    """Read a study from a TOML file; files that it names are relative to it.
+def columns_of(study: Study) -> dict[str, str]:
+    """Return the unit of each column of a study's rows, or its Arrow type (int64, string, bool) where it has none.
 
-    InputError or FileProblem if it is no study, or a file cannot be read.
+    A constant that varies in any of the vehicles has its column, empty for the others.
     """
+    varied: dict[str, str] = {}
+    for name in dict.fromkeys(name for model in study.models for name in model.varied if name != "drag_ratio"):
+        unit = {"first_arm_angle": "rad", "first_rotor_spin": "string"}.get(name) or UNITS[name]
+        varied |= dict.fromkeys(_INERTIA if name == "inertia" else (name,), unit.replace("²", "^2").replace("³", "^3"))
+    return {"case": "int64", "vehicle": "string", "drag_ratio": "1"} | varied | _GAIT | FLIGHT
+
+
+def read_study(path: str | Path) -> Study:
+    """Read a study from a TOML file; files that it names are relative to it. InputError, FileProblem if it is none."""
     path = Path(path)
-    if path.suffix.lower() != ".toml":
-        raise InputError(f"study file must have the suffix .toml, got {str(path)!r}")
     return from_toml_file(path, "study", lambda one: study_from_mapping({"name": path.stem, **one}, folder=path.parent))
 
 
@@ -368,12 +403,11 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
 
     attitudes = content.get("attitudes", {})
     check_fields("attitudes", attitudes, ("roll", "pitch"))
-    stated = content | attitudes
-    biases, periods, roll, pitch = (
-        _axis_of(stated.get(key, default), key, partial(_checked, key), random=random)
+    axes = tuple(
+        _axis_of((content | attitudes).get(key, default), key, partial(_checked, key), random=random)
         for key, (default, _, _) in _AXES.items()
     )
-    flight, axes = settings_from_mapping(content.get("flight", {})), (biases, periods, roll, pitch)
+    flight = settings_from_mapping(content.get("flight", {}))
     study = Study(name, models, sources, axes, flight, anyway, count, seed)
     if len(study) > MOST_CASES:
         raise InputError(f"study {name!r} must have at most {MOST_CASES} cases, got {len(study)}")

@@ -1,18 +1,32 @@
 """Run a study on Dask: what is there is kept, what is missing is flown, and every batch is written when it is done.
 
-A case that cannot be planned, is refused, does not settle or fails is a row too, with its reason.
+The folder of a study::
+
+    study.json                 what the study is, resolved; its fingerprint; the versions that rows are made with
+    rows/part-00000.parquet    cases 0 to B − 1, in order; written whole or not at all
+    rows/part-00001.parquet    the next B, and so on; B follows from the number of cases
+    summary.html               once all are there: counts, tables, a picture; no script, and nothing to load
+
+Rows hold nothing of the clock, the machine or the process, so parts have the same bytes whichever worker flew them. A
+case that cannot be planned, is refused, does not settle or fails is a row too, with its reason.
 """
 
 from __future__ import annotations
 
 import asyncio
+import io
+import json
 import logging
 import math
 import os
+import re
+import shutil
+from base64 import b64encode
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import timedelta
+from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import monotonic
@@ -20,12 +34,11 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
-from gaitgraph.errors import GaitgraphError, Infeasible, InputError, needs_extra, shown
-from gaitgraph.files import write_whole
+from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
+from gaitgraph.files import text_of, write_whole
 from gaitgraph.flight.simulation import fly
-from gaitgraph.plots.axes import require_matplotlib
-from gaitgraph.study.dataset import FLIGHT, OUTCOMES, columns_of_constant, opened_dataset, page_of, reasons_of
-from gaitgraph.study.design import Case, Study, read_study, study_from_mapping
+from gaitgraph.plots.axes import blank_figure, paper_style, picture_bytes, require_matplotlib
+from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
 from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
@@ -35,6 +48,9 @@ if TYPE_CHECKING:
 
     Row = dict[str, Any]
 
+OUTCOMES = ("settled", "not settled", "refused", "no gait", "failed")
+"""What may come of a case: it flew and settled, or not; it was not flown; there is nothing to fly; it broke off."""
+
 _MOST_WORKERS = 1024
 _FREE_CASES = 10_000  # more cases, or a longer estimate, are run only with `yes`
 _FREE_SECONDS = 3600.0
@@ -43,14 +59,15 @@ _EMPTY = 60.0  # s that a cluster may be without workers at the start
 _DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 # An interrupt at the terminal reaches the workers too; this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+_SCRATCH = ".gaitgraph-*.part"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRun:
     """A study that is done: its `folder`, and its `table`, a pyarrow table of all rows in the order of the cases.
 
-    `outcomes` has the number of cases with each of :data:`gaitgraph.study.dataset.OUTCOMES`; `reasons` outcome, reason
-    and count of those that did not settle, as worded in the first such case. This run added `flown` of the cases.
+    `outcomes` has the number of cases with each of :data:`OUTCOMES`; `reasons` outcome, reason and count of those that
+    did not settle, as worded in the first such case. This run added `flown` of the cases.
     """
 
     study: Study
@@ -110,12 +127,9 @@ def run_study(
 
     Raises
     ------
-    InputError
-        If something asked for is not allowed, a scheduler does not answer, or workers do not start.
-    FileProblem, OutputExists
-        If the folder is something else, of another study, in use, or cannot be written.
-    MissingExtra
-        If mujoco, pyarrow, matplotlib or Dask is not installed.
+    InputError, FileProblem, OutputExists
+        If something asked for is not allowed, a scheduler does not answer, workers do not start, an extra is missing;
+        or if the folder is something else, of another study, in use, or cannot be written.
 
     Notes
     -----
@@ -132,10 +146,8 @@ def run_study(
     >>> run.outcomes["settled"], run.outcomes["refused"]
     (1, 1)
     """
-    if isinstance(study, dict):
-        study = study_from_mapping(study)
-    elif not isinstance(study, Study):
-        study = read_study(study)
+    if not isinstance(study, Study):
+        study = study_from_mapping(study) if isinstance(study, dict) else read_study(study)
     if scheduler is not None and workers is not None:
         raise InputError(f"--workers must not stand beside --scheduler, got {shown(workers)}")
     if workers is None:
@@ -145,41 +157,133 @@ def run_study(
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
         takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
-        raise InputError(
-            f"study {study.name!r} has {len(study)} flights, about {takes} with --workers {workers}; more than "
-            f"{_FREE_CASES} flights or {free} need --yes (yes=True)"
-        )
+        asked = f"study {study.name!r} has {len(study)} flights, about {takes} with --workers {workers}"
+        raise InputError(f"{asked}; more than {_FREE_CASES} flights or {free} need --yes (yes=True)")
     require_matplotlib()
     try:
-        import pyarrow as _  # noqa: F401
+        import pyarrow.dataset
     except ImportError as error:
         raise needs_extra("pyarrow", "a study", "study") from error
     here, folder, say = versions(), Path(output), progress or (lambda _: None)
+    parts = {folder / "rows" / f"part-{k:05d}.parquet": numbers for k, numbers in enumerate(study.batches)}
     with ExitStack() as stack:
         client = None
         if scheduler is not None:  # first, since a wrong address leaves no folder
             say("asking the scheduler")
             client = stack.enter_context(_client(0, scheduler))
-        dataset = stack.enter_context(opened_dataset(folder, study, here))
-        missing = dataset.missing()
+        stack.enter_context(_opened(folder, study, here))
+        missing = _missing(parts, study)
         if missing and workers and client is None:
             say("starting workers")
             client = stack.enter_context(_client(min(workers, len(missing)), None))
-        numbers = {batch: study.batches[batch] for batch in missing}
-        todo, flown, start = sum(map(len, numbers.values())), 0, monotonic()
+        todo, flown, start = sum(map(len, missing.values())), 0, monotonic()
         say(f"{len(study) - todo} of {len(study)} cases")
-        here_flown = ((batch, flown_batch(some, study, here)) for batch, some in numbers.items())
-        for batch, rows in here_flown if client is None else _flown_on_dask(client, study, numbers, here):
-            dataset.write(batch, rows)
+        flown_here = ((path, flown_batch(numbers, study, here)) for path, numbers in missing.items())
+        for path, rows in flown_here if client is None else _flown_on_dask(client, study, missing, here):
+            write_whole([(path, _content_of(rows, study, here))], force=False)
             flown += len(rows)
             left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
         say("drawing the summary")
-        table = dataset.table()
-        write_whole([(folder / "summary.html", page_of(study, table).encode())], force=True)
-    found = table["outcome"].to_pylist()
-    outcomes = {name: found.count(name) for name in OUTCOMES}
-    return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons_of(table), flown=flown, table=table)
+        try:
+            table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
+        except OSError as error:
+            raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
+        reasons = _reasons_of(table)
+        write_whole([(folder / "summary.html", _page_of(study, table, reasons).encode())], force=True)
+    outcomes = {name: table["outcome"].to_pylist().count(name) for name in OUTCOMES}
+    return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
+
+
+# -- The folder
+
+
+@contextmanager
+def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[None]:
+    """Open a folder, new or of this very study, for this process alone; `here` are the versions that make its rows.
+
+    OutputExists if it is something else, or another process writes there; FileProblem if the file system refuses.
+    """
+    about: dict[str, Any] = {
+        "format": "gaitgraph study",
+        "versions": dict(here),
+        "fingerprint": study.fingerprint,
+        "cases": len(study),
+        "batch": study.batch,
+        "study": study.as_mapping(),
+    }
+    manifest, rows = folder / "study.json", folder / "rows"
+    wanted = f"output must be a new folder or one of this study, got {str(folder)!r}"
+    try:
+        if not manifest.exists():
+            if folder.exists() and any(not path.match(_SCRATCH) for path in folder.iterdir()):
+                raise OutputExists(f"{wanted} with files")
+            folder.mkdir(exist_ok=True)
+            text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+            write_whole([(manifest, text.encode())], force=False)
+        found = dict(json.loads(text_of(manifest, "study", "a study's manifest")))
+        if differing := [name for name, value in about.items() if found.get(name) != value]:
+            raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
+        stream = manifest.open("rb")
+    except (OSError, TypeError, ValueError) as error:  # a name with a null character is a ValueError
+        if isinstance(error, GaitgraphError):
+            raise
+        raise FileProblem(f"{wanted}: {error}") from error
+    with stream:
+        try:  # the operating system drops the lock when the process ends
+            with suppress(ImportError):  # Windows has none
+                import fcntl
+
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputExists(f"another process writes to {str(folder)!r}; run one at a time") from error
+        rows.mkdir(exist_ok=True)
+        for scratch in [*folder.glob(_SCRATCH), *rows.glob(_SCRATCH)]:  # of a process that was killed while it wrote
+            shutil.rmtree(scratch, ignore_errors=True)
+        yield
+
+
+def _content_of(rows: Sequence[Row], study: Study, here: Mapping[str, str]) -> bytes:
+    """Return the content of a part."""
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    about = {"format": "gaitgraph study rows", "versions": dict(here)}
+    about |= {"study": study.name, "fingerprint": study.fingerprint}
+    fields = []
+    for name, unit in columns_of(study).items():
+        is_type = unit in ("int64", "string", "bool")
+        kind = pa.type_for_alias(unit if is_type else "double")
+        fields.append(pa.field(name, kind, name != "case", None if is_type else {"unit": unit}))
+    schema = pa.schema(fields, metadata={"gaitgraph": json.dumps(about, allow_nan=False)})
+    stream = io.BytesIO()
+    pa.parquet.write_table(pa.Table.from_pylist(rows, schema=schema), stream, write_page_checksum=True)
+    return stream.getvalue()
+
+
+def _missing(parts: Mapping[Path, range], study: Study) -> dict[Path, range]:
+    """Return the parts that are not there, in order; OutputExists if a file in the folder is none of them."""
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    missing = dict(parts)
+    for path in sorted(next(iter(parts)).parent.iterdir()):
+        if path.name.startswith("."):  # of a file manager; readers of datasets pass it over too
+            continue
+        try:
+            table = pa.parquet.read_table(path, page_checksum_verification=True, partitioning=None)
+            found = json.loads(table.schema.metadata[b"gaitgraph"])["fingerprint"], table["case"].to_pylist()
+            if found == (study.fingerprint, list(missing.pop(path))):
+                continue
+            reason = "it is of another study, or has other cases"
+        except (pa.ArrowException, KeyError, MemoryError, OSError, OverflowError, TypeError, ValueError) as error:
+            reason = shown(f"{type(error).__name__}: {error}")
+        remedy = "move or delete it, and the same command flies what is missing"
+        raise OutputExists(f"{str(path)!r} is not a whole part of this study ({reason}): {remedy}")
+    return missing
+
+
+# -- The flights
 
 
 def versions() -> dict[str, str]:
@@ -196,24 +300,17 @@ def flown_batch(numbers: Sequence[int], study: Study, expected: Mapping[str, str
     for name, wanted in expected.items():
         if here.get(name) != wanted:
             raise InputError(f"workers must have {name} {wanted}, with which the study began, got {here.get(name)}")
-    gaits: dict[str, Gait | GaitgraphError] = {}
+    gaits: dict[str, Gait] = {}
     return [row_of(study.case(number), study, gaits) for number in numbers]
 
 
-def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) -> Row:
+def row_of(case: Case, study: Study, gaits: dict[str, Gait]) -> Row:
     """Return the row of a case, whatever goes wrong in it; `gaits` keeps what was planned for the cases before."""
-    row = _known_of(case)
+    row = case.known()
     try:
         row["drag_ratio"] = case.vehicle.drag_ratio
         key = repr((case.model.base.name, case.varied, case.source.name))
-        if key not in gaits:
-            try:
-                gaits[key] = case.source.gait(case.vehicle)
-            except GaitgraphError as error:
-                gaits[key] = error
-        gait = gaits[key]
-        if isinstance(gait, GaitgraphError):
-            raise gait
+        gait = gaits[key] = gaits.get(key) or case.source.gait(case.vehicle)
         timed = parametrize(gait if case.eta == 1 else gait.biased(case.eta), case.period, law=case.source.law)
         report = timed.check()
         row |= {name: getattr(report, name) for name in ("valid", "flyable", "reachable_from_hover")}
@@ -228,14 +325,6 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
         outcome = "no gait" if isinstance(error, Infeasible) else "failed"
         reason = str(error) if isinstance(error, GaitgraphError) else f"{type(error).__name__}: {error}"
     return row | {"outcome": outcome, "reason": " ".join(reason.split())}
-
-
-def _known_of(case: Case) -> Row:
-    """Return what a row holds whatever comes of its case."""
-    row: Row = {"case": case.number, "vehicle": case.model.base.name, "gait": case.source.name}
-    for name, value in case.varied.items():
-        row |= zip(columns_of_constant(name), value if isinstance(value, tuple) else (value,), strict=True)
-    return row | {name: getattr(case, name) for name in ("eta", "period", "roll", "pitch")}
 
 
 @contextmanager
@@ -277,17 +366,15 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
             if scheduler is None:
                 raise InputError(f"workers did not start ({_line(error)}); --workers 0 needs none") from error
-            raise InputError(
-                f"--scheduler must be the address of a running Dask scheduler with workers, got {shown(scheduler)} "
-                f"({_line(error)})"
-            ) from error
+            wanted = "--scheduler must be the address of a running Dask scheduler with workers"
+            raise InputError(f"{wanted}, got {shown(scheduler)} ({_line(error)})") from error
         yield client
 
 
 def _flown_on_dask(
-    client: Any, study: Study, numbers: Mapping[int, range], here: Mapping[str, str]
-) -> Iterator[tuple[int, list[Row]]]:
-    """Yield batches and their rows as they are flown, in any order; InputError if a worker cannot, or the cluster ends.
+    client: Any, study: Study, missing: Mapping[Path, range], here: Mapping[str, str]
+) -> Iterator[tuple[Path, list[Row]]]:
+    """Yield parts and their rows as they are flown, in any order; InputError if a worker cannot, or the cluster ends.
 
     Dask gives the work of a worker that dies to others. The cases of a batch that several workers did not survive are
     flown one by one at the end, and a case that still ends its worker has a row that says so.
@@ -295,8 +382,8 @@ def _flown_on_dask(
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    def submitted(some: Sequence[int]) -> Any:
-        return client.submit(flown_batch, some, study, dict(here), pure=False)
+    def submitted(numbers: Sequence[int]) -> Any:
+        return client.submit(flown_batch, numbers, study, dict(here), pure=False)
 
     def rows_of(future: Any) -> Any:  # None where workers died
         try:
@@ -306,23 +393,109 @@ def _flown_on_dask(
         except GaitgraphError:
             raise
         except (Exception, CancelledError) as error:
-            raise InputError(
-                f"a worker cannot run the study ({_line(error)}); workers need this gaitgraph with its extra study"
-            ) from error
+            needs = "workers need this gaitgraph with its extra study"
+            raise InputError(f"a worker cannot run the study ({_line(error)}); {needs}") from error
 
-    batch_of = {submitted(some): batch for batch, some in numbers.items()}
+    path_of = {submitted(numbers): path for path, numbers in missing.items()}
     lost = []
-    for future in as_completed(list(batch_of), loop=client.loop):
-        batch, rows = batch_of.pop(future), rows_of(future)
-        if rows is not None:
-            yield batch, rows
+    for future in as_completed(list(path_of), loop=client.loop):
+        path, rows = path_of.pop(future), rows_of(future)
+        if rows is None:
+            lost.append(path)
         else:
-            lost.append(batch)
+            yield path, rows
     died = {"outcome": "failed", "reason": "each worker that flew this case alone died"}
-    for batch in sorted(lost):
-        alone = [(number, rows_of(submitted([number]))) for number in numbers[batch]]
-        yield batch, [rows[0] if rows else _known_of(study.case(number)) | died for number, rows in alone]
+    for path in sorted(lost):
+        alone = [(number, rows_of(submitted([number]))) for number in missing[path]]
+        yield path, [rows[0] if rows else study.case(number).known() | died for number, rows in alone]
 
 
 def _line(error: BaseException) -> str:
     return shown(f"{type(error).__name__}: {error}")[1:-1]
+
+
+# -- The page
+
+_MOST_PANELS = 24
+_MOST_LINES = 20  # of a table; drawn quantities have more values, which the rows themselves hold
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>{name}</title></head>
+<body style="font: 15px/1.45 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto">
+<h1>{name}</h1>
+{body}
+</body>
+</html>
+"""
+
+
+def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:
+    """Return outcome, reason and count of what did not settle, the most frequent first.
+
+    Reasons that differ in their numbers alone count as one, worded as in the first of those cases.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for outcome, reason in zip(table["outcome"].to_pylist(), table["reason"].to_pylist(), strict=True):
+        if outcome != "settled":
+            key = outcome, re.sub(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", reason)
+            found.setdefault(key, []).append(reason)
+    order = sorted(found.items(), key=lambda item: -len(item[1]))  # ties stay in the order of the cases
+    return tuple((outcome, reasons[0], len(reasons)) for (outcome, _), reasons in order)
+
+
+def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) -> str:
+    """Return the page of a study whose rows are all there; the same rows give the same page."""
+    columns = columns_of(study)
+    quantities = list(columns)[1 : list(columns).index("roll")]
+    outcomes = table["outcome"].to_pylist()
+    how = "every combination" if study.count is None else f"a random sample, seed {study.seed}"
+    body = [f"<p>{len(study)} cases, {how}; study {study.fingerprint[:12]}</p>"]
+    # A line for each value that a quantity takes, and one for all cases.
+    lines = [("all cases", outcomes)]
+    for name in quantities:
+        values = table[name].to_pylist()
+        levels = [value for value in dict.fromkeys(values) if value is not None]
+        unit = f" {columns[name]}" * (columns[name] not in ("string", "1"))
+        for value in levels if 1 < len(levels) <= _MOST_LINES else ():
+            text = value if isinstance(value, str) else f"{name.replace('_', ' ')} {value:.6g}{unit}"
+            lines.append((text, [outcome for outcome, one in zip(outcomes, values, strict=True) if one == value]))
+    counts = [[text, str(len(found)), *(str(found.count(name)) for name in OUTCOMES)] for text, found in lines]
+    body.append(_html_table(["", "cases", *OUTCOMES], counts))
+    if reasons:
+        of_each = [[str(count), outcome, reason] for outcome, reason, count in reasons]
+        body.append(_html_table(["cases", "outcome", "reason, as in the first"], of_each))
+    if {"settled", "not settled"} & set(outcomes):
+        body.append(_picture(table))
+    return _PAGE.format(name=escape(study.name), body="\n".join(body))
+
+
+def _html_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    rows = [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in line)}</tr>" for line in (head, *lines)]
+    return f'<table cellpadding="4">{"".join(rows)}</table>'
+
+
+def _picture(table: Any) -> str:
+    """Return the picture of the page: from which attitudes flights settle, by gait and bias."""
+    # Of each panel, of each attitude: whether its flights settled.
+    panels: dict[str, dict[tuple[float, float], list[bool]]] = {}
+    for row in table.select(["gait", "eta", "roll", "pitch", "outcome"]).to_pylist():
+        if row["outcome"] in ("settled", "not settled"):
+            places = panels.setdefault(f"{row['gait']}, η = {row['eta']:.3g}", {})
+            place = math.degrees(row["roll"]), math.degrees(row["pitch"])
+            places.setdefault(place, []).append(row["outcome"] == "settled")
+    with paper_style():
+        height = -(-min(len(panels), _MOST_PANELS) // 4)
+        figure = blank_figure(170.0, 20.0 + 46.0 * height)
+        axes = figure.subplots(height, 4, squeeze=False, sharex=True, sharey=True)
+        for ax, (title, places) in zip(axes.flat, panels.items(), strict=False):
+            part = [sum(flights) / len(flights) for flights in places.values()]
+            dots = ax.scatter(*zip(*places, strict=True), s=9, c=part, cmap="viridis", vmin=0, vmax=1)
+            ax.set_title(title, parse_math=False)
+        for ax in axes.flat[len(panels) :]:
+            ax.set_axis_off()
+        figure.supxlabel("initial roll (°)")
+        figure.supylabel("initial pitch (°)")
+        figure.colorbar(dots, ax=axes, label="part of the flights that settled")
+        more = f"; the first {_MOST_PANELS} of {len(panels)}" * (len(panels) > _MOST_PANELS)
+        content = b64encode(picture_bytes(figure, "png")).decode()
+    return f'<p>From which attitudes flights settle{more}.</p><img alt="" src="data:image/png;base64,{content}">'
