@@ -224,9 +224,9 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
     [
         (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), "alpha3 must be a column .*EOF"),
         (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column .*shape \(3, 2\)"),
-        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be a column of real .*complex128"),
-        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be a column of real .*bool"),
-        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be a column of real .*datetime"),
+        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be a column of numbers .*complex128"),
+        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be a column of numbers .*bool"),
+        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be a column of numbers .*datetime"),
         (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3 must be .*Object arrays cannot be loaded"),
         (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3 .*malformed"),
         (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
@@ -266,9 +266,9 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     for content, message in (
         ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*there are 'fs', 'signal'"),
         ({**three, "alphal": np.zeros(3)}, "column 'alpha1' is missing.*did you mean 'alphal'"),
-        ({**three, "alpha1": cells}, "alpha1 must be a column of real .*object"),
+        ({**three, "alpha1": cells}, "alpha1 must be a column of numbers .*object"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
-        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of real .*complex"),
+        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of numbers .*complex"),
         ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column .*shape \(3, 2\)"),
         ({**three, "alpha1": np.zeros(4)}, "columns must have equally many rows, got 3 to 4"),
         ({**three, "alpha1": np.array(["0x", "1", "2"])}, "row 1: alpha1 .*'0x'"),
@@ -276,7 +276,10 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
         ({"alpha": "text"}, "alpha must be a matrix of 4 columns"),
         ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing"),
         ({**FOUR, "t": np.array([0, np.inf, 1])}, "row 2: t .*inf"),
-        ({"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0}, "it must have one struct, or one called 'gait', got 2, 'a', 'b'"),
+        (
+            {"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0},
+            "it must have one struct of angles, or one .*'gait', got 2",
+        ),
     ):
         for packed in (False, True):
             savemat(path, content, do_compression=packed, long_field_names=True)
@@ -340,11 +343,11 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     path = tmp_path / "a.parquet"
     for changed, message in (
         ({"alpha1": None}, "column 'alpha1' is missing"),
-        ({"alpha1": pa.array([True] * 3)}, "column 'alpha1' must hold numbers, got bool"),
-        ({"alpha1": pa.array(["0", "1", "2"])}, "column 'alpha1' must hold numbers, got string"),
-        ({"alpha1": pa.array([[0.0]] * 3)}, "column 'alpha1' must hold numbers, got list<"),
-        ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, r"column 't' must hold numbers, got timestamp\["),
-        ({"color": pa.array([1, 2, 3])}, "column 'color' must hold texts, got int64"),
+        ({"alpha1": pa.array([True] * 3)}, "alpha1 must be a column of numbers .*, got bool"),
+        ({"alpha1": pa.array(["0", "1", "x"])}, "row 3: alpha1 is 'x'"),
+        ({"alpha1": pa.array([[0.0]] * 3)}, "alpha1 must be a column of numbers .*, got list<"),
+        ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, "t must be a column of numbers .*, got datetime64"),
+        ({"color": pa.array([1, 2, 3])}, "row 1: color is 1"),
         ({"color": pa.array(["red", None, "red"])}, "row 2: color"),
         ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2"),
         ({"alpha2": pa.array([0.0, 2.0, 0.0])}, "row 2: alpha2 .*2.0"),

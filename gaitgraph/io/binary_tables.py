@@ -29,12 +29,12 @@ from gaitgraph.gait.table import (
     FORMAT,
     RATES,
     ROWS_OF_A_PIECE,
-    TEXTS,
     about_from_text,
     merged,
     provenance_of,
     provenance_text,
 )
+from gaitgraph.io.columns import column_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -79,24 +79,14 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
 def _tables_of(
     arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder, progress: Progress
 ) -> Iterator[Table]:
-    """Yield the tables of arrays by name, some rows at a time; a single text counts for all rows."""
+    """Yield the tables of arrays by name, some rows at a time."""
     builder.begin(list(arrays), about)
-    columns: dict[str, Array] = {}
-    for name in filter(builder.uses, arrays):
-        one = arrays[name]
-        if not isinstance(one, np.ndarray) or one.dtype.kind not in "fiuUS" or one.size != max(one.shape, default=1):
-            got = f"{one.dtype} of shape {one.shape}" if isinstance(one, np.ndarray) else str(one)
-            raise InputError(f"{name} must be a column of real numbers or of texts, got {shown(got)[1:-1]}")
-        values = one.reshape(-1)
-        is_text = one.dtype.kind in "US"
-        columns[name] = np.char.rstrip(values.astype(np.str_)) if is_text else values.astype(np.float64)
-    rows = max(map(len, columns.values()))
-    for name in TEXTS:
-        if name in columns and len(columns[name]) == 1:
-            columns[name] = np.repeat(columns[name], rows)
+    columns = {name: column_of(name, arrays[name]) for name in arrays if builder.uses(name)}
+    rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=1)
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = min(start + ROWS_OF_A_PIECE, rows)
-        yield from builder.pieces({name: one[start:stop] for name, one in columns.items()})
+        cut = {name: one if isinstance(one, str) else one[start:stop] for name, one in columns.items()}
+        yield from builder.pieces(cut)
         if progress is not None:
             progress(stop / rows)
 
@@ -189,6 +179,7 @@ def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
 def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
     """Yield the tables of a Parquet file, some rows at a time."""
     import pyarrow.parquet as pq
+    from pyarrow.types import is_nested
 
     with gate(path, _PARQUET, most=1 << 62) as size, path.open("rb", buffering=0) as stream:
         file = pq.ParquetFile(
@@ -202,34 +193,15 @@ def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Itera
         builder.begin(schema.names, _about_of_parquet(schema.metadata or {}))
         used = list(filter(builder.uses, schema.names))
         for name in used:
-            kind, wanted = schema.field(name).type, "text" if name in TEXTS else "number"
-            if _kind(kind) != wanted:
-                raise InputError(f"column {name!r} must hold {wanted}s, got {shown(str(kind))[1:-1]}")
+            if is_nested(schema.field(name).type):
+                raise InputError(f"{name} must be a column of numbers or of texts, got {schema.field(name).type}")
         check_size(8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size))
         done = 0
         for batch in file.iter_batches(batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False):
-            yield from builder.pieces(dict(zip(batch.schema.names, map(_values, batch.columns), strict=True)))
+            yield from builder.pieces(dict(zip(batch.schema.names, batch.columns, strict=True)))
             done += batch.num_rows
             if progress is not None:
                 progress(min(done / rows, 1.0) if rows else 1.0)
-
-
-def _kind(kind: Any) -> str | None:
-    """Return whether a column holds numbers or texts, or None."""
-    from pyarrow import types
-
-    if types.is_dictionary(kind):
-        kind = kind.value_type
-    if types.is_floating(kind) or types.is_integer(kind):
-        return "number"
-    return "text" if types.is_string(kind) or types.is_large_string(kind) else None
-
-
-def _values(column: Any) -> Any:
-    """Return numbers as an array, texts as a list; a list, with None for what is missing, if anything is."""
-    if _kind(column.type) == "text" or column.null_count:
-        return column.to_pylist()
-    return column.cast("float64").to_numpy(zero_copy_only=False)
 
 
 def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -292,18 +264,17 @@ def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
     with gate(path, _MAT):
         with warnings.catch_warnings(action="ignore"):
             variables = _mat_variables(path.read_bytes())
-        structs: dict[str, Any] = {name: one for name, one in variables.items() if one.dtype.names and one.size == 1}
-        plain = {name: one for name, one in variables.items() if name not in structs}
-        chosen = [_GAIT] if _GAIT in structs else list(structs)
-        if len(chosen) > 1 and not _has_angles(plain):
-            names = ", ".join(map(repr, chosen[:4])) + (", …" if len(chosen) > 4 else "")
-            raise InputError(f"it must have one struct, or one called {_GAIT!r}, got {len(chosen)}, {names}")
-        fields = {}
-        if len(chosen) == 1:
-            fields = {name: structs[chosen[0]][name].item() for name in structs[chosen[0]].dtype.names}
-        about = _about_of_array({**plain, **fields}.get(_PROVENANCE))
-        inside = fields and (not plain or (_has_angles(fields) and not _has_angles(plain)))
-        found = dict(fields if inside else plain)
+        plain = {name: one for name, one in variables.items() if not one.dtype.names}
+        structs = [_fields(one) for name, one in variables.items() if one.dtype.names and name != _GAIT]
+        ours = _fields(variables.get(_GAIT, np.zeros(0)))
+        # What has angles is preferred; joints may have any name.
+        tables = [
+            [one for one in some if test(one)] for test in (_has_angles, bool) for some in ([plain], [ours], structs)
+        ]
+        found, *others = next(filter(None, tables), [{}])
+        if others:
+            raise InputError(f"it must have one struct of angles, or one called {_GAIT!r}, got {1 + len(others)}")
+        about = _about_of_array({**found, **ours}.get(_PROVENANCE))
         for group, angles in _GROUPS.items():
             matrix = found.pop(group, None)
             if matrix is not None and found.keys().isdisjoint(angles):
@@ -311,6 +282,11 @@ def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
                     raise InputError(f"{group} must be a matrix of 4 columns, got shape {np.shape(matrix)}")
                 found |= dict(zip(angles, matrix.T, strict=True))
         yield from _tables_of(found, about, builder, progress)
+
+
+def _fields(array: Array) -> dict[str, Any]:
+    """Return the fields of a struct; nothing of another array."""
+    return {name: array[name].item() for name in array.dtype.names or ()} if array.size == 1 else {}
 
 
 def _has_angles(found: Mapping[str, Any]) -> bool:

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
-_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12)
-_LONGEST_TIME, _SHORTEST_STEP = 1e9, 1e-9
+_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
+_SHORTEST_STEP = 1e-9
 _BESIDE_JOINTS = ("color", "types", "R")
 _MOST_NAMED, _MOST_COMPARED = 5, 1000  # of other columns, in a message
 
@@ -81,16 +81,19 @@ class TableBuilder:
         return name in self.joints.columns or name in _BESIDE_JOINTS
 
     def pieces(self, raw: Mapping[str, Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
-        """Yield the table of the next raw columns, arrays or lists, checked and in order; nothing if they have no rows.
+        """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
-        With `angle_texts` texts such as "3pi/8" are angles, in radians.
+        Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
         """
-        used = {name: values for name, values in raw.items() if self.uses(name)}
-        lengths = set(map(len, used.values()))
+        used = {name: column_of(name, values) for name, values in raw.items() if self.uses(name)}
+        lengths = {len(values) for values in used.values() if not isinstance(values, str)} or {0}
         if len(lengths) > 1:
             raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
-        if not max(lengths, default=0):
+        if lengths == {0}:
             return
+        used = {
+            name: values if not isinstance(values, str) else [values] * max(lengths) for name, values in used.items()
+        }
         found: dict[str, Any] = {}
         if self.joints is not None:
             numbers = {name: _numbers(name, used.pop(name), self.rows) for name in self.joints.columns if name in used}
@@ -106,24 +109,17 @@ class TableBuilder:
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
-                unit, limit = "", f"up to {largest:g}"
-                if largest == HALF_PI:
-                    unit, limit = " rad", f"−π/2 to π/2 (±{HALF_PI!r})"
-                raise InputError(
-                    f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{unit}; allowed is {limit}"
-                )
+                allowed = f" rad; allowed is −π/2 to π/2 (±{HALF_PI!r})"
+                if largest != HALF_PI:
+                    allowed = f"; allowed is up to {largest:g}"
+                raise InputError(f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{allowed}")
         if "t" in found:
-            times = found["t"]
-            step = np.diff(times, prepend=self._last_time)
-            for wrong, why in (
-                (np.abs(times) > _LONGEST_TIME, f"; allowed are times up to {_LONGEST_TIME:g} s"),
-                (step <= 0, " does not increase; allowed are increasing times"),
-                (step < _SHORTEST_STEP, f" follows at once; allowed are steps of {_SHORTEST_STEP:g} s and more"),
-            ):
-                if wrong.any():
-                    k = int(np.argmax(wrong))
-                    raise InputError(f"row {self.rows + k + 1}: t = {float(times[k])!r}{why}")
-            self._last_time = times[-1]
+            short = np.diff(found["t"], prepend=self._last_time) < _SHORTEST_STEP
+            if short.any():
+                k = int(np.argmax(short))
+                wanted = f"allowed are times that increase by {_SHORTEST_STEP:g} s or more"
+                raise InputError(f"row {self.rows + k + 1}: t = {float(found['t'][k])!r} does not increase; {wanted}")
+            self._last_time = found["t"][-1]
         self.rows += len(found["alpha1"])
         yield Table(columns={name: found[name] for name in ORDER if name in found}, about=self.about, rounding=rounding)
 
@@ -138,12 +134,34 @@ class TableBuilder:
             raise InputError("it has no rows; allowed is at least one")
 
 
+def column_of(name: str, given: Any) -> Any:
+    """Return a column of a file or a frame as an array of numbers, a list, or one text, which holds for all rows.
+
+    Raises InputError if it is neither numbers nor texts, or has more than one dimension that counts.
+    """
+    if isinstance(given, (list, tuple, str)):
+        return given
+    try:
+        values = np.asarray(given)
+        kind, size = values.dtype.kind, max(values.shape, default=1)
+        # Arrays of objects are columns of pandas, where they have one dimension, or cells of MATLAB.
+        if kind in "fiuUSTO" and values.size == size and (kind != "O" or values.ndim == 1):
+            flat = values.reshape(-1)
+            if kind in "fiu":
+                return flat
+            texts = (flat.astype(np.str_) if kind == "S" else flat).tolist()
+            return texts if kind == "O" or len(texts) != 1 else texts[0]
+        got = f"{values.dtype} of shape {values.shape}" if given is values or values.ndim else shown(given)
+    except (TypeError, ValueError):
+        got = shown(given)
+    raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
+
+
 def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
     """Return the values of a column as finite numbers, in an array of their own."""
-    if isinstance(values, np.ndarray) and values.dtype.kind == "f":
+    if isinstance(values, np.ndarray):
         numbers = np.array(values, dtype=np.float64)
     else:
-        values = values.tolist() if isinstance(values, np.ndarray) else values
         kinds = set(map(type, values))
         try:
             plain = kinds <= {float} or (kinds == {str} and not angle_texts and _is_plain("".join(values)))
@@ -165,7 +183,7 @@ def _number(value: Any, angle_texts: bool) -> float:
     try:
         if isinstance(value, str):
             return angle_from_text(value) if angle_texts else float(value) if _is_plain(value) else math.nan
-        return math.nan if isinstance(value, (bool, list, dict)) else float(value)
+        return math.nan if isinstance(value, (bool, list, dict, np.ndarray)) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
 
@@ -178,17 +196,14 @@ def _is_plain(text: str) -> bool:
 def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
     values = values.tolist() if isinstance(values, np.ndarray) else values
-    texts = [text.strip() if isinstance(text, str) else text for text in values]
-    try:
-        distinct = list(dict.fromkeys(texts))
-    except TypeError:  # a list or an object is among them
-        distinct = texts
-    for text in distinct:
+    texts = [text.strip() if isinstance(text, str) else shown(text) for text in values]
+    for text in dict.fromkeys(texts):
         try:
             if name == "types":
                 types_from_text(text)
             elif text not in FAMILIES:
-                which = "missing" if text is None else shown(text)
+                found = values[texts.index(text)]
+                which = "missing" if found is None else shown(found)
                 raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
@@ -212,17 +227,13 @@ Frame = HasColumns | Mapping[str, Any]
 
 def as_table(value: Any) -> Any:
     """Return a frame as a table, and anything else as it is; InputError for a lazy frame."""
-    return table_from_frame(value) if _is_lazy(value) or _is_frame(value) else value
-
-
-def _is_lazy(value: object) -> bool:
-    """Return whether a value is a frame without rows yet; asking it for its columns would compute them."""
-    return hasattr(type(value), "collect") and hasattr(type(value), "columns")
+    return table_from_frame(value) if _is_frame(value) else value
 
 
 def _is_frame(value: object) -> bool:
-    has_columns = hasattr(value, "columns") and hasattr(value, "__getitem__")
-    return isinstance(value, Mapping) or (has_columns and not isinstance(value, (Table, type)))
+    # The class is asked: asking a lazy frame for its columns would compute them.
+    has_columns = hasattr(type(value), "columns") and hasattr(type(value), "__getitem__")
+    return isinstance(value, Mapping) or (has_columns and not isinstance(value, Table))
 
 
 def table_from_frame(frame: Frame) -> Table:
@@ -236,10 +247,10 @@ def table_from_frame(frame: Frame) -> Table:
     >>> len(table), list(table.columns)
     (2, ['alpha1', 'alpha2', 'color'])
     """
-    if _is_lazy(frame):
-        raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")
     if not _is_frame(frame):
         raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
+    if hasattr(type(frame), "collect"):
+        raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")
     given = frame if isinstance(frame, Mapping) else getattr(frame, "column_names", None) or frame.columns
     names = [name for name in given if isinstance(name, str)]
     attributes = getattr(frame, "attrs", None)
@@ -249,31 +260,12 @@ def table_from_frame(frame: Frame) -> Table:
     except (RecursionError, TypeError, ValueError) as error:
         raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
     index = getattr(frame, "index", None)
-    from_index = getattr(index, "name", None) == "t" and "t" not in names
+    columns = {name: frame[name] for name in names}
+    if getattr(index, "name", None) == "t" and "t" not in names:
+        names.append("t")
+        columns["t"] = index
     builder = TableBuilder()
-    builder.begin([*names, "t"] if from_index else names, about_from_text(text))
-    columns = {name: _values(frame[name], name) for name in names if builder.uses(name)}
-    if from_index:
-        columns["t"] = _values(index, "t")
-    rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=0)
-    columns = {name: [values] * rows if isinstance(values, str) else values for name, values in columns.items()}
+    builder.begin(names, about_from_text(text))
     tables = list(builder.pieces(columns, angle_texts=True))
     builder.check_rows()
     return tables[0]
-
-
-def _values(column: Any, name: str) -> Any:
-    """Return a column as an array of floats or a list of texts, one text as it is; InputError for anything else."""
-    if isinstance(column, (list, tuple, str)):
-        return column
-    try:
-        values = np.asarray(column)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be a column of numbers or texts, got {shown(column)}") from error
-    if values.ndim != 1:
-        raise InputError(f"{name} must have one dimension, got {values.ndim}")
-    if values.dtype.kind in "fiu" and values.dtype.itemsize <= np.dtype(float).itemsize:
-        return values.astype(np.float64)
-    if values.dtype.kind in "OUT":
-        return values.tolist()
-    raise InputError(f"{name} must hold numbers or texts, got values of the type {values.dtype}")

@@ -207,14 +207,9 @@ def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
     elif "path" in content:
         columns, about = _columns_of_plan(content)
     else:
-        columns = content.get("columns", content)
+        columns, about = content.get("columns", content), checked_about(content.get("about", {}))
         if not isinstance(columns, dict):
             raise InputError(f"'columns' is no object; {_JSON}")
-        about = checked_about(content.get("about", {}))
-        lists = {name: values for name, values in columns.items() if isinstance(values, list)}
-        if isinstance(columns.get("color"), str) and lists:
-            lists["color"] = [columns["color"]] * len(next(iter(lists.values())))
-        columns = lists
     yield from builder.whole(columns, about)
 
 
