@@ -36,8 +36,8 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
-from gaitgraph.errors import ContractError, InputError, checked_choice, shown
+from gaitgraph.angles import number_of, whole_number
+from gaitgraph.errors import ContractError, InputError, checked_choice
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -81,11 +81,7 @@ _TOLERANCES = {"least_singular_value": 2e-5}
 
 def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
-    whole = isinstance(divisions, (int, np.integer)) and not isinstance(divisions, bool)
-    if not whole or not 2 <= divisions <= MOST_DIVISIONS:  # type: ignore[operator]
-        hint = "; the method exact plans without a grid" if whole and divisions > MOST_DIVISIONS else ""  # type: ignore[operator]
-        raise InputError(f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, got {shown(divisions)}{hint}")
-    return int(divisions)  # type: ignore[call-overload, no-any-return]
+    return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
 
 def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
@@ -334,8 +330,8 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
-    """Return what a surface graph was built for, from its metadata; ContractError if that is missing."""
-    for key in ("vehicle", "coefficients"):
+    """Return what a surface graph was built for, from its metadata; ContractError if some are missing."""
+    for key in ("vehicle", "coefficients", "sign", "crossing_tolerance", "floor"):
         if key not in graph.graph:
             raise ContractError(f"graph metadata: {key!r} is missing")
     vehicle = vehicle_from_mapping(graph.graph["vehicle"])

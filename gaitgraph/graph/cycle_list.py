@@ -3,225 +3,94 @@
 A cycle passes three or more nodes, none of them twice. Cycles come in a total order: by length, compared as whole
 multiples of 1e-12 rad, then by their nodes in canonical form. That form starts at the node that comes first in the
 graph and goes on to the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
+
+The search deepens paths depth first up to a limit of length that rises from pass to pass. A path is left as soon as its
+length, and the shortest walk that can still close it, exceed the limit. The shortest of what was left, the floor of the
+next pass, is a proven bound: no cycle that has not been found is shorter. Without stops each cycle is searched from its
+smallest node and the smaller of that node's two neighbours on it, with stops from one of its stops.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass, field
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from functools import cache, lru_cache
+from heapq import heapify, heappop, heappush, nsmallest
+from itertools import chain, combinations
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import networkx as nx
-import numpy as np
 
-from gaitgraph.angles import number_of, text_from_angle
-from gaitgraph.errors import ContractError, InputError, shown
-from gaitgraph.graph.build import gait_along, vehicle_and_coefficients
-from gaitgraph.graph.cycle_search import CycleSearch
-from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Use, allowed_edges, quanta_of
-from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
+from gaitgraph.angles import number_of, whole_number
+from gaitgraph.errors import InputError, shown
+from gaitgraph.graph.build import vehicle_and_coefficients
+from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Cycle, Use, allowed_edges, quanta_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.graph.cycle_search import Item, Rows
-    from gaitgraph.validation.report import Report
+Rows = list[list[tuple[int, int]]]
+"""For each node its neighbours, in rising order, each with the length of the edge [quanta]."""
 
+Item = tuple[int, tuple[int, ...]]
+"""A cycle: its length [quanta] and its nodes in canonical form; items compare in the total order."""
+
+Step = tuple[int, int, int, Any]
+"""One step on: least length over this edge and back, node, length of the edge, state there."""
+
+MOST_HELD = 50_000  # cycles that a pass keeps; twice as many for a moment
+_NEVER = 1 << 62  # the distance of what cannot be reached
+_MOST_STATES, _REPORT_STEPS = 30_000, 200_000
 _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cycle:
-    """One simple closed cycle with the verdict of its edges.
-
-    Every cycle is two-color between its nodes; no clock is judged, neither tilt rates nor accelerations.
-
-    Parameters
-    ----------
-    nodes
-        Node ids in canonical order, the first not repeated.
-    length
-        Length in the (α1, α2) plane [rad], the sum of the edges, each to the next 1e-12.
-    surface
-        The graph as it was when the search began.
-    """
-
-    nodes: tuple[Any, ...]
-    length: float
-    surface: nx.Graph[Any] = field(repr=False, compare=False)
-
-    @property
-    def sign(self) -> Sign:
-        """Sign of R: "positive" or "negative"."""
-        sign: Sign = self.surface.graph["sign"]
-        return sign
-
-    @property
-    def color(self) -> str:
-        """The color of all nodes, "red" or "blue", or "mixed"."""
-        colors = {self.surface.nodes[name]["color"] for name in self.nodes}
-        return str(colors.pop()) if len(colors) == 1 else "mixed"
-
-    @property
-    def _edges(self) -> list[dict[str, Any]]:
-        return [self.surface.edges[pair] for pair in pairwise((*self.nodes, self.nodes[0]))]
-
-    @property
-    def valid(self) -> bool:
-        """Whether every edge is continuous and keeps the sign of R."""
-        return all(edge["continuous"] and edge["keeps_sign"] for edge in self._edges)
-
-    @property
-    def flyable(self) -> bool:
-        """Whether every edge is flyable, with the graph's floor."""
-        return all(edge["flyable"] for edge in self._edges)
-
-    @property
-    def least_singular_value(self) -> float:
-        """The least value of the edges, dimensionless; 0 with blue nodes or jumps."""
-        return min(float(edge["least_singular_value"]) for edge in self._edges)
-
-    @property
-    def path(self) -> Gait:
-        """The gait through all nodes."""
-        return gait_along(self.surface, self.nodes)
-
-    @property
-    def report(self) -> Report:
-        """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
-        return self.path.merged().check(floor=self.surface.graph["floor"])
-
-    @property
-    def reachable_from_hover(self) -> bool:
-        """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet."""
-        alpha = self.path.alpha
-        labels = red_label(alpha[:, 0], alpha[:, 1], vehicle_and_coefficients(self.surface)[0])
-        return self.valid and self.color == "red" and self.sign == "positive" and bool((labels == HOVER_LABEL).all())
-
-    def __str__(self) -> str:
-        verdict = "flyable" if self.flyable else "valid" if self.valid else "not valid"
-        corners = self.path.merged().alpha[:, :2].tolist()
-        points = " ".join(f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners)
-        return f"{self.length:.4f} rad  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {points}"
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the cycle as plain values, ready for JSON."""
-        path = self.path
-        return {
-            "color": self.color,
-            "sign": self.sign,
-            "path": path.alpha.tolist(),
-            "types": [self.surface.nodes[name]["types"] for name in self.nodes],
-            "colors": list(path.colors),
-            "length": self.length,
-            "valid": self.valid,
-            "two_color": True,
-            "flyable": self.flyable,
-            "reachable_from_hover": self.reachable_from_hover,
-            "least_singular_value": self.least_singular_value,
-        }
-
-
-class _Numbered:
-    """The usable part of a graph in whole numbers: a node is its position in the graph, a length is in quanta."""
-
-    def __init__(self, graph: nx.Graph[Any], use: Use) -> None:
-        if not isinstance(graph, nx.Graph):
-            raise InputError(f"graph must be a networkx.Graph of gaitgraph.surface_graph, got {shown(graph)}")
-        allowed = allowed_edges(use)
-        vehicle_and_coefficients(graph)  # says what is missing
-        for key in ("sign", "crossing_tolerance", "floor"):
-            if key not in graph.graph:
-                raise ContractError(f"graph metadata: {key!r} is missing")
-        self.surface = graph.copy()
-        self.names = list(graph.nodes)
-        self.index = {name: k for k, name in enumerate(self.names)}
-        self.rows: Rows = [[] for _ in self.names]
-        for first, second, edge in graph.edges(data=True):
-            a, b = self.index[first], self.index[second]
-            if a != b and allowed(edge):
-                self.rows[a].append((b, quanta_of(edge["length"])))
-                self.rows[b].append((a, quanta_of(edge["length"])))
-        for row in self.rows:
-            row.sort()
-
-    def stops(self, value: object, any_order: bool) -> list[list[int]]:
-        """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
-        stops: Any = value if isinstance(value, (list, tuple)) else [value]
-        for stop in stops:
-            nodes = stop if isinstance(stop, (list, tuple, set, frozenset)) and stop else [None]
-            if not all(isinstance(node, Hashable) and node in self.index for node in nodes):
-                raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
-        if any_order and len(stops) > MOST_ANY_ORDER:
-            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(stops)}")
-        return [sorted({self.index[node] for node in stop}) for stop in stops]
-
-    def blocks(self) -> list[set[int]]:
-        """Return the two-connected parts with three or more nodes: each cycle lies in one of them."""
-        whole: nx.Graph[int] = nx.Graph((k, other) for k, row in enumerate(self.rows) for other, _ in row if k < other)
-        found: list[set[int]] = list(nx.biconnected_components(whole))  # type: ignore[arg-type]
-        return [block for block in found if len(block) > 2]
-
-    def rows_past(self, stops: Sequence[Sequence[int]], blocks: Sequence[set[int]]) -> Rows:
-        """Return the edges of those two-connected parts that hold every stop."""
-        held = [block for block in blocks if all(not block.isdisjoint(stop) for stop in stops)]
-        return [
-            sorted(entry for block in held if k in block for entry in row if entry[0] in block)
-            for k, row in enumerate(self.rows)
-        ]
-
-    def cycle(self, item: Item) -> Cycle:
-        """Return the cycle of an item of the search."""
-        nodes = tuple(self.names[node] for node in item[1])
-        return Cycle(nodes=nodes, length=item[0] / QUANTA_PER_RADIAN, surface=self.surface)
 
 
 class Cycles(Iterator[Cycle]):
     """The simple closed cycles of one or more graphs, found while they are asked for; see :func:`cycles`.
 
     Of several graphs they come in order of length, ties from the earlier graph first. `found` is how many have been
-    yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
+    yielded; `bound`, `complete`, `steps` and `reason` hold at any time, after an interruption too.
     """
 
-    def __init__(self, sources: Iterable[tuple[_Numbered, CycleSearch]]) -> None:
+    def __init__(self, sources: Iterable[_Source]) -> None:
         self.found = 0
         self.sources = list(sources)
         self._heads: list[Cycle | None] = [None] * len(self.sources)
 
     def look_ahead(self) -> None:
         """Find the next cycle of each graph without yielding it, which sharpens the bound."""
-        for k, (numbered, search) in enumerate(self.sources):
+        for k, source in enumerate(self.sources):
             if self._heads[k] is None:
-                self._heads[k] = next(map(numbered.cycle, search), None)
+                self._heads[k] = next(source.cycles, None)
 
     def __next__(self) -> Cycle:
         self.look_ahead()
-        ready = [(head.length, k, head) for k, head in enumerate(self._heads) if head is not None]
-        if not ready:
+        heads = [head for head in self._heads if head is not None]
+        if not heads:
             raise StopIteration
-        _, first, cycle = min(ready, key=lambda entry: entry[:2])
-        self._heads[first] = None
+        cycle = min(heads, key=lambda head: head.length)
+        self._heads[self._heads.index(cycle)] = None
         self.found += 1
         return cycle
 
     @property
     def bound(self) -> float:
-        """Every cycle shorter than this has been yielded [rad]; infinite when there are no more cycles at all."""
-        known = zip(self._heads, self.sources, strict=True)
-        return min((search.bound if head is None else head.length for head, (_, search) in known), default=math.inf)
+        """No cycle that has not been yielded is shorter [rad]; infinite when there are no more cycles at all."""
+        return min((source.search.bound for source in self.sources), default=math.inf)
 
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return all(search.complete for _, search in self.sources) and not any(self._heads)
+        return all(source.search.complete for source in self.sources) and not any(self._heads)
 
     @property
     def steps(self) -> int:
         """How many nodes have been expanded."""
-        return sum(search.steps for _, search in self.sources)
+        return sum(source.search.steps for source in self.sources)
+
+    @property
+    def reason(self) -> str | None:
+        """Why no cycle has been found, in one sentence; None if one has."""
+        return None if self.found else "; ".join(dict.fromkeys(source.why_none() for source in self.sources))
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
@@ -237,6 +106,7 @@ def cycles(
     use: Use = "valid",
     through: Sequence[Sequence[Any]] = (),
     any_order: bool = False,
+    shortest: bool = False,
     effort: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Cycles:
@@ -255,6 +125,9 @@ def cycles(
         direction. One node may serve several stops that follow each other.
     any_order
         Pass the stops, at most nine, in any order.
+    shortest
+        Yield one cycle alone, soon: a shortest one, by no rule if there are several, or, when the effort is spent, the
+        best one that was met. It is proven to be a shortest one if it is not longer than the `bound`.
     effort
         Largest number of search steps; when they are spent the iterator stops, incomplete. None: no limit.
     progress
@@ -269,6 +142,7 @@ def cycles(
     -----
     The number of cycles grows exponentially with their length, and so does the time; memory does not. Not
     guaranteed is that the next cycle comes soon: stops in an awkward order may have none, and to prove that is hard.
+    A closed walk, which may pass a node twice, is found in any case: :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples
     --------
@@ -279,103 +153,348 @@ def cycles(
     (((2, 1, 'red'), (3, 1, 'red'), (3, 2, 'red')), 0.6704, 'red')
     >>> 1 + sum(1 for _ in found), found.complete
     (965, True)
+    >>> stops = [[(12, 4, "red")], [(12, 6, "red")]]
+    >>> there_and_back = next(cycles(surface_graph("negative"), through=stops, shortest=True, effort=1_000_000))
+    >>> len(there_and_back.nodes), round(there_and_back.length, 4)
+    (4, 0.9481)
     """
-    most = None
+    options: dict[str, Any] = {"any_order": any_order, "shortest": shortest, "progress": progress}
     if max_length is not None:
         if not 0 <= number_of(max_length) < math.inf:
             raise InputError(f"max_length must be a finite number ≥ 0 (rad) or None, got {shown(max_length)}")
-        most = quanta_of(float(max_length)) + _ROUNDING
-    numbered = _Numbered(graph, use)
-    stops = numbered.stops(through, any_order)
-    rows = numbered.rows_past(stops, numbered.blocks()) if stops else numbered.rows
-    steps = _checked_effort(effort)
-    search = CycleSearch(rows, stops=stops, any_order=any_order, most=most, effort=steps, progress=progress)
-    return Cycles([(numbered, search)])
+        options["most"] = quanta_of(float(max_length)) + _ROUNDING
+    if effort is not None:
+        options["effort"] = whole_number("effort", effort, 1, 10**12)
+    return Cycles([_Source(graph, use, through, options)])
 
 
-def _checked_effort(effort: object) -> int | None:
-    if effort is None:
-        return None
-    whole = isinstance(effort, (int, np.integer)) and not isinstance(effort, bool)
-    if not whole or not effort >= 1:  # type: ignore[operator]
-        raise InputError(f"effort must be a whole number ≥ 1 or None, got {shown(effort)}")
-    return int(effort)  # type: ignore[call-overload, no-any-return]
+class _Source:
+    """A graph in whole numbers, and the cycles found in it: a node is its position in the graph, lengths are quanta."""
+
+    def __init__(self, graph: nx.Graph[Any], use: Use, through: object, options: Mapping[str, Any]) -> None:
+        allowed = allowed_edges(use)
+        vehicle_and_coefficients(graph)  # says what is missing
+        self._surface, self._names = graph.copy(), list(graph.nodes)
+        index = {name: k for k, name in enumerate(self._names)}
+        stops = _numbered_stops(through, index, options["any_order"])
+        rows: Rows = [[] for _ in self._names]
+        for first, second, edge in graph.edges(data=True):
+            a, b = index[first], index[second]
+            if a != b and allowed(edge):
+                rows[a].append((b, quanta_of(edge["length"])))
+                rows[b].append((a, quanta_of(edge["length"])))
+        self._why_none: str | None = None if stops else "the graph has none"
+        if stops:
+            rows, self._why_none = _past_stops(rows, stops)
+        self.search = CycleSearch([sorted(row) for row in rows], stops=stops, **options)
+        self.cycles = map(self._cycle, self.search)
+
+    def why_none(self) -> str:
+        """Return why no cycle has been found."""
+        search = self.search
+        if search.complete and math.isinf(search.bound):
+            return self._why_none or "every closed walk through the stops passes some node twice"
+        return f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
+
+    def _cycle(self, item: Item) -> Cycle:
+        length, nodes = item[0] / QUANTA_PER_RADIAN, tuple(self._names[node] for node in item[1])
+        return Cycle(nodes=nodes, length=length, surface=self._surface)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SimpleCycle:
-    """The answer of :func:`simple_cycle`; truthy when there is a cycle.
+def _numbered_stops(value: object, index: Mapping[Any, int], any_order: bool) -> list[list[int]]:
+    """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
+    stops: Any = value if isinstance(value, (list, tuple)) else [value]
+    for stop in stops:
+        nodes = stop if isinstance(stop, (list, tuple, set, frozenset)) and stop else [None]
+        if not all(isinstance(node, Hashable) and node in index for node in nodes):
+            raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
+    if any_order and len(stops) > MOST_ANY_ORDER:
+        raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(stops)}")
+    return [sorted({index[node] for node in stop}) for stop in stops]
 
-    No simple cycle through the stops is shorter than the `bound` [rad], infinite if there is none; `reason` says why
-    there is no cycle, in one sentence.
+
+def _past_stops(rows: Rows, stops: Sequence[Sequence[int]]) -> tuple[Rows, str | None]:
+    """Return the edges of the two-connected parts that hold every stop; if there is no such part, also why."""
+    whole: nx.Graph[int] = nx.Graph((k, other) for k, row in enumerate(rows) for other, _ in row if k < other)
+    # Each cycle lies in one part, of three or more nodes.
+    blocks: list[Any] = [block for block in nx.biconnected_components(whole) if len(block) > 2]
+    parts = [{k for k, block in enumerate(blocks) if not block.isdisjoint(stop)} for stop in stops]
+    kept: Rows = [[] for _ in rows]
+    for k in set.intersection(*parts):
+        for node in blocks[k]:
+            kept[node] += [entry for entry in rows[node] if entry[0] in blocks[k]]
+    if any(kept):
+        return kept, None
+    alone = (f"stop {number} lies on no cycle" for number, part in enumerate(parts, start=1) if not part)
+    pairs = (
+        f"stops {number} and {other} are not joined, or only through a node that all paths between them pass"
+        for (number, part), (other, after) in combinations(enumerate(parts, start=1), 2)
+        if part.isdisjoint(after)
+    )
+    return kept, next(chain(alone, pairs), "no two-connected part of the graph holds all stops")
+
+
+def canonical(path: Sequence[int]) -> tuple[int, ...]:
+    """Return a cycle from its smallest node on, in the direction of that node's smaller neighbour."""
+    start = path.index(min(path))
+    turned = [*path[start:], *path[:start]]
+    if turned[1] > turned[-1]:
+        turned[1:] = turned[:0:-1]
+    return tuple(turned)
+
+
+def distances(
+    rows: Rows, sources: Iterable[tuple[int, int]], *, within: int = _NEVER, avoid: tuple[int, ...] = (), least: int = 0
+) -> tuple[dict[int, int], int]:
+    """Return the distance [quanta] from the nearest source to each node `within` reach, by Dijkstra's algorithm.
+
+    Each source has the distance at which it starts. Nodes to `avoid` are reached but not passed, those below `least`
+    left out. Returned besides is the least distance of what lay beyond reach, 2^62 if nothing did.
+    """
+    found: dict[int, int] = {}
+    heap = [(distance, node) for node, distance in sources]
+    heapify(heap)
+    while heap:
+        distance, node = heappop(heap)
+        if distance > within:
+            return found, distance
+        if node in found:
+            continue
+        found[node] = distance
+        if node not in avoid:
+            for other, length in rows[node]:
+                if other >= least and other not in found:
+                    heappush(heap, (distance + length, other))
+    return found, _NEVER
+
+
+class _Start(NamedTuple):
+    """Where paths begin: the first nodes, their length, the state there, and a length that no cycle falls below.
+
+    `steps` returns the steps on from a state, `closing` holds the last edge of a cycle from where there is one.
     """
 
-    cycle: Cycle | None = None
-    bound: float = math.inf
-    reason: str | None = None
+    nodes: tuple[int, ...]
+    length: int
+    state: Any
+    shortest: int
+    steps: Callable[[Any], list[Step]]
+    closing: Mapping[Any, int]
 
-    def __bool__(self) -> bool:
-        return self.cycle is not None
+
+def _free_start(rows: Rows, root: int, second: int, length: int, closing: dict[int, int], limit: int) -> _Start:
+    """Return the start of cycles without stops, of nodes from the root on; a state is a node."""
+    # One edge more than the limit leaves: what is pruned then has its true distance, a level worth trying.
+    within = max(limit - length, 0) + max(closing.values())
+    back, beyond = distances(rows, closing.items(), within=within, avoid=(second,), least=root + 1)
+
+    @cache
+    def steps(node: int) -> list[Step]:
+        return [(edge + back.get(v, beyond), v, edge, v) for v, edge in rows[node] if v > root]
+
+    return _Start((root, second), length, second, length + back.get(second, beyond), steps, closing)
+
+
+def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, root: int) -> _Start:
+    """Return the start of paths from a root past all stops and back.
+
+    A state is a node and the progress made there: with stops in order how many have been passed, each as early as
+    possible; in any order the set of those passed, as bits. What lies ahead of a state is the shortest walk that
+    avoids the root, passes the remaining stops and ends at the root.
+    """
+    done = len(stops)
+    while not any_order and done and root in stops[done - 1]:
+        done -= 1  # the root, where the cycle ends, serves the last stops too
+    if any_order:
+        done = (1 << done) - 1
+
+    @cache
+    def advanced(progress: int, node: int) -> int:
+        if any_order:
+            return progress | sum(1 << k for k, stop in enumerate(stops) if node in stop)
+        while progress < done and node in stops[progress]:
+            progress += 1
+        return progress
+
+    begin = advanced(0, root)
+    ahead = {done: distances(rows, [(root, 0)])[0]}
+    for progress in range(done - 1, begin - 1, -1):
+        if any_order and progress & begin != begin:
+            continue
+        sources = []
+        for node in set().union(*(stops if any_order else [stops[progress]])) - {root}:
+            then = advanced(progress, node)
+            if then != progress and node in ahead[then]:
+                sources.append((node, ahead[then][node]))
+        ahead[progress] = distances(rows, sources, avoid=(root,))[0]
+
+    @lru_cache(maxsize=_MOST_STATES)
+    def steps(state: tuple[int, int]) -> list[Step]:
+        reached = [(node, edge, advanced(state[1], node)) for node, edge in rows[state[0]] if node != root]
+        # The most promising first: with stops, what is found is sorted anyway.
+        return sorted(
+            (edge + ahead[then][node], node, edge, (node, then)) for node, edge, then in reached if node in ahead[then]
+        )
+
+    closing = {(node, done): edge for node, edge in rows[root]}
+    return _Start((root,), 0, (root, begin), ahead[begin].get(root, _NEVER), steps, closing)
+
+
+class _Spent(Exception):
+    """The effort is spent."""
+
+
+class CycleSearch:
+    """The simple cycles of three or more nodes as items, in their total order, each once; iterated once.
+
+    `rows` states each edge from both sides, with lengths ≥ 0; `most` is the greatest length [quanta]. `stops`, `effort`
+    and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
+    them, in `steps` expanded nodes. A pass has `held` what it found, at most MOST_HELD cycles: of more it keeps the
+    first ones, and leaves the others to the next pass. `complete` says whether the search came to its end.
+    """
+
+    def __init__(
+        self,
+        rows: Rows,
+        *,
+        stops: Sequence[Sequence[int]] = (),
+        any_order: bool = False,
+        most: int = _NEVER - 1,
+        effort: int = _NEVER,
+        progress: Callable[[str], None] | None = None,
+        shortest: bool = False,
+    ) -> None:
+        self.floor = self.steps = self.found = self._limit = 0
+        self.complete = False
+        self.held: set[Item] = set()
+        self._rows, self._progress, self._shortest = rows, progress, shortest
+        self._most, self._effort, self._ahead = most, effort, _NEVER
+        self._tours: list[_Start] | None = None
+        if stops:
+            first = min(range(len(stops)), key=lambda k: len(stops[k]))
+            turned = [frozenset(stop) for stop in (*stops[first:], *stops[:first])]
+            self._tours = [_tour_start(rows, turned, any_order, root) for root in sorted(turned[0])]
+            self.floor = min(tour.shortest for tour in self._tours)
 
     @property
-    def exact(self) -> bool:
-        """Whether the answer is proven: that the cycle is a shortest one, or that there is none."""
-        return self.bound == (math.inf if self.cycle is None else self.cycle.length)
+    def bound(self) -> float:
+        """The floor in radians, infinite when there are no more cycles at all."""
+        return math.inf if self.floor >= _NEVER else self.floor / QUANTA_PER_RADIAN
 
+    def __iter__(self) -> Iterator[Item]:
+        # Each pass starts at the floor that the one before has proven.
+        last: Item = (-1, ())
+        width = 0
+        while self.floor <= self._most:
+            floor, before = self.floor, self.found
+            # Few are held at first, so that the first ones come soon.
+            capacity = min(MOST_HELD, max(1, 2 * self.found))
+            self._limit, self._ahead = min(floor + width, self._most), _NEVER
+            try:
+                cut = self._hold(last, capacity)
+            except _Spent:
+                if self._shortest:
+                    yield from self.held
+                return
+            for item in sorted(self.held):
+                self.floor = item[0]
+                self.found += 1
+                yield item
+                if self._shortest:
+                    return
+            self.held.clear()
+            if cut is not None:
+                last, self.floor, width = cut, cut[0], cut[0] - floor
+            else:
+                last, self.floor = (self._limit, (_NEVER,)), self._ahead
+                if 4 * (self.found - before) < capacity:
+                    width = max(2 * width, floor >> 7)
+            self._report()
+        self.complete = True
 
-def simple_cycle(
-    graph: nx.Graph[Any],
-    stops: Sequence[Sequence[Any]],
-    *,
-    use: Use = "valid",
-    any_order: bool = False,
-    effort: int | None = 1_000_000,
-) -> SimpleCycle:
-    """Return the shortest simple cycle through stops, or the best one found and how much shorter one could be.
+    def _hold(self, last: Item, capacity: int) -> Item | None:
+        """Hold the first cycles beyond the last one; return the last one that is held if there are more."""
+        self.held, cut = set(), None
+        for length, path in self._closed():
+            if self._shortest:
+                self.held = {(length, canonical(path))}
+                self._limit = length - 1
+                if length <= self.floor:
+                    break
+                continue
+            item = (length, tuple(path) if self._tours is None else canonical(path))
+            if item <= last or (cut is not None and item > cut):
+                continue
+            self.held.add(item)
+            if len(self.held) > 2 * capacity:
+                self.held = set(nsmallest(capacity, self.held))
+                cut = max(self.held)
+                self._limit = cut[0]
+                if cut[0] == self.floor and self._tours is None:
+                    break  # one length alone is too much to hold, and its cycles come in their order
+        return cut
 
-    The options are those of :func:`cycles`, with one or more `stops`. When the effort is spent the answer is the best
-    cycle that was met, if any. Of several shortest cycles it is always the same one, by no rule. The problem is hard in
-    general; a closed walk, which may pass a node twice, is found in any case:
-    :func:`gaitgraph.graph.walks.closed_walk`.
+    def _closed(self) -> Iterator[tuple[int, list[int]]]:
+        """Yield length and nodes of the closed paths up to the limit; the list of nodes is a live one."""
+        if self._tours is not None:
+            for tour in self._tours:
+                yield from self._deepen(tour)
+            return
+        for root, row in enumerate(self._rows):
+            onward = [entry for entry in row if entry[0] > root]
+            for k, (second, length) in enumerate(onward[:-1], start=1):
+                self._count_step()
+                yield from self._deepen(_free_start(self._rows, root, second, length, dict(onward[k:]), self._limit))
 
-    Examples
-    --------
-    >>> from gaitgraph.graph.build import surface_graph
-    >>> there_and_back = [[(12, 4, "red")], [(12, 6, "red")]]
-    >>> answer = simple_cycle(surface_graph("negative"), there_and_back)
-    >>> answer.exact, len(answer.cycle.nodes), round(answer.cycle.length, 4)
-    (True, 4, 0.9481)
-    """
-    numbered = _Numbered(graph, use)
-    numbers = numbered.stops(stops, any_order)
-    if not numbers:
-        raise InputError("stops must be one or more, got none")
-    blocks = numbered.blocks()
-    rows = numbered.rows_past(numbers, blocks)
-    search = CycleSearch(rows, stops=numbers, any_order=any_order, effort=_checked_effort(effort))
-    if not any(rows):
-        return SimpleCycle(reason=_why_apart(blocks, numbers))
-    best = search.shortest() or min(search.held, default=None)
-    if best is not None:
-        cycle = numbered.cycle(best)
-        return SimpleCycle(cycle=cycle, bound=min(cycle.length, search.bound))
-    if search.complete:
-        return SimpleCycle(reason="every closed walk through the stops passes some node twice")
-    reason = f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
-    return SimpleCycle(reason=reason, bound=search.bound)
+    def _deepen(self, start: _Start) -> Iterator[tuple[int, list[int]]]:
+        """Yield each closed path within the limit."""
+        nodes, length, state, shortest, steps, closing = start
+        if shortest > self._limit:
+            self._ahead = min(self._ahead, shortest)
+            return
+        path, used = [*nodes], {*nodes}
+        limit, ahead = self._limit, _NEVER
+        stack: list[tuple[Iterator[Step], int]] = []
+        onward = iter(steps(state))
+        try:
+            while True:
+                reach = limit - length
+                for step in onward:
+                    if step[0] > reach:
+                        if length + step[0] < ahead:  # noqa: PLR1730 - a call costs more than the rest of the loop
+                            ahead = length + step[0]
+                    elif step[1] not in used:
+                        break
+                else:
+                    if not stack:
+                        return
+                    onward, length = stack.pop()
+                    used.discard(path.pop())
+                    continue
+                _, node, edge, state = step
+                stack.append((onward, length))
+                length += edge
+                path.append(node)
+                used.add(node)
+                onward = iter(steps(state))
+                self._count_step()
+                if state in closing and len(path) > 2:
+                    whole = length + closing[state]
+                    if whole <= limit:
+                        yield whole, path
+                        limit = self._limit
+                    elif whole < ahead:
+                        ahead = whole
+        finally:
+            self._ahead = min(self._ahead, ahead)
 
+    def _count_step(self) -> None:
+        self.steps += 1
+        if self.steps >= self._effort:
+            raise _Spent
+        if self.steps % _REPORT_STEPS == 0:
+            self._report()
 
-def _why_apart(blocks: list[set[int]], stops: Sequence[Sequence[int]]) -> str:
-    """Return why no two-connected part of a graph holds every stop."""
-    for number, stop in enumerate(stops, start=1):
-        if all(block.isdisjoint(stop) for block in blocks):
-            return f"stop {number} lies on no cycle"
-    for number, stop in enumerate(stops, start=1):
-        at = [block for block in blocks if not block.isdisjoint(stop)]
-        for other, after in enumerate(stops[number:], start=number + 1):
-            if all(block.isdisjoint(after) for block in at):
-                return (
-                    f"stops {number} and {other} are not joined, or only through a node that all paths between them "
-                    "pass"
-                )
-    return "no two-connected part of the graph holds all stops"
+    def _report(self) -> None:
+        if self._progress is not None and self.floor < _NEVER:
+            self._progress(f"cycles of length up to {self.bound:.3f} rad, {self.found} found")

@@ -1,4 +1,4 @@
-"""Closed walks on the surface graph: the shortest, or the most robust, through ordered stops.
+"""Closed walks on the surface graph: what they are, and the shortest, or the most robust, through ordered stops.
 
 Lengths in the (α1, α2) plane are compared as whole multiples of 1e-12 rad, so that paths of the same length tie
 exactly. Among them the one with the fewest turns is taken, then the one that the order of the graph's nodes and edges
@@ -9,17 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from itertools import chain, count, pairwise, permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import checked_choice
+from gaitgraph.graph.build import gait_along, vehicle_and_coefficients
+from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
     import networkx as nx
+
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.validation.report import Report
 
 Use = Literal["flyable", "valid", "two_color"]
 Allowed = Callable[[Mapping[str, Any]], bool]
@@ -53,6 +59,88 @@ class ClosedWalk:
 
     nodes: tuple[Any, ...]
     length: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycle(ClosedWalk):
+    """A simple closed cycle, its nodes in canonical order, with the verdict of its edges.
+
+    Every cycle is two-color between its nodes; no clock is judged, neither tilt rates nor accelerations. The length is
+    the sum of the edges, each to the next 1e-12; `surface` is the graph as it was when the search began.
+    """
+
+    surface: nx.Graph[Any] = field(repr=False, compare=False)
+
+    @property
+    def sign(self) -> Sign:
+        """Sign of R: "positive" or "negative"."""
+        sign: Sign = self.surface.graph["sign"]
+        return sign
+
+    @property
+    def color(self) -> str:
+        """The color of all nodes, "red" or "blue", or "mixed"."""
+        colors = {self.surface.nodes[name]["color"] for name in self.nodes}
+        return str(colors.pop()) if len(colors) == 1 else "mixed"
+
+    @property
+    def _edges(self) -> list[dict[str, Any]]:
+        return [self.surface.edges[pair] for pair in pairwise((*self.nodes, self.nodes[0]))]
+
+    @property
+    def valid(self) -> bool:
+        """Whether every edge is continuous and keeps the sign of R."""
+        return all(edge["continuous"] and edge["keeps_sign"] for edge in self._edges)
+
+    @property
+    def flyable(self) -> bool:
+        """Whether every edge is flyable, with the graph's floor."""
+        return all(edge["flyable"] for edge in self._edges)
+
+    @property
+    def least_singular_value(self) -> float:
+        """The least value of the edges, dimensionless; 0 with blue nodes or jumps."""
+        return min(float(edge["least_singular_value"]) for edge in self._edges)
+
+    @property
+    def path(self) -> Gait:
+        """The gait through all nodes."""
+        return gait_along(self.surface, self.nodes)
+
+    @property
+    def report(self) -> Report:
+        """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
+        return self.path.merged().check(floor=self.surface.graph["floor"])
+
+    @property
+    def reachable_from_hover(self) -> bool:
+        """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet."""
+        alpha = self.path.alpha
+        labels = red_label(alpha[:, 0], alpha[:, 1], vehicle_and_coefficients(self.surface)[0])
+        return self.valid and self.color == "red" and self.sign == "positive" and bool((labels == HOVER_LABEL).all())
+
+    def __str__(self) -> str:
+        verdict = "flyable" if self.flyable else "valid" if self.valid else "not valid"
+        corners = self.path.merged().alpha[:, :2].tolist()
+        points = " ".join(f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners)
+        return f"{self.length:.4f} rad  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {points}"
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the cycle as plain values, ready for JSON."""
+        path = self.path
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "path": path.alpha.tolist(),
+            "types": [self.surface.nodes[name]["types"] for name in self.nodes],
+            "colors": list(path.colors),
+            "length": self.length,
+            "valid": self.valid,
+            "two_color": True,
+            "flyable": self.flyable,
+            "reachable_from_hover": self.reachable_from_hover,
+            "least_singular_value": self.least_singular_value,
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

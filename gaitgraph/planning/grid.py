@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -12,7 +13,7 @@ import numpy as np
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
-from gaitgraph.graph.cycle_list import Cycle, Cycles, cycles, simple_cycle
+from gaitgraph.graph.cycle_list import Cycles, cycles
 from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk, notes_on_order
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
@@ -20,6 +21,7 @@ from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from gaitgraph.graph.walks import Cycle
     from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
     from gaitgraph.planning.request import PlanRequest, Point
 
@@ -134,27 +136,21 @@ class GridCycles:
         The cycle is None if none is found; otherwise the reason is empty, and the cycle is a shortest one if it is
         not longer than the bound [rad]. The effort is the largest number of search steps for each sign of R.
         """
-        answers = {
-            sign: simple_cycle(graph, stops, use=self.use, any_order=self.any_order, effort=effort)
+        searches = {
+            sign: cycles(graph, through=stops, use=self.use, any_order=self.any_order, shortest=True, effort=effort)
             for sign, (graph, stops) in self.graphs.items()
             if stops
         }
-        bound = min((answer.bound for answer in answers.values()), default=math.inf)
-        found = [answer.cycle for answer in answers.values() if answer.cycle is not None]
-        if found:
-            shortest = min(found, key=lambda cycle: cycle.length)
-            if self.max_length is None or shortest.length <= self.max_length + 1e-9:
-                return shortest, bound, ""
-            limit = f"{self.max_length:g} rad"
-            return None, bound, f"within {limit} none was found; the best one has {shortest.length:.4f} rad"
-        reasons = self.missing | {sign: answer.reason or "" for sign, answer in answers.items()}
-        if reasons:
-            return None, bound, "; ".join(f"{RELATION[sign]}: {reason}" for sign, reason in sorted(reasons.items()))
-        bound = self.cycles.bound
-        if not self.cycles.complete:
-            return None, bound, f"none found so far; if there is one it is at least {bound:.4f} rad long"
+        best = min(chain.from_iterable(searches.values()), key=lambda cycle: cycle.length, default=None)
+        bound = min((search.bound for search in searches.values()), default=self.cycles.bound)
         within = "" if self.max_length is None else f" within {self.max_length:g} rad"
-        return None, bound, f"the graph has none{within}"
+        if best is not None and self.max_length is not None and best.length > self.max_length + 1e-9:
+            return None, bound, f"none was found{within}; the best one has {best.length:.4f} rad"
+        reasons = self.missing | {sign: search.reason or "" for sign, search in searches.items()}
+        reason = "; ".join(f"{RELATION[sign]}: {why}" for sign, why in sorted(reasons.items()))
+        if not reasons:
+            reason = f"the graph has none{within}" if self.cycles.complete else str(self.cycles.reason)
+        return best, bound, "" if best is not None else reason
 
 
 def grid_cycles(
