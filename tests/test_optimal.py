@@ -17,14 +17,6 @@ from gaitgraph.errors import Infeasible, InputError, MissingConstant
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
 from gaitgraph.io.formats import read_table
 from gaitgraph.optimization import optimize
-from gaitgraph.optimization.bounds import (
-    Discs,
-    component_meeting,
-    highest_level,
-    least_loop_length,
-    level_region,
-    shortest_loop,
-)
 from gaitgraph.optimization.least_effort import (
     LeastEffort,
     SmoothLoop,
@@ -34,9 +26,10 @@ from gaitgraph.optimization.least_effort import (
     hull_matrix,
     power_pieces,
 )
-from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES
+from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES, highest_level, level_region
+from gaitgraph.planning.shortest_paths import shortest_loop
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import Zones
+from gaitgraph.surface.region import Discs, Zones, component_meeting
 from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -132,7 +125,7 @@ def test_highest_level_is_that_of_the_pass_between_obstacles(objective: Any) -> 
     walls = [shapely.box(*box).exterior.coords[:-1] for box in ((-1.57, 0.6, -1.3, 0.7), (-1.25, 0.6, 0.2, 0.7))]
     region = admissible_region(PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls))
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    lower, upper = highest_level(region, objective, discs, PAPER, clearance=2e-5)
+    lower, upper = highest_level(region, objective, discs, PAPER)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
     value = least_singular_value_on_red if objective == "singular_value" else least_share
     a1, a2 = np.meshgrid(np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401), indexing="ij")
@@ -165,10 +158,10 @@ def test_the_bound_of_points_bends_around_obstacles() -> None:
     region = admissible_region(PAPER, sign="positive", zones=zones)
     discs = discs_of([(-1.0, 0.8), (-0.2, 0.8)], 0.0)
     around = 2 * (2 * math.hypot(0.3, 0.2) + 0.2)
-    assert least_loop_length(discs, region) == pytest.approx(around, abs=1e-9)
-    assert least_loop_length(discs) == pytest.approx(1.6, abs=1e-9)
+    assert shortest_loop(discs, region.outer)[1] == pytest.approx(around, abs=1e-9)
+    assert shortest_loop(discs)[1] == pytest.approx(1.6, abs=1e-9)
     discs = Discs(centers=discs.centers, radii=np.array([0.0, 0.1]))  # with a radius the region takes no part
-    assert least_loop_length(discs, region) == pytest.approx(1.4, abs=1e-6)
+    assert shortest_loop(discs, region.outer)[1] == pytest.approx(1.4, abs=1e-6)
 
 
 # Results

@@ -204,7 +204,7 @@ def test_why_there_is_none() -> None:
         ([["a", 0, 0, 0]], {}, "gait must be finite angles"),
         (np.zeros((MOST_ROWS + 1, 4)), {}, "gait must have at most 200000 rows, got 200001"),
         ([[0, 0, 0, 0]], {"margin": -1}, "margin must be a finite number ≥ 0, got -1"),
-        ([[0, 0, 0, 0]], {"sign": "both"}, "sign must be one of positive, negative, got 'both'"),
+        ([[0, 0, 0, 0]], {"sign": "both"}, "sign must be one of negative, positive, got 'both'"),
         ("no.csv", {}, "gait file: cannot read 'no.csv'"),
     ],
 )

@@ -41,7 +41,7 @@ import shapely
 if TYPE_CHECKING:
     from shapely import Polygon
 
-    from gaitgraph.optimization.bounds import Discs
+    from gaitgraph.surface.region import Discs
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -299,7 +299,7 @@ class Program:
 
     def __init__(self, loop: SmoothLoop, discs: Discs, cells: HalfPlanes) -> None:
         count = len(loop.points)
-        self.loop, self.discs, self.count = loop, discs, count
+        self.loop, self.discs, self.count, self.round = loop, discs, count, discs.radii > 0
         self.later = len(loop.passes) - 1
         self.shape, inverse = _modes(count)
         self.rows = hull_matrix(count)[cells.piece].reshape(-1, count)
@@ -347,7 +347,7 @@ class Program:
 
     def disc_slack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far inside the discs with an interior the loop passes, r − d²/r, and the slopes."""
-        inner, (off, slopes) = self.discs.round, self.at_discs(x)
+        inner, (off, slopes) = self.round, self.at_discs(x)
         off, radii = off[inner], self.discs.radii[inner]
         scaled = -2.0 * off / radii[:, None]
         slope = scaled[:, :1] * slopes[0, inner] + scaled[:, 1:] * slopes[1, inner]
@@ -356,7 +356,7 @@ class Program:
     def point_gap(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far the loop passes from discs that are points, both coordinates, and the slopes."""
         off, slopes = self.at_discs(x)
-        return off[~self.discs.round].T.ravel(), slopes[:, ~self.discs.round].reshape(-1, len(x))
+        return off[~self.round].T.ravel(), slopes[:, ~self.round].reshape(-1, len(x))
 
     def projected(self, trust: float) -> SmoothLoop | None:
         """Return the best loop, to first order in the passes, each of which moves by at most `trust`; or None.
@@ -367,11 +367,11 @@ class Program:
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
-        off, (first, second) = (part[..., self.discs.round, :] for part in self.at_discs(x))
+        off, (first, second) = (part[..., self.round, :] for part in self.at_discs(x))
         turns = np.arctan2(off[:, 1], off[:, 0]) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
         cosine, sine = np.cos(turns), np.sin(turns)
         sides = (cosine[..., None] * first + sine[..., None] * second).reshape(-1, len(x))
-        apothem = self.discs.radii[self.discs.round] * math.cos(math.pi / _SIDES)
+        apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
         inside = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
         always, most = sides, inside
         if trust and self.later:
@@ -429,8 +429,8 @@ class Program:
                 {"type": kind, "fun": lambda x, of=of: of(x)[0], "jac": lambda x, of=of: of(x)[1]}
                 for kind, of, wanted in (
                     ("ineq", lambda x, b=base, a=slope: (b + a @ x, a), chosen.any()),
-                    ("ineq", self.disc_slack, self.discs.round.any()),
-                    ("eq", self.point_gap, not self.discs.round.all()),
+                    ("ineq", self.disc_slack, self.round.any()),
+                    ("eq", self.point_gap, not self.round.all()),
                 )
                 if wanted
             ]
@@ -465,8 +465,8 @@ class Program:
         multipliers, remaining = _nonnegative(columns / size, slope)
         acting = multipliers > 1e-6 * np.linalg.norm(slope)
         borders = int(near.sum())
-        held = np.flatnonzero(self.discs.round)[touched][acting[borders : borders + int(touched.sum())]]
-        discs = (*held.tolist(), *np.flatnonzero(~self.discs.round).tolist())
+        held = np.flatnonzero(self.round)[touched][acting[borders : borders + int(touched.sum())]]
+        discs = (*held.tolist(), *np.flatnonzero(~self.round).tolist())
         return float(remaining / np.linalg.norm(slope)), tuple(sorted(discs)), bool(acting[:borders].any())
 
 

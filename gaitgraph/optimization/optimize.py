@@ -1,35 +1,28 @@
 """Optimal gaits: the smooth loop through discs whose worst place is best, or whose tilting costs least.
 
-The worst case first: the highest level that any loop through the discs can keep is bracketed, with a proof, by the
-components of regions (:mod:`gaitgraph.optimization.bounds`). Of the loops that keep this level but for a small
-concession, one of locally least tilt-rate effort is found (:mod:`gaitgraph.optimization.least_effort`). So the worst
-case is optimal among all loops, to within a stated gap, and the form of the loop is a local optimum. If the effort
-itself is the objective the loop is a local optimum, stated with a lower bound of all loops' effort.
+Write f for what is to be as large as possible at the worst place. A continuous loop through all discs can keep f ≥ c
+exactly if one component of (admissible region) ∩ {f ≥ c} meets every disc. That is decided by polygons: if no component
+of the *outer* ones does, no loop keeps c, whatever its form. Halving the interval of c brackets the best worst case of
+all loops, however many local optima there are. Of the loops that keep it but for a small concession one of locally
+least tilt-rate effort is found (:mod:`gaitgraph.optimization.least_effort`). If the effort itself is the objective, the
+answer is a local optimum, stated with a lower bound of all loops' effort.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import combinations, groupby
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import angle_from_text, number_of
+from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
-from gaitgraph.optimization.bounds import (
-    Discs,
-    component_meeting,
-    highest_level,
-    least_loop_length,
-    level_region,
-    shortest_loop,
-    why_apart,
-)
 from gaitgraph.optimization.least_effort import (
     FEWEST_PIECES,
     LeastEffort,
@@ -38,11 +31,11 @@ from gaitgraph.optimization.least_effort import (
     power_pieces,
 )
 from gaitgraph.planning.request import checked_waypoints
-from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import Zones, offset
+from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
+from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
+from gaitgraph.surface.region import DEFAULT_ACCURACY, TOUCH, Discs, Zones, component_meeting, offset
+from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.laws import derivative_of
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.validation.rules import checked_limits
@@ -66,13 +59,14 @@ OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")
 CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
 
+_CLOSE = 2e-5  # relative width to which levels are bracketed, about
+_FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
 _MOST_WAYPOINTS = 40
 _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
 _CHORD = 1e-4
-_OPTIMALITY = ("gap", "stationarity", "violation", "active")  # of an answer, in JSON
 _TEXTS = {  # name, unit, and which side of the value the bound is on
     "singular_value": ("least singular value along the gait", "", "at most"),
     "hover_reserve": ("hover reserve along the gait", " of m·g", "at most"),
@@ -84,18 +78,16 @@ _TEXTS = {  # name, unit, and which side of the value the bound is on
 class OptimalGait:
     """The answer to :func:`optimal_gait`: a smooth gait with its own measures, or why there is none. Truthy with one.
 
-    `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs to pass [rad], repeated ones merged; `passed`,
-    shape (n, 4) [rad], and `times`, shape (n,) [s], say where and when they are. `reason` says why there is no gait, or
-    why it is not flyable. The parameter of `curve` is the time [s], `report` holds all checks along the whole curve.
+    `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; `passed`, shape
+    (n, 4) [rad], and `times`, shape (n,) [s], say where and when the gait passes them. `reason` says why there is no
+    gait, or why it is not flyable. The parameter of `curve` is the time [s], `report` has all checks along it.
 
     `value` is what was reached, certain along the whole curve, and `bound` what no gait can better: an upper bound of a
     worst case, a lower bound of effort. `gap` is what a better gait could gain at most, as a fraction of the bound (a
     worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of every loop
-    on the way, the gait's last.
-
-    `stationarity` is the first-order (Karush–Kuhn–Tucker) residual: what is left of the slope of the effort when the
-    active constraints are taken off, as a fraction of it; 0 for a gait that stands still. `active` says what holds the
-    gait. `violation` is how far it passes outside a disc, at most [rad]; of the region it is never outside.
+    on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, what the active constraints
+    leave of the slope of the effort, as a fraction of it; `active` says what holds the gait. `violation` is how far it
+    passes outside a disc, at most [rad]; of the region it is never outside.
     """
 
     objective: Objective
@@ -134,8 +126,8 @@ class OptimalGait:
     def _timed(self, samples: int = 1) -> _TimedCurve:
         if self.curve is None:
             raise Infeasible(self.reason)
-        polyline = self.curve.polyline(_CHORD)
-        return _TimedCurve(gait=polyline, period=self.period, law="optimal", samples=samples, curve=self.curve)
+        gait = self.curve.polyline(_CHORD)
+        return _TimedCurve(gait=gait, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
         """Return even samples with exact rates, as :func:`gaitgraph.timing.timed_gait.parametrize` counts them."""
@@ -153,13 +145,14 @@ class OptimalGait:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         verdict = self.report.as_mapping() if self.report is not None else {}
         path = self.curve.polyline(_CHORD) if self.curve is not None else None
+        optimality = ("gap", "stationarity", "violation", "active")
         return {
             **{name: getattr(self, name) for name in ("status", "reason", "objective", "sign")},
             "waypoints": self.waypoints.tolist(),
             "radius": self.radius.tolist(),
             **{name: getattr(self, name) for name in ("period", "value", "bound", "effort")},
             "length": self.curve.length if self.curve is not None else None,
-            "optimality": {name: getattr(self, name) for name in _OPTIMALITY} if self else None,
+            "optimality": {name: getattr(self, name) for name in optimality} if self else None,
             "passed": [] if self.passed is None else self.passed.tolist(),
             "times": [] if self.times is None else self.times.tolist(),
             "history": list(self.history),
@@ -213,24 +206,17 @@ def optimal_gait(
 
     Parameters
     ----------
-    waypoints
-        Centres (α1, α2) of the discs in [−π/2, π/2], numbers [rad] or texts, up to 40. A waypoint that repeats the one
-        before is merged with it; the smaller radius counts.
-    radius
-        Radius of the discs, one for all or one for each; 0 passes the waypoint exactly [rad, or text].
+    waypoints, radius
+        Centres (α1, α2) of up to 40 discs in [−π/2, π/2], numbers [rad] or texts, and one radius for all or one for
+        each; 0 passes the waypoint exactly. Waypoints that repeat in a row are merged; the smaller radius counts.
     objective
         "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
         "hover_reserve": what the hover thrusts, in units of m·g per rotor, can fall by until a rotor idles, and grow by
         until one reaches the vehicle's largest thrust, if it states one;
         "tilt_rate": the effort ∫ (α̇1² + α̇2² + α̇3² + α̇4²) dt over the period is minimised [rad²/s].
-    sign
-        Sign of R: "positive", "negative" or "auto", the better of both.
-    vehicle, coefficients
-        What the gait is for. Everything physical is judged with the vehicle's exact coefficients.
-    keep_out, keep_in
-        Polygons as for :class:`gaitgraph.surface.region.Zones`.
-    floor, period
-        Least singular value to keep, whatever the objective; T [s].
+    sign, vehicle, coefficients, keep_out, keep_in, floor, period
+        As for :func:`gaitgraph.planning.planner.plan_loop`, with a Vehicle; "auto" is the better sign. Everything
+        physical is judged with exact coefficients, and the floor is kept whatever the objective.
     pieces
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
     concession
@@ -238,12 +224,11 @@ def optimal_gait(
 
     Notes
     -----
-    A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the
-    flyable region that passes the discs. That its effort is the least of all gaits that keep this level is not
-    guaranteed: it is a local optimum among splines, on the side of each obstacle on which the loop that it starts from
-    runs; another side may be better by far. Discs that share a point, or a single disc, give a gait that stands still
-    there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth loop attains where the
-    shortest one has corners; with a radius it takes no notice of the region.
+    A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
+    region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
+    loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc, give a
+    gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
+    loop attains where the shortest one has corners; with a radius it takes no notice of the region.
 
     Examples
     --------
@@ -261,53 +246,76 @@ def optimal_gait(
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
-    whole = isinstance(pieces, (int, np.integer)) and not isinstance(pieces, bool)
-    if not whole or not FEWEST_PIECES <= pieces <= _MOST_PIECES:
-        raise InputError(f"pieces must be a whole number from {FEWEST_PIECES} to {_MOST_PIECES}, got {shown(pieces)}")
-    polygons, numbers = Zones(keep_out=keep_out, keep_in=keep_in), coefficients_of(vehicle, coefficients)
-    zones = polygons if polygons.keep_out or polygons.keep_in else None
-    signs: tuple[Literal["positive", "negative"], ...] = ("positive", "negative") if sign == "auto" else (sign,)
+    pieces = whole_number("pieces", pieces, FEWEST_PIECES, _MOST_PIECES)
+    zones, numbers = Zones(keep_out=keep_out, keep_in=keep_in), coefficients_of(vehicle, coefficients)
+    asked: Any = {"objective": objective, "waypoints": discs.centers, "radius": discs.radii, "period": float(period)}
+    base = OptimalGait(**asked, reason=None, warnings=notes)
     answers = []
-    for one in signs:
-        base = OptimalGait(
-            objective=objective,
-            waypoints=discs.centers,
-            radius=discs.radii,
-            period=float(period),
-            reason=None,
-            sign=one,
-            warnings=notes,
-        )
-        region = admissible_region(vehicle, use="flyable", sign=one, floor=floor, zones=zones)
-        search = _Search(base, discs, region, vehicle, numbers, float(floor), int(pieces))
+    for one in SIGNS[::-1] if sign == "auto" else (sign,):
+        region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
+        search = _Search(replace(base, sign=one), discs, region, vehicle, numbers, float(floor), pieces)
         answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
     if not found:
         reason = "; ".join(f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers)
-        return replace(answers[0], sign=None, reason=reason)
+        return replace(base, reason=reason)
     better = 1.0 if objective == "tilt_rate" else -1.0
     return min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
 
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     """Return checked discs, a waypoint that repeats the one before merged, and notes."""
-    centers = np.array(checked_waypoints(waypoints, _MOST_WAYPOINTS))
-    each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(centers)
-    if len(each) != len(centers):
-        raise InputError(f"radius must be one for all waypoints or one for each of {len(centers)}, got {len(each)}")
+    points = checked_waypoints(waypoints, _MOST_WAYPOINTS)
+    each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(points)
+    if len(each) != len(points):
+        raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
     radii = np.array([angle_from_text(value, "radius") for value in each])
     if not ((radii >= 0) & (radii <= 2 * math.pi)).all():
         raise InputError(f"radius must be an angle from 0 to 2π (rad), got {shown(radius)}")
-    first = np.flatnonzero([True, *(centers[1:] != centers[:-1]).any(axis=1)])
-    least = np.minimum.reduceat(radii, first)
-    if len(first) > 1 and (centers[-1] == centers[0]).all():
-        least[0] = min(least[0], least[-1])
-        first, least = first[:-1], least[:-1]
-    merged = len(centers) - len(first)
-    notes = (f"merged {merged} waypoint{'s' * (merged > 1)} that repeated the one before",) if merged else ()
-    discs = Discs(centers=centers[first], radii=least)
+    # Rows of waypoints that are the same, around the seam too.
+    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
+    if len(groups) > 1 and points[-1] == points[0]:
+        groups[0] += groups.pop()
+    dropped = len(points) - len(groups)
+    notes = (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else ()
+    centers = np.array([points[group[0]] for group in groups])
+    discs = Discs(centers, np.array([radii[group].min() for group in groups]))
     discs.centers.flags.writeable = discs.radii.flags.writeable = False
     return discs, notes
+
+
+def level_region(objective: Objective, level: float, vehicle: Vehicle, accuracy: float = DEFAULT_ACCURACY) -> Region:
+    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet.
+
+    The hover reserve is what the thrusts that carry the weight, in units of m·g per rotor, can fall by until the first
+    rotor idles and, if the vehicle states a largest thrust, grow by until the first one reaches it: the smaller one.
+    """
+    if objective == "singular_value":
+        return singular_value_region(level, vehicle, accuracy=accuracy)
+    most = vehicle.thrust_share
+    return thrust_region(None if most is None else most - level, vehicle, least=level, accuracy=accuracy)
+
+
+def highest_level(region: Region, objective: Objective, discs: Discs, vehicle: Vehicle) -> tuple[float, float]:
+    """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
+
+    A loop that keeps the lower end can stay 3e-5 rad away from every border.
+    """
+    most = vehicle.thrust_share
+    low, high = 0.0, 1e3 if most is None else most / 2
+    if objective == "singular_value":
+        high = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    while high - low > 4 * _CLOSE * max(high, 1e-3):
+        middle = (low + high) / 2
+        outer = region.outer & level_region(objective, middle, vehicle, _FOLLOWED).outer
+        low, high = (low, middle) if component_meeting(outer, discs) is None else (middle, high)
+    # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
+    for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
+        level = high * (1 - given)
+        inner: Any = region.inner & level_region(objective, level, vehicle, _FOLLOWED).inner
+        if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
+            return level, high
+    return 0.0, high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -321,15 +329,8 @@ class _TimedCurve(TimedGait):
         return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
 
     def peaks(self, order: int) -> FloatArray:
-        """Return the largest size of a derivative of each angle, exact, shape (4,).
-
-        On a piece a rate is a parabola, largest at an end or at its tip, an acceleration is linear, a jerk constant.
-        """
-        pieces, width = self.curve.pieces, np.diff(self.curve.breaks)[:, None]
-        tip = np.divide(-pieces[1], 3 * pieces[0], out=0 * pieces[0], where=pieces[0] != 0)
-        at = (0 * width, np.clip(tip, 0.0, width), width)
-        peaks = np.max([np.abs(np.polyval(derivative_of(pieces, order), one)) for one in at], axis=0)
-        return np.tile(peaks.max(axis=0), 2)
+        """Return the largest size of a derivative of each angle, exact, shape (4,)."""
+        return np.asarray(np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0))
 
 
 class _Search(NamedTuple):
@@ -348,13 +349,13 @@ class _Search(NamedTuple):
         region, discs, objective = self.region, self.discs, self.base.objective
         within = component_meeting(region.inner, discs)
         if within is None:
-            return replace(self.base, reason=why_apart(region, discs, self.floor, self.vehicle))
+            return replace(self.base, reason=self._why_apart())
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
         bound, polygon = 0.0, within
         shape: BaseGeometry = region.inner
         if objective != "tilt_rate":
-            lower, bound = highest_level(region, objective, discs, self.vehicle, clearance=3 * CLEARANCE)
+            lower, bound = highest_level(region, objective, discs, self.vehicle)
             shape = region.inner & level_region(objective, lower, self.vehicle).inner
             kept = region.inner & level_region(objective, lower * (1 - concession), self.vehicle).inner
             polygon = component_meeting(kept, discs) or within
@@ -365,8 +366,7 @@ class _Search(NamedTuple):
             return self._described(here, [0.0], None, bound)
 
         # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
-        # Where a level counts, it is known; the effort only chooses among loops that keep it, and one start is enough.
-        # The border is drawn with fewer corners, all of it inside.
+        # Where a level counts one start is enough. The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
         best: tuple[SmoothLoop, list[float]] | None = None
         if inside is not None:
@@ -380,13 +380,34 @@ class _Search(NamedTuple):
         if best is None:
             return replace(self.base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
         if objective == "tilt_rate":
-            bound = 2 * least_loop_length(discs, region) ** 2 / self.base.period
+            bound = 2 * shortest_loop(discs, region.outer)[1] ** 2 / self.base.period
         return self._described(*best, problem, bound)
+
+    def _why_apart(self) -> str:
+        """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
+        region, discs, vehicle = self.region, self.discs, self.vehicle
+        if not region.components:
+            return why_empty(region, self.floor, vehicle)
+        distance = shapely.distance(np.array(region.components)[:, None], shapely.points(discs.centers))
+        meets = distance <= discs.radii + TOUCH
+        for k in np.flatnonzero(~meets.any(axis=0)).tolist():
+            (x, y), (a, b) = discs.centers[k], region.nearest(discs.centers[k]) or discs.centers[k]
+            return (
+                f"waypoint {k + 1} ({x:.4f}, {y:.4f}) is not flyable ({region.why_not(discs.centers[k])}); the nearest "
+                f"flyable point, ({a:.4f}, {b:.4f}), is {distance[:, k].min():.4f} rad away, more than its radius "
+                f"{discs.radii[k]:.4g}"
+            )
+        for first, second in combinations(range(len(discs.radii)), 2):
+            if not (meets[:, first] & meets[:, second]).any():
+                factor = separating_factor(discs.centers[first].tolist(), discs.centers[second].tolist(), vehicle)
+                separated = f", separated by {factor}" if factor else ""
+                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
+        return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"
 
     def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
         shared = offset(shape, -2 * CLEARANCE)
-        for center, radius in zip(self.discs.centers, self.discs.radii, strict=True):
+        for center, radius in zip(*self.discs, strict=True):
             at = shapely.Point(center)
             # The polygon lies inside the disc.
             shared = shared & (shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64) if radius > 0 else at)
@@ -408,7 +429,7 @@ class _Search(NamedTuple):
             # Each disc is passed where the eroded polygon is nearest to its target, or else to its centre.
             for aims in (targets, self.discs.centers):
                 nearest = shapely.get_coordinates(shapely.shortest_line(eroded, shapely.points(aims)))
-                stops = np.where(self.discs.round[:, None], nearest.reshape(-1, 2, 2)[:, 0], aims)
+                stops = np.where(self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], aims)
                 if self.discs.misses(stops) <= 0:
                     break
             # Shortest legs from one to the next, nearly straight corners left out.
@@ -441,20 +462,27 @@ class _Search(NamedTuple):
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )
-        plane = loop.passed()
-        passed, times = np.hstack([plane, plane]), loop.passes * width
+        plane, times = loop.passed(), loop.passes * width
+        passed = np.hstack([plane, plane])
         passed.flags.writeable = times.flags.writeable = False
         answer = replace(self.base, curve=curve, passed=passed, times=times, bound=bound)
         report = curve.check(floor=self.floor).with_checks(answer._timed().rate_checks())
-        effort = 2.0 / period * loop.effort
-        value = effort if effortless else self._worst(report)
-        active: list[str] = []
-        stationarity = 0.0
+        effort = value = 2.0 / period * loop.effort
+        if not effortless:
+            # The worst case that the report of the whole curve certifies.
+            found = {check.name: float(check.value or 0.0) for check in report.checks}
+            value, most = found["least_singular_value"], self.vehicle.thrust_share
+            if self.base.objective == "hover_reserve":
+                used = found.get("thrust_limit", 0.0) / float(self.vehicle.max_thrust or 1.0)
+                value = min(found["hover_thrust"], math.inf if most is None else most * (1 - used))
+        stationarity, by_border = 0.0, False
+        held: tuple[int, ...] = ()
         if problem is not None and effort > 0:
             stationarity, held, by_border = problem.program(loop).stationarity()
-            border = "" if effortless else "the level that it keeps, or "
-            active = [f"waypoint {number + 1}" for number in held]
-            active += [f"{border}the border of the flyable region"] * by_border
+        border = f"{'' if effortless else 'the level that it keeps, or '}the border of the flyable region"
+        warnings = self.base.warnings
+        if stationarity > _SETTLED:
+            warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)
         size = value if effortless else bound
         return replace(
             answer,
@@ -465,18 +493,7 @@ class _Search(NamedTuple):
             gap=abs(bound - value) / size if size > 0 else 0.0,
             stationarity=stationarity,
             violation=max(self.discs.misses(plane), 0.0),
-            active=tuple(active),
+            active=(*(f"waypoint {number + 1}" for number in held), *[border] * by_border),
             history=tuple(2.0 / period * one for one in history),
-            warnings=answer.warnings
-            + (() if stationarity <= _SETTLED else (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)),
+            warnings=warnings,
         )
-
-    def _worst(self, report: Report) -> float:
-        """Return the worst case that a report of the whole curve certifies."""
-        if self.base.objective == "singular_value":
-            return float(report["least_singular_value"].value or 0.0)
-        least, most = float(report["hover_thrust"].value or 0.0), self.vehicle.thrust_share
-        if most is None:
-            return least
-        used = float(report["thrust_limit"].value or 0.0) / float(self.vehicle.max_thrust or 1.0)
-        return min(least, most * (1 - used))

@@ -22,17 +22,15 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
+from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
-from gaitgraph.surface.sheets import types_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
 from gaitgraph.validation.rules import checked_limits
 from gaitgraph.validation.validating import validate
@@ -212,16 +210,13 @@ def retarget(
     [0.45, -1.15, 0.45, -1.15]
     """
     checked_limits(floor=floor, margin=margin)
-    if sign is not None:
-        checked_choice("sign", sign, ("positive", "negative"))
     table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
-    polygons = Zones(keep_out=keep_out, keep_in=keep_in)
-    zones = polygons if polygons.keep_out or polygons.keep_in else None
+    zones = Zones(keep_out=keep_out, keep_in=keep_in)
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    region = admissible_region(chosen, use="flyable", sign=sign, coefficients=numbers, floor=floor, zones=zones)
+    region = admissible_region(chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones)
     inside = replace(region, inner=polygons_of(offset(region.inner, -margin))) if margin else region
     parts = inside.components
     if not parts:
@@ -257,27 +252,13 @@ def retarget(
         middle[outside] = segments[:, 0]
         new, placed = _joined(middle, parts[best])
 
-    columns: dict[str, Any] = {"t": _times(table["t"], new, placed, closing)} if "t" in table else {}
+    t = _times(table["t"], new, placed, closing) if "t" in table else None
     if closing:  # the closing row moves with the first
         new, rows = (np.vstack([array, array[:1]]) for array in (new, rows))
         placed = np.append(placed, len(new) - 1)
-    types = types_of("red", new[:, 0], new[:, 1], numbers, crossing_tolerance)
-    columns |= dict(zip(ANGLES, new.T.copy(), strict=True))
-    columns |= {
-        "color": ("red",) * len(new),
-        "types": tuple(text_from_types(int(a), int(b)) for a, b in zip(*types, strict=True)),
-        "R": np.array(level_determinant(new, numbers)),
-    }
-    about = {
-        "vehicle": chosen.as_mapping(),
-        "coefficients": numbers.kind,
-        "crossing_tolerance": crossing_tolerance,
-        "made_by": "retarget",
-        "sign": sign,
-        "floor": float(floor),
-        "margin": float(margin),
-    }
-    fresh = Table(columns=columns, about=about)
+    setting: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
+    gait = Gait(alpha=new, colors=("red",) * len(new), **setting)
+    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=float(floor), margin=float(margin))
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - rows, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
@@ -302,17 +283,21 @@ def _table_of(source: Any) -> Table:
         return source if isinstance(source, Table) else table_of(source)
     if not isinstance(source, Gait):
         try:
-            return Table(columns=dict(zip(ANGLES, Gait(alpha=source).alpha.T, strict=True)))
+            source = Gait(alpha=source)
         except (TypeError, ValueError) as error:
             allowed = "finite angles of shape (n, 4), n at least 1 (rad), a table, a gait or a path"
             raise InputError(f"gait must be {allowed}, got {shown(source)}") from error
-    columns: dict[str, Any] = dict(zip(ANGLES, source.alpha.T, strict=True))
-    about = {
-        "vehicle": source.vehicle.as_mapping(),
-        "coefficients": source.coefficients.kind,
-        "crossing_tolerance": source.crossing_tolerance,
-    }
-    return Table(columns=columns | ({"color": source.colors} if source.colors else {}), about=about)
+    return _table_from(source)
+
+
+def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
+    """Return a gait's corners as the rows of a table, with times, and what made it."""
+    columns: dict[str, Any] = {} if t is None else {"t": t}
+    columns |= dict(zip(ANGLES, gait.alpha.T.copy(), strict=True))
+    if gait.colors:
+        columns |= {"color": gait.colors, "types": gait.types, "R": gait.R}
+    setting = {"vehicle": gait.vehicle.as_mapping(), "coefficients": gait.coefficients.kind}
+    return Table(columns=columns, about={**setting, "crossing_tolerance": gait.crossing_tolerance, **about})
 
 
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:

@@ -420,7 +420,7 @@ def admissible_region(
     coefficients = coefficients or coefficients_of(vehicle)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
-    return region if zones is None else region & zones_region(zones)
+    return region & zones_region(zones) if zones is not None and (zones.keep_out or zones.keep_in) else region
 
 
 @lru_cache(maxsize=32)

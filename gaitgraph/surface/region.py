@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -214,6 +214,28 @@ def region_of(pair: Any, accuracy: float, *conditions: Condition) -> Region:
     """Return the region between the polygons of a pair of shapes."""
     inner, outer = map(polygons_of, pair)
     return Region(inner=inner, outer=outer, accuracy=accuracy, conditions=conditions)
+
+
+class Discs(NamedTuple):
+    """Discs to pass, in order: centres, shape (n, 2), and radii, shape (n,), zero for a point [rad]."""
+
+    centers: FloatArray
+    radii: FloatArray
+
+    def misses(self, points: FloatArray) -> float:
+        """Return how far outside its disc the farthest of n points lies [rad]."""
+        return float(np.max(np.linalg.norm(points - self.centers, axis=1) - self.radii))
+
+
+def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
+    """Return the polygon, of several, that meets every disc, the largest if there are more; or None."""
+    centers = shapely.points(discs.centers)
+    meeting: list[Any] = [
+        part
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + TOUCH).all()
+    ]
+    return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
 
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:

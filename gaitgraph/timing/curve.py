@@ -162,12 +162,12 @@ class Curve:
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return _lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
 
-    def turning_points(self) -> FloatArray:
-        """Return the breaks and the parameter values at which α1 or α2 may turn round, increasing, shape (n,)."""
+    def turning_points(self, derivative: int = 0) -> FloatArray:
+        """Return the breaks and where α1 or α2, or a derivative, may turn round, increasing parameters, shape (n,)."""
         from scipy.interpolate import PPoly
 
         at = [self.breaks[:-1]]
-        slope = derivative_of(self.pieces, 1)
+        slope = derivative_of(self.pieces, derivative + 1)
         for angle in range(2):
             found = PPoly(slope[:, :, angle], self.breaks).roots(discontinuity=False, extrapolate=False)
             at.append(found[np.isfinite(found) & (found >= 0) & (found < self.span)])
