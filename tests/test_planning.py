@@ -257,7 +257,7 @@ def test_the_loop_is_made_for_the_request() -> None:
             assert gait.crossing_tolerance == pi / 16
         assert plan.report["least_singular_value"].limit == 0.01
         rate = plan.report["tilt_rate"].value
-        timed = gg.timing.parametrize(plan.gait, 3.0, law="constant-speed")
+        timed = plan.gait.parametrize(3.0, law="constant-speed")
         assert rate == timed.check()["tilt_rate"].value
         assert loop_of(plan).path.color == loop_of(plan).gait.color == "red"
         assert loop_of(plan).order == (0, 1, 2, 3)

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.timed_gait import LAWS, checked_clock, parametrize, pieces_of, table_of
+from gaitgraph.timing.timed_gait import LAWS, checked_clock, pieces_of, table_of
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)
@@ -58,11 +58,11 @@ def test_rates_and_accelerations_are_the_derivatives(law: str) -> None:
 
 def test_the_laws_spend_time_as_they_say() -> None:
     gait = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red")
-    np.testing.assert_allclose(parametrize(gait, 2.0, law="equal-time").corner_times, [0, 0.5, 1, 1.5, 2])
+    np.testing.assert_allclose(gait.parametrize(2.0, law="equal-time").corner_times, [0, 0.5, 1, 1.5, 2])
     share = np.array([0, 1.0, 1.2, 2.2, 2.4]) / 2.4
     for law in ("constant-speed", "smooth"):
-        np.testing.assert_allclose(parametrize(gait, 2.0, law=law).corner_times, 2 * share)
-    speed = np.linalg.norm(parametrize(gait, 2.0, law="constant-speed").rates, axis=1)
+        np.testing.assert_allclose(gait.parametrize(2.0, law=law).corner_times, 2 * share)
+    speed = np.linalg.norm(gait.parametrize(2.0, law="constant-speed").rates, axis=1)
     np.testing.assert_allclose(speed, gait.length * np.sqrt(2) / 2.0)
 
 
@@ -113,7 +113,7 @@ def test_a_gait_that_is_a_point_stands_still() -> None:
 
 def test_samples_by_count_and_by_rate() -> None:
     gait = lift(GAITS[2].angles, "red")
-    default = parametrize(gait)
+    default = gait.parametrize()
     assert (default.period, default.law, default.samples) == (1.0, "smooth", 100)
     # A rate that does not fit the period is raised so that the table closes.
     assert [gait.parametrize(T, rate=rate).samples for T, rate in ((2.0, 50), (0.3, 10), (1.0, 2.5))] == [100, 3, 3]
@@ -143,7 +143,7 @@ def test_samples_by_count_and_by_rate() -> None:
 )
 def test_wrong_clocks_are_refused(arguments, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(gg.InputError, match=message):
-        parametrize(lift([(0.1, 0.1)], "red"), **arguments)
+        lift([(0.1, 0.1)], "red").parametrize(**arguments)
 
 
 def test_rate_limits_decide_flyable_and_name_the_period_needed() -> None:

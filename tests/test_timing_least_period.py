@@ -339,15 +339,15 @@ def test_a_point_stands_still() -> None:
 def test_touched_limits_are_where_the_law_runs_at_them() -> None:
     timed = least_period(SQUARE, LIMITS, rounding=0.03, nodes=2000).timed
     assert timed is not None
-    touched = {(touch.kind, touch.joints): touch for touch in timed.limits_touched()}
+    touched = {(touch.limit, tuple(touch.joints)): touch for touch in timed.limits_touched()}
     assert set(touched) == set(itertools.product(("rate", "acceleration"), ((1, 3), (2, 4))))
     t = (np.arange(20_000) + 0.5) * timed.period / 20_000
     at_some = np.zeros(len(t), dtype=bool)
     for (kind, (joint, _)), touch in touched.items():
         order = 1 if kind == "rate" else 2
-        at_limit = np.abs(timed.derivative(t, order)[:, joint - 1]) >= 0.99 * touch.limit
+        at_limit = np.abs(timed.derivative(t, order)[:, joint - 1]) >= 0.99 * touch.value
         assert touch.share == pytest.approx(at_limit.mean(), abs=0.01)
-        assert np.abs(timed.derivative(touch.t, order)[joint - 1]) >= 0.9 * touch.limit
+        assert np.abs(timed.derivative(touch.where["t"], order)[joint - 1]) >= 0.9 * touch.value
         at_some |= at_limit
     # The fastest law is at some limit nearly always.
     assert at_some.mean() > 0.95

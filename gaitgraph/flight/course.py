@@ -22,7 +22,7 @@ from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
+from gaitgraph.timing.timed_gait import LAWS, TimedGait
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -94,7 +94,7 @@ def timed_gait_from_file(
     if str(path) in PAPER_NAMES:
         numbers = coefficients_of(body or PAPER, coefficients)
         gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, body or PAPER, numbers)
-        return parametrize(gait, 1.0 if period is None else period, law=law or LAWS[0])
+        return gait.parametrize(1.0 if period is None else period, law=law or LAWS[0])
     if holds_request(path):
         stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
         request, sampling = read_request(path, {name: value for name, value in stated.items() if value is not None})
@@ -114,13 +114,13 @@ def timed_gait_from_file(
             raise InputError(
                 f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
             )
-        return parametrize(gait, 1.0 if period is None else period, law=law)
+        return gait.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]
     if is_asked:
-        return parametrize(gait, float(times[-1]) if period is None else period, law=law)
+        return gait.parametrize(float(times[-1]) if period is None else period, law=law)
     with naming_file(path):
         for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first
-            timed = parametrize(gait, float(times[-1]), law=name, samples=max(len(times) - 1, 1))
+            timed = gait.parametrize(float(times[-1]), law=name, samples=max(len(times) - 1, 1))
             if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
                 return timed
         colors = gait.colors[:1] * len(rows.alpha) if len(set(gait.colors)) == 1 else ()
@@ -142,7 +142,7 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
         return replace(timed, gait=gait)
     if timed.law not in LAWS:
         raise InputError(f"law must be one of {', '.join(LAWS)} to bias the gait, got {shown(timed.law)}")
-    return parametrize(gait, timed.period, law=timed.law, samples=timed.samples)
+    return gait.parametrize(timed.period, law=timed.law, samples=timed.samples)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,14 +269,14 @@ def from_hover(timed: TimedGait, *, periods: int = 2, anyway: bool = False) -> C
         straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
         if limit is not None:
-            seconds = max(seconds, float(parametrize(straight, 2.0).peak_rates().max()) / limit)
-        entry = parametrize(straight, 2 * seconds)
+            seconds = max(seconds, float(straight.parametrize(2.0).peak_rates().max()) / limit)
+        entry = straight.parametrize(2 * seconds)
         forbidden, _ = broken_rules(entry.check())
         if forbidden and not anyway:
             # Off the surfaces no path on them is searched, so its reason would be beside the point.
             reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {forbidden[0]}"
             return f"no flyable path from hover: {reason}"
-    hover = parametrize(replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}), 1.0)
+    hover = replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}).parametrize(1.0)
     arrival = _PAUSE + seconds
     departure = arrival + periods * timed.period
     flown = (arrival, float(times[corner]), timed)

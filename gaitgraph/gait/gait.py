@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, text_from_angle
+from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
@@ -158,9 +158,8 @@ class Gait:
     def started_at(self, corner: int) -> Gait:
         """Return the same loop started at another of its corners (0 ≤ corner < n)."""
         n = len(self.alpha)
-        if isinstance(corner, bool) or not isinstance(corner, (int, np.integer)) or not 0 <= corner < n:
-            raise InputError(f"corner must be a whole number from 0 to {n - 1}, got {shown(corner)}")
-        return self._reordered([*range(corner, n), *range(corner)])
+        start = whole_number("corner", corner, 0, n - 1)
+        return self._reordered([*range(start, n), *range(start)])
 
     def _reordered(self, order: list[int]) -> Gait:
         colors = tuple(self.colors[k] for k in order) if self.colors else ()
@@ -190,10 +189,27 @@ class Gait:
     def parametrize(
         self, period: float = 1.0, *, law: str = "smooth", samples: int | None = None, rate: float | None = None
     ) -> TimedGait:
-        """Return the gait with times; see :func:`gaitgraph.timing.timed_gait.parametrize`."""
-        from gaitgraph.timing.timed_gait import parametrize
+        """Return the gait with a timing law over a period.
 
-        return parametrize(self, period, law=law, samples=samples, rate=rate)
+        Parameters
+        ----------
+        period
+            T [s].
+        law
+            One of :data:`gaitgraph.timing.timed_gait.LAWS`.
+        samples
+            Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
+        rate
+            Samples per second [Hz], instead of `samples`; the count is rounded up, so that the table closes.
+
+        Notes
+        -----
+        Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
+        """
+        from gaitgraph.timing.timed_gait import TimedGait, checked_clock
+
+        count = checked_clock(period, law, samples=samples, rate=rate)
+        return TimedGait(gait=self, period=float(period), law=law, samples=count)
 
     def check(
         self,

@@ -45,7 +45,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -317,77 +317,75 @@ def completed_pieces(
     >>> whole["t"].tolist(), whole["color"], whole["alpha2_rate"].tolist()
     ([0.0, 1.0, 2.0, 3.0], ('red', 'red', 'red', 'red'), [0.0, -0.4, 0.4, 0.0])
     """
-    completion = _Completion(pieces(), vehicle, coefficients)
-    return lambda: _with_rates(completion.closed(pieces()))
+    first = next(iter(pieces()))
+    stated, numbers, crossing_tolerance = setting_of(first, vehicle, coefficients)
+    about = {**first.about, "vehicle": stated.as_mapping(), "coefficients": numbers.kind}
+    if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
+        about.pop("request", None)  # the request was for something else
 
-
-class _Completion:
-    """What all pieces of a table state, and the table completed accordingly."""
-
-    def __init__(self, pieces: Iterable[Table], vehicle: Vehicle | None, coefficients: Kind | None) -> None:
-        self.rows, self.has_colors, self.keeps_R, self.keeps_types = 0, True, True, True
-        self.about: dict[str, Any] = {}
-        code = 0
-        for piece in pieces:
-            if not self.rows:
-                stated, self.numbers, self.crossing_tolerance = setting_of(piece, vehicle, coefficients)
-                self.about = {**piece.about, "vehicle": stated.as_mapping(), "coefficients": self.numbers.kind}
-                if not isinstance(self.about.get("request"), dict) or vehicle is not None or coefficients is not None:
-                    self.about.pop("request", None)  # the request was for something else
-            alpha, codes = self._placed(piece, self.rows, code)
-            self.rows, code = self.rows + len(alpha), int(codes[-1])
-            self.has_colors &= bool(codes.all())
-            if self.keeps_R:
-                digits = 2 * level_determinant_resolution(alpha, self.numbers)
-                self.keeps_R = "R" in piece and not (np.abs(piece["R"] - self._R(alpha)) > digits).any()
-            if self.keeps_types:
-                known = {text: types_from_text(text) for text in set(piece.columns.get("types", ()))}
-                types = [known[text] for text in piece.columns.get("types", ())]
-                self.keeps_types = bool(types) and not types_contradict(np.array(types), codes).any()
-
-    def _placed(self, piece: Table, rows: int, code: int) -> tuple[FloatArray, npt.NDArray[np.int8]]:
-        """Return tilt angles and each row's family, as stated or as it lies; 0 for none. `code` is that before."""
-        alpha = tilt_angles(piece, self.numbers, rows_before=rows)
-        if "color" in piece:
-            return alpha, family_codes(piece["color"])
-        return alpha, families_along(alpha, self.numbers, DEFAULT_TOLERANCE, before=code)
-
-    def _R(self, alpha: FloatArray) -> FloatArray:
-        rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
-        return np.asarray(level_determinant(rows, self.numbers))[: len(alpha)]
-
-    def _whole(self, pieces: Iterable[Table]) -> Iterator[Table]:
-        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
-        rows, code, start = 0, 0, 0.0
-        for piece in pieces:
-            start = start if rows else float(piece["t"][0])
-            alpha, codes = self._placed(piece, rows, code)
+    def placed() -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
+        """Yield pieces, their tilt angles and each row's family, as stated or as it lies; 0 for none."""
+        rows = code = 0
+        for piece in pieces():
+            alpha = tilt_angles(piece, numbers, rows_before=rows)
+            if "color" in piece:
+                codes = family_codes(piece["color"])
+            else:
+                codes = families_along(alpha, numbers, DEFAULT_TOLERANCE, before=code)
             rows, code = rows + len(alpha), int(codes[-1])
+            yield piece, alpha, codes
+
+    def R_of(alpha: FloatArray) -> FloatArray:
+        rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
+        return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
+
+    count, has_colors, keeps_R, keeps_types = 0, True, True, True
+    for piece, alpha, codes in placed():
+        count += len(alpha)
+        has_colors &= bool(codes.all())
+        if keeps_R:
+            digits = 2 * level_determinant_resolution(alpha, numbers)
+            keeps_R = "R" in piece and not (np.abs(piece["R"] - R_of(alpha)) > digits).any()
+        if keeps_types:
+            known = {text: types_from_text(text) for text in set(piece.columns.get("types", ()))}
+            types = [known[text] for text in piece.columns.get("types", ())]
+            keeps_types = bool(types) and not types_contradict(np.array(types), codes).any()
+
+    def whole() -> Iterator[Table]:
+        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
+        start = float(first["t"][0])
+        for piece, alpha, codes in placed():
             columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
-            if not self.keeps_R:
-                columns["R"] = self._R(alpha)
-            if not self.has_colors:
+            if not keeps_R:
+                columns["R"] = R_of(alpha)
+            if not has_colors:
                 columns.pop("types", None)
             else:
                 columns["color"] = tuple(map(family_of, codes.tolist()))
-                if not self.keeps_types:
-                    pairs = zip(*family_types(alpha, codes, self.numbers, self.crossing_tolerance), strict=True)
+                if not keeps_types:
+                    pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
                     columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            yield Table(columns={name: columns[name] for name in ORDER if name in columns}, about=self.about)
+            yield _in_order(columns, about)
 
-    def closed(self, pieces: Iterable[Table]) -> Iterator[Table]:
+    def closed() -> Iterator[Table]:
         """Yield the whole pieces and a closing row, which replaces a last one that repeats the first."""
-        first: Any = None
-        for joined in _overlapping(self._whole(pieces)):
-            first = first or joined.rows(0, 1)
+        opening: Any = None
+        for joined in _overlapping(whole()):
+            opening = opening or joined.rows(0, 1)
             last = joined.rows(len(joined) - 1, len(joined))
             if len(joined) > 1:
                 yield joined.rows(0, len(joined) - 1)
         end = float(last["t"][0])
-        if self.rows < 2 or not closes(first, last):
+        if count < 2 or not closes(opening, last):
             yield last
-            end = closing_time(0.0, end, self.rows)
-        yield Table(columns={**first.columns, "t": np.array([end])}, about=first.about)
+            end = closing_time(0.0, end, count)
+        yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
+
+    return lambda: _with_rates(closed())
+
+
+def _in_order(columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
+    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
 
 
 def _overlapping(pieces: Iterable[Table]) -> Iterator[Table]:
@@ -403,8 +401,7 @@ def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
     """Yield closed pieces with rates and accelerations: as stated, or those of straight segments between the rows."""
 
     def moving(table: Table, rates: dict[str, FloatArray]) -> Table:
-        columns = table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}
-        return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=table.about)
+        return _in_order(table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}, table.about)
 
     pieces = iter(pieces)
     first = next(pieces)

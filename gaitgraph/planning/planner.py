@@ -21,7 +21,7 @@ from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
 from gaitgraph.planning.refusal import FoundPath, Obstacle, cases_of
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.timed_gait import LAWS, TimedGait, parametrize
+from gaitgraph.timing.timed_gait import LAWS, TimedGait
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -72,7 +72,7 @@ class Loop:
     @cached_property
     def report(self) -> Report:
         """All checks, with those of the clock; judged when first asked for."""
-        return parametrize(self.gait, self.request.period, law=self.request.law).check(floor=self.request.floor)
+        return self.gait.parametrize(self.request.period, law=self.request.law).check(floor=self.request.floor)
 
     @property
     def is_judged(self) -> bool:
@@ -168,7 +168,7 @@ class Plan:
 
     def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
         """Return the planned gait with the request's clock; raises Infeasible if there is none."""
-        return parametrize(self.gait, self.request.period, law=self.request.law, samples=samples, rate=rate)
+        return self.gait.parametrize(self.request.period, law=self.request.law, samples=samples, rate=rate)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""

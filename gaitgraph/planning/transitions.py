@@ -28,7 +28,7 @@ from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Case
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, parametrize, pieces_of
+from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class Transition:
     @property
     def timed(self) -> TimedGait:
         """The path there and back with its clock; the first half is the transition."""
-        return parametrize(self.gait, 2 * self.duration, law=self.law, samples=2 * self.samples)
+        return self.gait.parametrize(2 * self.duration, law=self.law, samples=2 * self.samples)
 
     @property
     def _ends(self) -> dict[str, int | None]:
@@ -265,7 +265,7 @@ def transition(
     if duration is None:
         seconds = _needed(gait, law)
         count = _checked_samples(seconds, law, samples, rate)
-    timed = parametrize(gait, 2 * seconds, law=law)
+    timed = gait.parametrize(2 * seconds, law=law)
     report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
     return Transition(
         there_and_back=gait,
@@ -369,7 +369,7 @@ def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:
 
 def _needed(gait: Gait, law: str) -> float:
     """Return one second, or how long one way takes within the vehicle's limits if that is more."""
-    timed, vehicle = parametrize(gait, 2.0, law=law), gait.vehicle
+    timed, vehicle = gait.parametrize(2.0, law=law), gait.vehicle
     needed = [_DURATION]
     if vehicle.max_tilt_rate is not None:
         needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)

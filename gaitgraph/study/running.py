@@ -39,7 +39,6 @@ from gaitgraph.files import text_of, write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots.axes import blank_figure, paper_style, picture_bytes, require_matplotlib
 from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
-from gaitgraph.timing.timed_gait import parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -311,7 +310,8 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait]) -> Row:
         row["drag_ratio"] = case.vehicle.drag_ratio
         key = repr((case.model.base.name, case.varied, case.source.name))
         gait = gaits[key] = gaits.get(key) or case.source.gait(case.vehicle)
-        timed = parametrize(gait if case.eta == 1 else gait.biased(case.eta), case.period, law=case.source.law)
+        moved = gait if case.eta == 1 else gait.biased(case.eta)
+        timed = moved.parametrize(case.period, law=case.source.law)
         report = timed.check()
         row |= {name: getattr(report, name) for name in ("valid", "flyable", "reachable_from_hover")}
         row["gait_singular_value"] = report["least_singular_value"].value

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
         Exported as Exported,
         TimedGait as TimedGait,
         export as export,
-        parametrize as parametrize,
         table_of as table_of,
     )
 else:

@@ -23,8 +23,8 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of
-from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE, sheet_angles
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
+from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.laws import (
     bernstein_from_power,
     derivative_of,
@@ -53,10 +53,12 @@ _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
 _STRAIGHT = 1e-9
 _SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
+# What control points of a blend become coefficients by, from the fifth power down, but for a factor each.
+_DIFFERENCES = [np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)]) for j in range(5, -1, -1)]
 _TIP = 5.0 / 8.0  # share that a turn back moves along the segment of the parameter that it takes on each side
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
@@ -88,47 +90,42 @@ class Curve:
 
     breaks: FloatArray
     pieces: FloatArray
-    color: str
-    vehicle: Vehicle
-    coefficients: Coefficients
-    crossing_tolerance: float
+    color: str = "red"
+    vehicle: Vehicle = PAPER
+    coefficients: Coefficients = None  # type: ignore[assignment] # never None once the curve is made
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
 
-    def __init__(
-        self,
-        *,
-        breaks: npt.ArrayLike,
-        pieces: npt.ArrayLike,
-        color: str = "red",
-        vehicle: Vehicle = PAPER,
-        coefficients: Coefficients | None = None,
-        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-    ) -> None:
+    def __post_init__(self) -> None:
         try:
-            s, polynomials = np.array(breaks, dtype=float), np.array(pieces, dtype=float)
+            breaks, pieces = np.array(self.breaks, dtype=float), np.array(self.pieces, dtype=float)
         except (TypeError, ValueError) as error:
-            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(pieces)}") from error
-        if s.ndim != 1 or s.size < 2 or s[0] != 0 or not (np.diff(s) > 0).all() or not math.isfinite(s[-1]):
-            raise InputError(f"breaks must be at least two finite, increasing numbers from 0 on, got {shown(breaks)}")
-        k, shape = s.size - 1, polynomials.shape
-        if len(shape) != 3 or shape[1:] != (k, 2) or not polynomials.size or not np.isfinite(polynomials).all():
-            raise InputError(f"pieces must be finite, of the shape (degree + 1, {k}, 2), got {shown(pieces)}")
-        checked_choice("color", color, ("red", "blue"))
+            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(self.pieces)}") from error
+        width = np.diff(breaks, axis=0)
+        if (
+            breaks.ndim != 1
+            or not width.size
+            or breaks[0] != 0
+            or not (width > 0).all()
+            or not np.isfinite(width).all()
+        ):
+            rule = "at least two finite, increasing numbers from 0 on"
+            raise InputError(f"breaks must be {rule}, got {shown(self.breaks)}")
+        if pieces.ndim != 3 or pieces.shape[1:] != (width.size, 2) or not len(pieces) or not np.isfinite(pieces).all():
+            rule = f"finite, of the shape (degree + 1, {width.size}, 2)"
+            raise InputError(f"pieces must be {rule}, got {shown(self.pieces)}")
+        checked_choice("color", self.color, ("red", "blue"))
         for order, name in enumerate(("position", "first derivative", "second derivative")):
-            derivative, width = derivative_of(polynomials, order), np.diff(s)
-            start, end = derivative[-1], values_of(derivative, width)
+            derivative = derivative_of(pieces, order)
+            jump = np.abs(np.roll(values_of(derivative, width), 1, axis=0) - derivative[-1]).max(axis=1)
+            at = int(np.argmax(jump))
             # What floats carry of a derivative depends on the terms that it is a sum of.
-            size = float(values_of(np.abs(derivative), width).max())
-            jump = np.abs(np.roll(end, 1, axis=0) - start).max(axis=1)
-            bad = jump > _SEAM * max(size, 1e-300)
-            if bad.any():
-                at = int(np.argmax(bad))
-                raise InputError(
-                    "pieces must be a closed curve, continuous to the second derivative, but the "
-                    f"{name} jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
-                )
-        s.flags.writeable = polynomials.flags.writeable = False
-        values = (s, polynomials, color, vehicle, coefficients or coefficients_of(), crossing_tolerance)
-        for field, value in zip(self.__slots__, values, strict=True):
+            if jump[at] > _SEAM * max(float(values_of(np.abs(derivative), width).max()), 1e-300):
+                where = f"jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
+                rule = "a closed curve, continuous to the second derivative"
+                raise InputError(f"pieces must be {rule}, but the {name} {where}")
+        breaks.flags.writeable = pieces.flags.writeable = False
+        made = {"breaks": breaks, "pieces": pieces, "coefficients": self.coefficients or coefficients_of(self.vehicle)}
+        for field, value in made.items():
             object.__setattr__(self, field, value)
 
     def __repr__(self) -> str:
@@ -166,12 +163,9 @@ class Curve:
         """Return the breaks and where α1 or α2, or a derivative, may turn round, increasing parameters, shape (n,)."""
         from scipy.interpolate import PPoly
 
-        at = [self.breaks[:-1]]
-        slope = derivative_of(self.pieces, derivative + 1)
-        for angle in range(2):
-            found = PPoly(slope[:, :, angle], self.breaks).roots(discontinuity=False, extrapolate=False)
-            at.append(found[np.isfinite(found) & (found >= 0) & (found < self.span)])
-        return np.asarray(np.unique(np.concatenate(at)))
+        slope = PPoly(derivative_of(self.pieces, derivative + 1), self.breaks).roots(discontinuity=False, extrapolate=False)
+        found = np.concatenate([self.breaks[:-1], *slope])
+        return np.asarray(np.unique(found[(found >= 0) & (found < self.span)]))
 
     def extremes(self) -> FloatArray:
         """Return the least and the largest value of each tilt angle over the whole curve, shape (2, 4) [rad]."""
@@ -202,19 +196,15 @@ class Curve:
             crossing_tolerance=self.crossing_tolerance,
         )
 
-    def check(
-        self, *, tolerance: float = DEFAULT_TOLERANCE, floor: float = DEFAULT_FLOOR, chord: float = DEFAULT_CHORD
-    ) -> Report:
-        """Return every check of valid and flyable for the curve itself, between samples too.
+    def check(self, *, chord: float = DEFAULT_CHORD, **options: Any) -> Report:
+        """Return every check of valid and flyable for the curve itself, between samples too; options as for a gait.
 
         Its chords, as near to it as `chord` [rad], are judged by :func:`gaitgraph.validation.validating.check_gait`.
         What the curve may differ from them by is then taken off: the least singular value changes by at most
         √(2+κ²)·√2·chord, R by its largest slope, and so on. A curve that touches a limit may therefore be refused
         where a finer chord would let it pass; never the other way.
         """
-        return check_gait(
-            self.polyline(chord), tolerance=tolerance, floor=floor, beside=chord, extremes=self.extremes()
-        )
+        return check_gait(self.polyline(chord), beside=chord, extremes=self.extremes(), **options)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -298,75 +288,15 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
             f"gait must be on one sheet, red or blue, got the color {shown(gait.color)}; retarget moves it there"
         )
     merged = gait.merged()
-    plane = np.array(merged.alpha[:, :2])
-    keep = [0]
-    for k in range(1, len(plane)):
-        if np.linalg.norm(plane[k] - plane[keep[-1]]) > SMALLEST:
-            keep.append(k)
-    while len(keep) > 1 and np.linalg.norm(plane[keep[-1]] - plane[0]) <= SMALLEST:
-        keep.pop()
-    if len(keep) < len(plane):
-        colors = tuple(merged.colors[k] for k in keep)
-        merged = replace(merged, alpha=merged.alpha[keep], colors=colors).merged()
-        plane = np.array(merged.alpha[:, :2])
-    step = np.roll(plane, -1, axis=0) - plane
-    length = np.linalg.norm(step, axis=1)
-    corners: tuple[RoundedCorner, ...] = ()
-    if not length.sum() > 0:
-        breaks, pieces = np.array([0.0, 1.0]), plane[None, :1]
-    else:
-        ahead = step / length[:, None]
-        before = np.roll(ahead, 1, axis=0)
-        sine, cosine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0], (before * ahead).sum(axis=1)
-        turn = np.arctan2(np.abs(sine), cosine)
-        back = turn >= math.pi - _STRAIGHT
-        bent = (turn > _STRAIGHT) & ~back
-        per_reach = (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2)
-        # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
-        shorter = np.minimum(length, np.roll(length, 1))
-        wanted = np.where(back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0))
-        # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
-        # on one segment are shrunk until they fit.
-        reach = np.minimum(wanted, shorter)
-        load = reach + np.roll(reach, -1)
-        share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
-        reach = reach * np.minimum(share, np.roll(share, 1))
-        shrunk = reach < wanted * (1 - 1e-12)
-        # Around each corner a blend, or both halves of a turn back; then what is left of the segment after it.
-        powers, straight = np.arange(5, -1, -1), np.zeros((4, 2))
-        widths, parts = [], []
-        for k, corner in enumerate(plane):
-            d, made = float(reach[k]), []
-            if bent[k]:
-                along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])
-                control = np.vstack([corner - along[:, None] * before[k], corner + along[::-1, None] * ahead[k]])
-                # From Bernstein coefficients to powers of the share of the blend.
-                signs = [[(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)] for j in powers]
-                blend = [math.comb(5, len(row) - 1) * (np.array(row) @ control[: len(row)]) for row in signs]
-                made = [(5.0 * _SPACING * d, np.array(blend))]
-            elif back[k]:
-                # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
-                w = d / _TIP
-                c4, c2 = w / 8.0 * before[k], -6.0 * w / 8.0 * before[k]
-                arriving = [0 * c4, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4]
-                made = [(w, np.array(arriving)), (w, np.array([0 * c4, c4, 0 * c4, c2, 0 * c4, corner]))]
-            widths += [width for width, _ in made]
-            parts += [part / width ** powers[:, None] for width, part in made]
-            rest = float(length[k] - d - reach[(k + 1) % len(plane)])
-            if rest > 1e-12 * length[k]:
-                widths.append(rest)
-                parts.append(np.vstack([straight, ahead[k], corner + d * ahead[k]]))
-        breaks, pieces = np.concatenate([[0.0], np.cumsum(widths)]), np.stack(parts, axis=1)
-        corners = tuple(
-            RoundedCorner(
-                corner=int(k),
-                turn=float(turn[k]),
-                reach=float(reach[k]),
-                deviation=float(per_reach[k] * reach[k]) if bent[k] else 0.0,
-                shrunk=bool(shrunk[k]),
-            )
-            for k in np.flatnonzero(bent | back)
-        )
+    kept = [merged.alpha[0]]
+    for corner in merged.alpha[1:]:
+        if np.linalg.norm(corner[:2] - kept[-1][:2]) > SMALLEST:
+            kept.append(corner)
+    while len(kept) > 1 and np.linalg.norm(kept[-1][:2] - kept[0][:2]) <= SMALLEST:
+        kept.pop()
+    merged = replace(merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]).merged()
+    plane = merged.alpha[:, :2]
+    breaks, pieces, corners = _blended(plane, size) if len(plane) > 1 else (np.array([0.0, 1.0]), plane[None], ())
     curve = Curve(
         breaks=breaks,
         pieces=pieces,
@@ -378,26 +308,73 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
+def _blended(plane: FloatArray, size: float) -> tuple[FloatArray, FloatArray, tuple[RoundedCorner, ...]]:
+    """Return the breaks and pieces of the closed polyline through two or more points with rounded corners."""
+    step = np.roll(plane, -1, axis=0) - plane
+    length = np.linalg.norm(step, axis=1)
+    ahead = step / length[:, None]
+    before = np.roll(ahead, 1, axis=0)
+    sine, cosine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0], (before * ahead).sum(axis=1)
+    turn = np.arctan2(np.abs(sine), cosine)
+    back = turn >= math.pi - _STRAIGHT
+    bent = (turn > _STRAIGHT) & ~back
+    per_reach = np.where(bent, (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2), 0.0)
+    # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
+    shorter = np.minimum(length, np.roll(length, 1))
+    wanted = np.where(back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0))
+    # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
+    # on one segment are shrunk until they fit.
+    reach = np.minimum(wanted, shorter)
+    load = reach + np.roll(reach, -1)
+    share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
+    reach = reach * np.minimum(share, np.roll(share, 1))
+    # Around each corner a blend, or both halves of a turn back; then what is left of the segment after it.
+    powers = np.arange(5, -1, -1)
+    made: list[tuple[float, FloatArray]] = []  # widths, and coefficients in powers of the parameter
+    for k, (corner, u, v, d) in enumerate(zip(plane, before, ahead, reach.tolist(), strict=True)):
+        parts: list[tuple[float, Any]] = []  # coefficients in powers of the share of the width
+        if bent[k]:
+            along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])[:, None]
+            control = np.vstack([corner - along * u, corner + along[::-1] * v])
+            blend = [math.comb(5, len(one) - 1) * (one @ control[: len(one)]) for one in _DIFFERENCES]
+            parts = [(5.0 * _SPACING * d, blend)]
+        elif back[k]:
+            # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
+            w = d / _TIP
+            c4, c2 = w / 8.0 * u, -6.0 * w / 8.0 * u
+            arriving = [0 * c4, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4]
+            parts = [(w, arriving), (w, [0 * c4, c4, 0 * c4, c2, 0 * c4, corner])]
+        made += [(width, np.array(part) / width ** powers[:, None]) for width, part in parts]
+        rest = float(length[k] - d - reach[(k + 1) % len(plane)])
+        if rest > 1e-12 * length[k]:
+            made.append((rest, np.vstack([np.zeros((4, 2)), v, corner + d * v])))
+    corners = tuple(
+        RoundedCorner(
+            corner=k,
+            turn=float(turn[k]),
+            reach=float(reach[k]),
+            deviation=float(per_reach[k] * reach[k]),
+            shrunk=bool(reach[k] < wanted[k] * (1 - 1e-12)),
+        )
+        for k in np.flatnonzero(bent | back).tolist()
+    )
+    widths, pieces = zip(*made, strict=True)
+    return np.concatenate([[0.0], np.cumsum(widths)]), np.stack(pieces, axis=1), corners
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Touch:
     """Where a law runs at one of its limits."""
 
-    kind: str  # "rate", "acceleration" or "jerk"
-    joints: tuple[int, int]  # the opposite joints that move alike, (1, 3) or (2, 4)
-    limit: float  # [rad/s, rad/s² or rad/s³]
+    limit: str  # "rate", "acceleration" or "jerk"
+    joints: list[int]  # the opposite joints that move alike, 1 and 3 or 2 and 4
+    value: float  # of the limit [rad/s, rad/s² or rad/s³]
     share: float  # of the period, during which it is touched
-    t: float  # when it is first touched [s]
-    alpha: tuple[float, ...]  # the tilt angles then [rad]
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return it as plain values, ready for JSON."""
-        where = {"t": self.t, "alpha": list(self.alpha)}
-        head = {"limit": self.kind, "joints": list(self.joints), "value": self.limit, "share": self.share}
-        return {**head, "where": where}
+    where: dict[str, Any]  # when it is first touched, t [s], and the tilt angles then, alpha [rad]
 
     def __str__(self) -> str:
-        joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.kind]
-        return f"{self.kind} of {joints} at its limit {self.limit:.4g} {unit} during {self.share:.0%} of the period"
+        joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.limit]
+        return f"{self.limit} of {joints} at its limit {self.value:.4g} {unit} during {self.share:.0%} of the period"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -419,12 +396,15 @@ class LimitedGait(TimedGait):
         shape (degree + 1, m, 2) [rad].
     limits
         What the law was made to keep: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite where unlimited.
+    stretch
+        By what its time was stretched to keep the limits between samples too, minus 1.
     """
 
     curve: Curve | None
     widths: FloatArray
     tilts: FloatArray
     limits: FloatArray
+    stretch: float = 0.0
 
     @property
     def corner_times(self) -> FloatArray:
@@ -459,9 +439,8 @@ class LimitedGait(TimedGait):
                 if touched.any():
                     t = float(self.corner_times[int(np.argmax(touched))])
                     share = float(self.widths[touched].sum() / self.period)
-                    alpha = tuple(self.derivative(t, 0).tolist())
-                    joints = (joint + 1, joint + 3)
-                    out.append(Touch(kind=kind, joints=joints, limit=limit, share=share, t=t, alpha=alpha))
+                    where = {"t": t, "alpha": self.derivative(t, 0).tolist()}
+                    out.append(Touch(limit=kind, joints=[joint + 1, joint + 3], value=limit, share=share, where=where))
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
@@ -470,17 +449,10 @@ class LimitedGait(TimedGait):
             return self.gait.vertices(tolerance)
         return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
 
-    def check(
-        self,
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,
-        floor: float = DEFAULT_FLOOR,
-        angle_rounding: float | None = None,
-    ) -> Report:
+    def check(self, **options: Any) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        if self.curve is None:
-            return TimedGait.check(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
-        return self.curve.check(tolerance=tolerance, floor=floor).with_checks(self.rate_checks())
+        path = self.curve or self.gait
+        return path.check(**options).with_checks(self.rate_checks())
 
 
 def _lifted(

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_from_text
+from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, rounded
@@ -177,7 +177,7 @@ class LeastPeriod:
         }
         if self.timed is not None:
             out |= {f"peak_{kind}": float(self.timed.peaks(k).max()) for k, kind in enumerate(RATE_UNITS, start=1)}
-            out["touched"] = [touch.as_mapping() for touch in self.timed.limits_touched()]
+            out["touched"] = [asdict(touch) for touch in self.timed.limits_touched()]
         return out
 
     def __repr__(self) -> str:
@@ -270,9 +270,8 @@ def paced(
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
     task = _Task(path, limits, rounding)
     if task.still:
-        standing = _Found(np.array([float(period)]), np.array(task.gait.alpha[None, :1, :2]), 0.0)
-        timed = replace(task.timed(standing), law="paced", samples=count)
-        return task.answer("ok", timed=timed, least=0.0)
+        timed = task.timed(np.array([float(period)]), task.gait.alpha[None, :1, :2])
+        return task.answer("ok", timed=replace(timed, law="paced", samples=count), least=0.0)
     found = task.least(nodes, progress)
     if found.timed is None or found.least is None:
         return found
@@ -287,25 +286,12 @@ def paced(
         reason += f"α{joint} alone needs" if joint else "any law along this path needs"
         reason += f" at least {bound:.4f} s under the limits"
     else:
-        reached = touch.limit * (found.least / period) ** (1 + list(RATE_UNITS).index(touch.kind))
+        reached = touch.value * (found.least / period) ** (1 + list(RATE_UNITS).index(touch.limit))
         reason += (
-            f"the least found is {found.least:.4f} s; at T the {touch.kind} of α{touch.joints[0]} and "
-            f"α{touch.joints[1]} would reach {reached:.3g} {RATE_UNITS[touch.kind]}, limit {touch.limit:.3g}"
+            f"the least found is {found.least:.4f} s; at T the {touch.limit} of α{touch.joints[0]} and "
+            f"α{touch.joints[1]} would reach {reached:.3g} {RATE_UNITS[touch.limit]}, limit {touch.value:.3g}"
         )
-    where = touch.as_mapping()["where"]
-    return replace(found, status="too short", reason=reason, timed=None, limit=touch.kind, where=where)
-
-
-class _Found(NamedTuple):
-    """Intervals of time, (α1, α2) on them, and by what share time was stretched to keep the limits."""
-
-    widths: FloatArray
-    tilts: FloatArray
-    stretch: float
-
-    @property
-    def period(self) -> float:
-        return float(self.widths.sum())
+    return replace(found, status="too short", reason=reason, timed=None, limit=touch.limit, where=touch.where)
 
 
 class _Task:
@@ -318,21 +304,22 @@ class _Task:
             raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
             raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
-        found = path
+        self.rounding = path if isinstance(path, Rounding) else None
+        self.curve = path if isinstance(path, Curve) else None
         if isinstance(path, Gait):
             # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
-            found = rounded(path, 1e-3 if rounding is None else rounding)
-            if rounding is None:
-                found = found.curve if found.deviation == 0 else path
-        self.rounding = found if isinstance(found, Rounding) else None
-        self.curve = found.curve if isinstance(found, Rounding) else found if isinstance(found, Curve) else None
+            made = rounded(path, 1e-3 if rounding is None else rounding)
+            self.rounding = made if rounding is not None else None
+            self.curve = made.curve if rounding is None and made.deviation == 0 else None
+        if self.rounding is not None:
+            self.curve = self.rounding.curve
         if self.curve is not None:
             self.gait = self.curve.polyline()
             self.plane = self.curve.at(self.curve.turning_points())[:, :2]  # where α1 and α2 may turn round
+        elif isinstance(path, Gait):
+            self.gait = path.merged()
+            self.plane = self.gait.alpha[:, :2]
         if isinstance(path, Gait):
-            if self.curve is None:
-                self.gait = path.merged()
-                self.plane = np.array(self.gait.alpha[:, :2])
             self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.limited = self.limits.in_plane()
@@ -340,31 +327,31 @@ class _Task:
         self.moves = self.extent > _STILL
         self.still = not self.moves.any()
         # The same gait with rests at its corners, if this one rounds them.
-        rounds = self.rounding is not None and self.rounding.deviation > 0 and isinstance(path, Gait)
+        rounds = isinstance(path, Gait) and self.rounding is not None and self.rounding.deviation > 0
         self.resting: _Task | None = _Task(path, self.limits) if rounds else None
 
     def answer(self, status: str, reason: str = "", **found: Any) -> LeastPeriod:
         return LeastPeriod(status=status, reason=reason, limits=self.limits, rounding=self.rounding, **found)
 
-    def timed(self, found: _Found) -> LimitedGait:
-        """Return the gait with a law found for it."""
+    def timed(self, widths: FloatArray, tilts: FloatArray, stretch: float = 0.0) -> LimitedGait:
+        """Return the gait with a law given as (α1, α2) on intervals of time; its table has one interval."""
         return LimitedGait(
             gait=self.gait,
-            period=found.period,
+            period=float(widths.sum()),
             law="least-period",
             samples=1,
             curve=self.curve,
-            widths=found.widths,
-            tilts=found.tilts,
+            widths=widths,
+            tilts=tilts,
             limits=self.limited,
+            stretch=stretch,
         )
 
     def least(self, nodes: int | None, progress: Callable[[str], None] | None) -> LeastPeriod:
         """Return the answer with the fastest law; its table has one interval."""
         if nodes is None:
             nodes = _NODES if self.limits.jerk is None else _NODES_UNDER_JERK
-        elif isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or not 10 <= nodes <= 100_000:
-            raise InputError(f"nodes must be a whole number from 10 to 100000, got {shown(nodes)}")
+        nodes = whole_number("nodes", nodes, 10, 100_000)
         if self.still:
             reason = "the gait is a point: it stands still at any period, and none is the least"
             return self.answer("still", reason, least=0.0)
@@ -380,18 +367,18 @@ class _Task:
             return self._out_of_range(bound)
         if progress is not None:
             progress("looking for the fastest law")
-        task, (found, note) = self, self._fastest(int(nodes), progress)
+        task, (timed, note) = self, self._fastest(nodes, progress)
         if self.resting is not None:
-            at_rest, _ = self.resting._fastest(int(nodes), None)
-            if at_rest.period < found.period:
-                times = f"{at_rest.period:.4f} s, against {found.period:.4f} s with rounded corners"
+            at_rest, _ = self.resting._fastest(nodes, None)
+            if at_rest.period < timed.period:
+                times = f"{at_rest.period:.4f} s, against {timed.period:.4f} s with rounded corners"
                 note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
-                task, found = self.resting, at_rest
-        least, stretch = found.period, found.stretch
+                task, timed = self.resting, at_rest
+        least = timed.period
         if not _SHORTEST <= least <= _LONGEST:
             return task._out_of_range(least)
-        bound, timed = min(bound, least), task.timed(found)
-        return task.answer("ok", timed=timed, least=least, lower_bound=bound, stretch=stretch, note=note)
+        bound = min(bound, least)
+        return task.answer("ok", timed=timed, least=least, lower_bound=bound, stretch=timed.stretch, note=note)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
@@ -432,8 +419,8 @@ class _Task:
             answers.append(self.resting.lower_bound())
         return min(answers, key=itemgetter(0))
 
-    def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[_Found, str]:
-        """Return the fastest law found, and a note of what was left undone, empty as a rule."""
+    def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[LimitedGait, str]:
+        """Return the gait with the fastest law found, and a note of what was left undone, empty as a rule."""
         completed = self.limits.completed(self.extent)
         if self.curve is None:
             return self._kept(*rest_to_rest(self.plane, self.limited[0], completed[1], self.limited[2])), ""
@@ -454,7 +441,7 @@ class _Task:
                 if found.stretch <= _ENOUGH:
                     break
             return found, ""
-        laws = (smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK)
+        laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
         candidates = [(self._kept(*tilts_over_time(law, *path)), law) for law in laws]
         found, law = min(candidates, key=lambda one: one[0].period)
         if len(width) > _MOST_NODES_UNDER_JERK:
@@ -487,12 +474,12 @@ class _Task:
                 at_nodes[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
         return found, ""
 
-    def _kept(self, widths: FloatArray, tilts: FloatArray) -> _Found:
-        """Return a law with its time stretched, or shortened, until its certain peaks meet the limits."""
+    def _kept(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
+        """Return the gait with a law, its time stretched or shortened until its certain peaks meet the limits."""
         factor = 0.0
         for order, limit in enumerate(self.limited, start=1):
             peak = peaks_of(widths, tilts, order).max(axis=0)
             of = np.isfinite(limit) & self.moves
             if of.any():
                 factor = max(factor, float((peak[of] / limit[of]).max()) ** (1.0 / order))
-        return _Found(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)
+        return self.timed(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)

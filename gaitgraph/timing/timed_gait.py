@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, text_from_angle
+from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, completed_pieces, merged
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, completed_pieces, merged
+from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
     FILMS,
     check_options,
@@ -41,9 +41,8 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_codes, family_types
+from gaitgraph.surface.sheets import family_codes, family_types
 from gaitgraph.validation.report import RATE_UNITS, limit_check
-from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -164,8 +163,7 @@ class TimedGait:
         if rows.stop > self.samples:
             t[self.samples - rows.start :] = self.period
         angles, rates, accelerations = self.at(t)
-        columns: dict[str, Any] = {"t": t}
-        columns |= {f"alpha{k + 1}": angles[:, k] for k in range(4)}
+        columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
         gait = self.gait
         if gait.colors:
             # The sheet of a sample is that of the corner last passed.
@@ -176,8 +174,7 @@ class TimedGait:
             types = family_types(angles, family_codes(colors), gait.coefficients, gait.crossing_tolerance)
             columns |= {"color": colors, "types": [text_from_types(*pair) for pair in zip(*types, strict=True)]}
         columns["R"] = np.asarray(level_determinant(angles, gait.coefficients))
-        columns |= {f"alpha{k + 1}_rate": rates[:, k] for k in range(4)}
-        columns |= {f"alpha{k + 1}_acceleration": accelerations[:, k] for k in range(4)}
+        columns |= zip((*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True)
         # Adding zero turns a negative zero into zero, which is what people want to read.
         return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
@@ -211,16 +208,9 @@ class TimedGait:
         """Return the largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return self.peaks(2)
 
-    def check(
-        self,
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,
-        floor: float = DEFAULT_FLOOR,
-        angle_rounding: float | None = None,
-    ) -> Report:
-        """Return every check of the gait, and those of rates, accelerations and jerks; see :func:`check_gait`."""
-        report = check_gait(self.gait, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
-        return report.with_checks(self.rate_checks())
+    def check(self, **options: Any) -> Report:
+        """Return every check of the gait, options as for :meth:`Gait.check`, and those of rates and so on."""
+        return self.gait.check(**options).with_checks(self.rate_checks())
 
     def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
         """Return the check of tilt rates, and of tilt accelerations and jerks where the vehicle limits them.
@@ -300,39 +290,8 @@ class TimedGait:
         return html_of(self)
 
 
-def parametrize(
-    gait: Gait,
-    period: float = 1.0,
-    *,
-    law: str = "smooth",
-    samples: int | None = None,
-    rate: float | None = None,
-) -> TimedGait:
-    """Return a gait with a timing law over a period.
-
-    Parameters
-    ----------
-    gait
-        The closed polyline.
-    period
-        T [s], positive.
-    law
-        One of :data:`LAWS`.
-    samples
-        Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
-    rate
-        Samples per second [Hz], instead of `samples`; the count is rounded up, so that the table closes.
-
-    Notes
-    -----
-    Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
-    """
-    count = checked_clock(period, law, samples=samples, rate=rate)
-    return TimedGait(gait=gait, period=float(period), law=law, samples=count)
-
-
 def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
-    """Return the number of sample intervals, or raise InputError; see :func:`parametrize`.
+    """Return the number of sample intervals, or raise InputError; see :meth:`Gait.parametrize`.
 
     >>> checked_clock(2.0, "smooth", rate=50)
     100
@@ -350,10 +309,7 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
                 f"rate must give at most {MOST_SAMPLES} samples, got {shown(rate)} Hz over {shown(period)} s"
             )
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
-    count = DEFAULT_SAMPLES if samples is None else samples
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= MOST_SAMPLES:
-        raise InputError(f"samples must be a whole number from 1 to {MOST_SAMPLES}, got {shown(count)}")
-    return int(count)
+    return whole_number("samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES)
 
 
 def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
@@ -433,7 +389,7 @@ def export(
     vehicle, coefficients
         What the gait is for, instead of what the file states.
     period, law, samples, rate
-        As for :func:`parametrize`; by default what the file states, else 1 s and smooth.
+        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default what the file states, else 1 s and smooth.
     joints
         What the columns of a servo table from elsewhere are.
     servos, options, force
@@ -446,14 +402,14 @@ def export(
     if options is not None:
         check_options(options, formats)
     check_outputs(paths, force=force)
-    parts = len(paths) + 1  # reading, and each file written
     reached = 0.0
+    done: list[Exported] = []
 
     def report(share: float) -> None:
         nonlocal reached
-        if progress is not None and share / parts > reached:  # what is read again is no step back
-            reached = share / parts
-            progress(reached)
+        if progress is not None and share > reached:  # what is read again is no step back
+            reached = share
+            progress(share / (len(paths) + 1))  # reading, and each file written
 
     read: Callable[[], Iterator[Table]] = partial(read_pieces, source, progress=report, joints=joints)
     if not Path(source).is_file() or Path(source).stat().st_size <= _BYTES_HELD:  # a pipe can be read once
@@ -462,35 +418,31 @@ def export(
     retimed = "t" not in first[0] or sum(map(len, first)) == 1
     if retimed or any(choice is not None for choice in (period, law, samples, rate)):
         table = merged(read())
+        # What is stated counts where nothing is asked for; pacing follows no law.
+        stated_law = None if table.about.get("made_by") == "pace" else table.about.get("law")
+        stated = {"period": table.about.get("period"), "law": stated_law}
+        asked = {"period": period, "law": law, "samples": samples, "rate": rate}
         with naming_file(source):
             gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
-        # What is stated counts where nothing is asked for; pacing follows no law.
-        about = table.about if table.about.get("made_by") != "pace" else {**table.about, "law": None}
-        asked = {"period": period, "law": law, "samples": samples, "rate": rate}
-        stated: dict[str, Any] = {name: about.get(name) for name in ("period", "law")}
-        clock = stated | {name: value for name, value in asked.items() if value is not None}
-        timed = parametrize(gait, **{name: value for name, value in clock.items() if value is not None})
-        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, timed)
+        clock: dict[str, Any] = {}
+        for choices in (stated, asked):
+            clock |= {name: value for name, value in choices.items() if value is not None}
+        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock))
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
     clips = servos if any(one.reads or "joint_names" in one.options for one in formats) else None
-    done: list[Exported] = []
 
     def counted() -> Iterator[Table]:
-        """Yield the pieces once for each file, and count them the first time."""
-        files, rows = len(done), 0
-        columns: tuple[str, ...] = ()
-        clipped: Counter[str] = Counter()
+        """Yield the pieces, once for each file, and count them."""
+        rows, clipped = 0, Counter[str]()
         for piece in pieces():
-            if clips is not None and not files:
+            if clips is not None:
                 clipped.update(clipped_rows(piece, clips))
-            rows, columns = rows + len(piece), tuple(piece.columns)
+            rows += len(piece)
             yield piece
-            if files:
-                report(files + 1 + rows / done[0].rows)
-        done.append(Exported(rows=rows, columns=columns, clipped=dict(clipped)))
-        report(files + 2)
+        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped)))
+        report(len(done) + 1)
 
     write_tables(counted, paths, force=force, options=options, servos=servos)
     if not done:  # formats that take the first piece alone have not counted the others
