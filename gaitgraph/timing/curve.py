@@ -100,14 +100,8 @@ class Curve:
             breaks, pieces = np.array(self.breaks, dtype=float), np.array(self.pieces, dtype=float)
         except (TypeError, ValueError) as error:
             raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(self.pieces)}") from error
-        width = np.diff(breaks, axis=0)
-        if (
-            breaks.ndim != 1
-            or not width.size
-            or breaks[0] != 0
-            or not (width > 0).all()
-            or not np.isfinite(width).all()
-        ):
+        width = np.diff(np.atleast_1d(breaks))
+        if breaks.ndim != 1 or not len(width) or breaks[0] != 0 or not ((width > 0) & (width < math.inf)).all():
             rule = "at least two finite, increasing numbers from 0 on"
             raise InputError(f"breaks must be {rule}, got {shown(self.breaks)}")
         if pieces.ndim != 3 or pieces.shape[1:] != (width.size, 2) or not len(pieces) or not np.isfinite(pieces).all():
