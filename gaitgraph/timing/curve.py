@@ -157,8 +157,8 @@ class Curve:
         """Return the breaks and where α1 or α2, or a derivative, may turn round, increasing parameters, shape (n,)."""
         from scipy.interpolate import PPoly
 
-        slope = PPoly(derivative_of(self.pieces, derivative + 1), self.breaks).roots(discontinuity=False, extrapolate=False)
-        found = np.concatenate([self.breaks[:-1], *slope])
+        slope = PPoly(derivative_of(self.pieces, derivative + 1), self.breaks)
+        found = np.concatenate([self.breaks[:-1], *slope.roots(discontinuity=False, extrapolate=False)])
         return np.asarray(np.unique(found[(found >= 0) & (found < self.span)]))
 
     def extremes(self) -> FloatArray:
