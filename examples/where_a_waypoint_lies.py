@@ -13,8 +13,10 @@ import gaitgraph as gg
 # %%
 # R = 0 divides the sheet into seven components, which differ in the signs of the three factors of R.
 
-for part in gg.surface.sign_components():
-    print(f"{part.label!s:12} R {'>' if part.sign > 0 else '<'} 0, area {part.region.area:.4f} rad²")
+for sign in ("positive", "negative"):
+    for part in gg.surface.sign_region(sign).components:
+        inside = part.representative_point()
+        print(f"R {sign}, signs {gg.surface.red_label(inside.x, inside.y)}, area {part.area:.4f} rad²")
 
 # %%
 # What is flyable: R of one sign, well invertible, all rotors pushing up at hover, and out of a keep-out polygon.

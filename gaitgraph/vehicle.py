@@ -203,8 +203,17 @@ class Vehicle:
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:
-        lines = (f"  {name:<22} {text}" for name, text in constants_of(self))
-        return "\n".join([f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}", *lines])
+        stated, lines = self.as_mapping(), [f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"]
+        del stated["name"]
+        for name, value in stated.items():
+            if name in ("first_arm_angle", "max_tilt"):
+                text = text_from_angle(value)
+            else:
+                parts = value if isinstance(value, list) else [value]
+                text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
+            unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
+            lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.notebook import html_of
@@ -213,25 +222,6 @@ class Vehicle:
 
 
 _FIELDS = [field.name for field in fields(Vehicle)]
-
-
-def constants_of(vehicle: Vehicle) -> list[tuple[str, str]]:
-    """Return names and values, as texts, of the constants that a vehicle states, and of those that follow.
-
-    >>> constants_of(Vehicle(drag_ratio=0.1, max_tilt=math.pi / 3))[-2:]
-    [('first rotor spin', 'clockwise'), ('max tilt', '1.0472 rad')]
-    """
-    stated, out = vehicle.as_mapping(), []
-    del stated["name"]
-    for name, value in stated.items():
-        if name in ("first_arm_angle", "max_tilt"):
-            text = text_from_angle(value)
-        else:
-            parts = value if isinstance(value, list) else [value]
-            text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
-        unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
-        out.append((name.replace("_", " "), f"{text} {unit}".strip()))
-    return out
 
 
 def _positive(name: str, value: object) -> float:

@@ -33,7 +33,6 @@ from gaitgraph.surface.admissible import (
     admissible_region,
     certain_determinant,
     hover_region,
-    sign_components,
     sign_region,
     singular_value_region,
     thrust_region,
@@ -41,11 +40,13 @@ from gaitgraph.surface.admissible import (
 )
 from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
 from gaitgraph.surface.region import Region, Zones, zones_region
-from gaitgraph.surface.sheets import HOVER_LABEL, red_label, separating_factor, sheet_angles
+from gaitgraph.surface.sheets import HOVER_LABEL, SIGNS, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.surface.sheets import Sign
 
 KAPPAS = (0.01, PAPER.drag_ratio, 0.5, 1.5)
@@ -88,9 +89,9 @@ def red(at: Any) -> np.ndarray[Any, Any]:
     return np.asarray(at)[:, [0, 1, 0, 1]]
 
 
-def edges(region: Region) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return the segments of the borders of `inner` on the red sheet."""
-    corners, ring = shapely.get_coordinates(shapely.get_rings(list(region.components)), return_index=True)
+def edges(polygons: Sequence[shapely.Polygon]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return the segments of the borders of polygons on the red sheet."""
+    corners, ring = shapely.get_coordinates(shapely.get_rings(polygons), return_index=True)
     follows = ring[1:] == ring[:-1]
     return red(corners[:-1][follows]), red(corners[1:][follows])
 
@@ -135,20 +136,28 @@ def test_components_have_the_signs_of_their_factors_along_their_borders_too(vehi
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
     at = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (3000, 2))
-    labels = red_label(at[:, 0], at[:, 1], vehicle)
-    for part in sign_components(vehicle, accuracy=1e-4):
-        assert (labels[part.region.contains(at)] == part.label).all()
-        enclosed = np.atleast_1d(shapely.covers(part.region.outer, shapely.points(at)))
-        assert enclosed[(labels == part.label).all(axis=1)].all()
-        # Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends.
-        starts, ends = edges(part.region)
-        a1, a2 = np.moveaxis(starts + np.linspace(0.0, 1.0, 1025)[:, None, None] * (ends - starts), -1, 0)[:2]
-        bracket = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
-        # |second derivative| of D along a side is at most 2·(1 + 2|κ|); cosines are concave where they are positive.
-        falls = (2 + 4 * abs(kappa)) * (np.hypot(*(ends - starts).T[:2]) / 1024) ** 2 / 8
-        assert (part.label[2] * bracket > falls).all()
-        assert (part.label[0] * np.cos(a1 - delta) > 0).all()
-        assert (part.label[1] * np.cos(a2 + delta) > 0).all()
+    signs = red_label(at[:, 0], at[:, 1], vehicle).prod(axis=1)
+    both = sign_region("positive", vehicle, accuracy=1e-4), sign_region("negative", vehicle, accuracy=1e-4)
+    found = set()
+    for region, sign in zip(both, (1, -1), strict=True):
+        assert (signs[region.contains(at)] == sign).all()
+        assert np.all(shapely.covers(region.outer, shapely.points(at[signs == sign])))
+        for part in region.components:
+            inside = part.representative_point()
+            label = red_label(inside.x, inside.y, vehicle)
+            found.add((*label.tolist(), sign))
+            # Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends.
+            starts, ends = edges([part])
+            a1, a2 = np.moveaxis(starts + np.linspace(0.0, 1.0, 1025)[:, None, None] * (ends - starts), -1, 0)[:2]
+            bracket = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
+            # The second derivative of D along a side is at most 2·(1 + 2|κ|).
+            falls = (2 + 4 * abs(kappa)) * (np.hypot(*(ends - starts).T[:2]) / 1024) ** 2 / 8
+            assert (label[2] * bracket > falls).all()
+            assert (label[0] * np.cos(a1 - delta) > 0).all()
+            assert (label[1] * np.cos(a2 + delta) > 0).all()
+    # Each combination of the signs of three factors but one is a component.
+    assert len(found) == sum(len(region.components) for region in both) == 7
+    assert all(math.prod(label) == 1 for label in found)
 
 
 def test_components_are_not_joined_across_a_saddle() -> None:
@@ -175,7 +184,7 @@ def test_singular_value_region(vehicle: Vehicle) -> None:
         region = singular_value_region(floor, vehicle, accuracy=accuracy)
         assert_encloses(region, lambda at, floor=floor: least_singular_value(red(at), vehicle) - floor, seed)
     assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
-    starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3))
+    starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3).components)
     found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True)
     assert found.lower.min() >= 0.3 - 1e-12
 
@@ -208,9 +217,10 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     assert_encloses(hover, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
-    for part in sign_components(vehicle):
-        assert thrusts_push_up(*edges(hover & part.region), vehicle).all()
-        upward, _, largest = thrust_shares_along(*edges(small & part.region), vehicle)
+    for sign in SIGNS:
+        part = sign_region(sign, vehicle)
+        assert thrusts_push_up(*edges((hover & part).components), vehicle).all()
+        upward, _, largest = thrust_shares_along(*edges((small & part).components), vehicle)
         assert upward.all()
         assert (-largest.lower).max(initial=0.0) <= 0.3 + 1e-4  # its own tolerance
 
@@ -327,10 +337,9 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
 
 
 def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
-    for sign, number in (("positive", 1), ("negative", -1)):
-        region = admissible_region(sign=sign, floor=0.0)  # type: ignore[arg-type]
-        parts = [part.region & hover_region() for part in sign_components() if part.sign == number]
-        assert sum(part.area for part in parts) - 0.02 < region.area < sum(part.area for part in parts)
+    for sign in SIGNS:
+        region, whole = admissible_region(sign=sign, floor=0.0), (sign_region(sign) & hover_region()).area
+        assert whole - 0.02 < region.area < whole
         assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
@@ -372,7 +381,7 @@ def test_nearest_point() -> None:
     [
         ((0.5, -0.5), "R = -6.336 at level attitude, wanted is R ≥ 0.0035"),
         ((0.1, -0.3), "hover thrusts of "),
-        ((-1.55, 0.2), "tilt 1.5500 rad, wanted is ≤ 1.2000"),
+        ((-1.55, 0.2), "tilt 88.8°, wanted is ≤ 68.8°"),
         ((0.16, -0.16), "least singular value 0.0"),
         ((-0.3, 0.3), "inside keep_out polygon 2"),
         ((-1.1, 1.1), "outside the keep_in polygons"),
@@ -389,7 +398,7 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
 @pytest.mark.parametrize(
     ("ask", "arguments", "message"),
     [
-        (sign_components, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
+        (admissible_region, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
         (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
         (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
         (sign_region, {"sign": "up"}, "sign must be one of negative, positive, got 'up'"),

@@ -17,41 +17,51 @@ import numpy.typing as npt
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
+import gaitgraph as gg
 from gaitgraph.errors import InputError
+from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     coefficients_of,
     determinant,
+    hover_thrust_shares,
     level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
     zero_moment_direction,
 )
+from gaitgraph.io.formats import read_table
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
+    FIBERS,
     families_along,
     family_distances,
+    family_jumps,
+    family_types,
     root_arrays,
     roots,
     sheet_angles,
     sheet_grid,
+    types_contradict,
     types_of,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from gaitgraph.vehicle import Vehicle, vehicle_named
+from tests.samples import EXACT, HALF_PI, MIRRORED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
 FloatArray = npt.NDArray[np.float64]
 
 PI = math.pi
-HALF_PI = math.pi / 2
 STEP = math.pi / 16
 AXIS = np.linspace(-HALF_PI, HALF_PI, 17)
 INTERIOR = AXIS[1:-1]
 SIGN = {"red": 1, "blue": -1}
 
-MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
 # κ with which the two equations are written out here; 2.880 = (1/κ − κ)/2 is what the paper's digits mean.
 PUBLISHED_KAPPA = math.hypot(2.880, 1.0) - 2.880
 CASES: dict[str, tuple[Coefficients, float]] = {
@@ -65,15 +75,9 @@ every_case = pytest.mark.parametrize("case", CASES)
 angle = st.floats(-HALF_PI, HALF_PI)
 
 
-def equations_4_and_5(alpha: Sequence[float], kappa: float) -> tuple[float, float]:
-    """Return (Rφ, Rθ) for arms along the body axes, term by term, 2.880 written as a function of κ."""
-    (s1, s2, s3, s4), (c1, c2, c3, c4) = map(math.sin, alpha), map(math.cos, alpha)
-    k = (1 / kappa - kappa) / 2
-    roll = c1 * c2 * s3 * c4 - s1 * c2 * c3 * c4 - c1 * s2 * s3 * s4 + s1 * s2 * c3 * s4
-    roll += k * (c1 * c2 * s3 * s4 + c1 * s2 * s3 * c4 - s1 * c2 * c3 * s4 - s1 * s2 * c3 * c4)
-    pitch = c1 * c2 * c3 * s4 - c1 * s2 * c3 * c4 - s1 * c2 * s3 * s4 + s1 * s2 * s3 * c4
-    pitch += k * (-c1 * c2 * s3 * s4 + c1 * s2 * s3 * c4 - s1 * c2 * c3 * s4 + s1 * s2 * c3 * c4)
-    return roll, pitch
+def residual(alpha: Sequence[float], numbers: Coefficients) -> float:
+    """Return the larger of |Rφ| and |Rθ|; another test compares both with the paper, term by term."""
+    return float(max(abs(roll_sensitivity(alpha, numbers)), abs(pitch_sensitivity(alpha, numbers))))
 
 
 def distance_modulo_pi(first: Sequence[float], second: Sequence[float]) -> float:
@@ -81,16 +85,8 @@ def distance_modulo_pi(first: Sequence[float], second: Sequence[float]) -> float
     return float(np.abs(difference - PI * np.rint(difference / PI)).max())
 
 
-def without_repeats(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    kept: list[tuple[float, float]] = []
-    for one in found:
-        if all(distance_modulo_pi(one, other) > 1e-7 for other in kept):
-            kept.append(one)
-    return kept
-
-
 def assert_same_solutions(
-    ours: Sequence[tuple[float, float]], theirs: Sequence[tuple[float, float]], tolerance: float = 1e-8
+    ours: Sequence[tuple[float, float]], theirs: Sequence[tuple[float, float]], tolerance: float
 ) -> None:
     for some, others in ((ours, theirs), (theirs, ours)):
         for one in some:
@@ -102,13 +98,8 @@ def horizontal_direction(alpha: Sequence[float], kappa: float) -> FloatArray:
     (s1, s2, s3, s4), (c1, c2, c3, c4) = map(math.sin, alpha), map(math.cos, alpha)
     k = kappa
     force = np.array([[0, s2, 0, -s4], [s1, 0, -s3, 0]])
-    moment = np.array(
-        [
-            [0, c2 - k * s2, 0, -c4 + k * s4],
-            [c1 + k * s1, 0, -c3 - k * s3, 0],
-            [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4],
-        ]
-    )
+    roll, pitch = [0, c2 - k * s2, 0, -c4 + k * s4], [c1 + k * s1, 0, -c3 - k * s3, 0]
+    moment = np.array([roll, pitch, [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4]])
     minors = []
     for i in range(4):
         first, second, third = np.delete(moment, i, axis=1)
@@ -140,10 +131,6 @@ def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float
     return found
 
 
-def closed_form(a1: float, a2: float, numbers: Coefficients) -> list[tuple[float, float]]:
-    return without_repeats([(root.alpha3, root.alpha4) for root in roots(a1, a2, numbers)])
-
-
 # --- against an independent solver -----------------------------------------------------------------------------------
 
 
@@ -158,7 +145,8 @@ def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
     assume(near > 1e-4)
     # The two roots of the quadratic are as near to each other as the point is to a line, and known so much less.
     tolerance = 1e-12 * (1 + 1 / near)
-    assert_same_solutions(closed_form(a1, a2, numbers), found_by_elimination(a1, a2, kappa), tolerance)
+    ours = [(root.alpha3, root.alpha4) for root in roots(a1, a2, numbers)]
+    assert_same_solutions(ours, found_by_elimination(a1, a2, kappa), tolerance)
 
 
 def test_the_counts_of_figure_2() -> None:
@@ -178,10 +166,9 @@ def test_each_root_carries_its_values(case: str, a1: float, a2: float) -> None:
     for root in roots(a1, a2, numbers):
         assert root.alpha == (a1, a2, root.alpha3, root.alpha4)
         assert max(abs(root.alpha3), abs(root.alpha4)) <= HALF_PI
-        assert max(map(abs, equations_4_and_5(root.alpha, kappa))) < 1e-12 / abs(kappa)
-        for residual in (root.R_phi, root.R_theta):
-            assert abs(residual) < 1e-12 / abs(kappa)
-            assert residual or math.copysign(1.0, residual) == 1.0  # −0.0 would be printed
+        for found in (root.R_phi, root.R_theta):
+            assert abs(found) < 1e-12 / abs(kappa)
+            assert found or math.copysign(1.0, found) == 1.0  # −0.0 would be printed
         assert pytest.approx(float(level_determinant(root.alpha, numbers)), abs=1e-12) == root.R
         assert root.types in PLANE_TYPES
         third, fourth = (a1, a2) if root.color == "red" else (2 * math.atan(kappa) - a1, -2 * math.atan(kappa) - a2)
@@ -200,7 +187,7 @@ def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
         answer = roots(a1, a2, numbers)
         assert [root.color for root in answer] == ["red"] + ["blue"] * expected
         for root in answer[1:]:
-            assert max(map(abs, equations_4_and_5(root.alpha, kappa))) < 1e-12 / abs(kappa)
+            assert residual(root.alpha, numbers) < 1e-12 / abs(kappa)
             assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(HALF_PI, abs=1e-12)
         assert len({(root.alpha3, root.alpha4) for root in answer}) == 1 + expected
 
@@ -275,7 +262,7 @@ def test_on_a_fibre_one_angle_is_free(case: str) -> None:
             assert (fiber.name, fiber.fixed, fiber.free, fiber.types, fiber.singular) == expected
             assert fiber.values == ((a1,) if fiber.name == "first" else (a2,))
             alpha = (a1, a2, *fiber.values, free) if fiber.name == "first" else (a1, a2, free, *fiber.values)
-            assert max(map(abs, equations_4_and_5(alpha, kappa))) < 1e-12 / abs(kappa)
+            assert residual(alpha, numbers) < 1e-12 / abs(kappa)
             if fiber.singular:
                 np.testing.assert_allclose(zero_moment_direction(alpha, vehicle), 0, atol=2e-14)
                 assert abs(determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)) < 1e-12 / abs(kappa)
@@ -289,7 +276,7 @@ def test_off_the_lines_there_are_no_fibres(case: str) -> None:
     for offset in (-1e-3, -1e-6, 1e-6, 1e-3):
         assert roots(delta + offset, -delta - offset, numbers).fibers == ()
         # A free angle would leave residuals in proportion to the offset, so "none" is the truth.
-        assert max(map(abs, equations_4_and_5((delta + offset, 0.3, delta + offset, 1.0), kappa))) > abs(offset)
+        assert residual((delta + offset, 0.3, delta + offset, 1.0), numbers) > abs(offset)
     assert not any(roots(a1, a2).fibers for a1, a2 in itertools.product(AXIS.tolist(), repeat=2))
     # Where δ is at an end of the range, both of its values are there.
     (fiber,) = roots(HALF_PI, 0.3, replace(numbers, delta=HALF_PI)).fibers
@@ -339,8 +326,6 @@ def test_the_signs_of_figure_16() -> None:
 
 # --- which sheet a row lies on ---------------------------------------------------------------------------------------
 
-EXACT = coefficients_of(kind="exact")
-
 
 @settings(deadline=None, max_examples=40)
 @given(
@@ -380,6 +365,152 @@ def test_rows_on_neither_and_rows_on_both() -> None:
     ):
         found = families_along(rows, EXACT, 1e-6, before=before)
         assert (found.tolist(), found.dtype.name) == (sheets, "int8")
+
+
+# --- families of points ----------------------------------------------------------------------------------------------
+
+
+def on_fiber(fiber: str, free: Any, coefficients: Coefficients = EXACT) -> FloatArray:
+    """Return points of a fibre with free angles (α2, α4), or (α1, α3) on the second one."""
+    free = np.asarray(free, dtype=float)
+    fixed = np.full(free.shape[:-1], coefficients.delta if fiber == "fiber1" else -coefficients.delta)
+    pairs = (fixed, free[..., 0], fixed, free[..., 1]), (free[..., 0], fixed, free[..., 1], fixed)
+    return np.stack(pairs[fiber == "fiber2"], axis=-1)
+
+
+@every_case
+def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(case: str) -> None:
+    kappa = CASES[case][1]
+    vehicle = Vehicle(drag_ratio=abs(kappa), first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise")
+    exact, free = coefficients_of(vehicle, "exact"), np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2))
+    for fiber, sign, idle in (("fiber1", 1.0, [1, 3]), ("fiber2", -1.0, [0, 2])):
+        alpha = on_fiber(fiber, free, exact)
+        R = sign * np.sin(free.sum(axis=1) + sign * 2 * exact.delta) / (kappa * math.cos(exact.delta) ** 2)
+        np.testing.assert_allclose(level_determinant(alpha, exact), R, atol=1e-11 / abs(kappa))
+        assert np.abs(zero_moment_direction(alpha, vehicle)[:, :2]).max() < 1e-12
+        shares = hover_thrust_shares(alpha[np.abs(R) > 1e-3], vehicle)
+        assert np.abs(shares[:, idle]).max() < 1e-10
+        np.testing.assert_allclose((shares * np.cos(alpha[np.abs(R) > 1e-3])).sum(axis=1), 1.0)
+
+
+def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> None:
+    free = np.array([(0.4, 0.4), (0.4, 0.6), (0.2, -0.2 - 2 * EXACT.delta), (0.1, 0.6)])
+    alpha = on_fiber("fiber1", free)
+    assert families_along(alpha, EXACT, 1e-6).tolist() == [1, 2, 2, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6).tolist() == [-1, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6, before=2).tolist() == [2, 2]
+    assert families_along(alpha[2:], EXACT, 1e-6, before=3).tolist() == [-1, 2]
+    assert families_along(alpha + np.array([0, 0, 0.01, 0]), EXACT, 1e-6).tolist() == [0, 0, 0, 0]
+    assert families_along(on_fiber("fiber2", free), EXACT, 1e-6).tolist() == [1, 3, 3, 3]
+
+
+def test_types_on_fibres_hold_one_that_is_free() -> None:
+    alpha = np.vstack([on_fiber(fiber, (0.4, 0.9)) for fiber in FIBERS])
+    third, fourth = family_types(alpha, [2, 3], EXACT, 0.1)
+    assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [(0, 2), (2, 0)]
+    pairs = [(1, 1), (-1, 0), (0, 0), (0, 2), (2, 0)]
+    table = {code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)}
+    assert table == {
+        1: [False, True, False, True, True],
+        -1: [True, False, False, True, True],
+        2: [True, True, True, False, True],
+        3: [True, True, True, True, False],
+        0: [False] * 5,
+    }
+
+
+def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
+    on = on_fiber("fiber1", [(0.1, 0.8), (0.4, 0.2)])
+    red, blue, two = (np.array([code], dtype=np.int8) for code in (1, -1, 2))
+    off, turned = on[1:] + np.array([0.01, 0, 0, 0]), on[1:] + np.array([0, 0, math.pi, 0])
+    line = on_fiber("fiber1", [(0.3, 0.3)])
+    meeting = on_fiber("fiber1", [(0.2, -0.2 - 2 * EXACT.delta)])
+    for start, end, codes, after, expected in (
+        (on[:1], on[1:], two, two, 0.0),
+        (on[:1], off, two, two, 0.01),
+        (on[:1], turned, two, two, math.pi),
+        (line, on[:1], red, two, 0.0),
+        (line - np.array([0.2, 0, 0.2, 0]), on[:1], red, two, 0.2),
+        (meeting, on[:1], blue, two, 0.0),
+        (on[:1], meeting + np.array([-0.3, 0, 0.3, 0]), two, blue, 0.3),
+    ):
+        assert family_jumps(start, end, codes, after, EXACT)[0] == pytest.approx(expected, abs=1e-12)
+
+
+GAITS_ON_FIBERS = {
+    "fiber1": ("corner 1 is on the first fibre, where rotors 2 and 4 idle", [(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]),
+    "fiber2": (
+        "corner 1 is on the second fibre, where rotors 1 and 3 idle",
+        [(-0.2, -0.4), (-0.9, -0.3), (-0.5, -0.8)],
+    ),
+}
+# From the red sheet onto both fibres and back, R > 0.
+AT = EXACT.delta
+ACROSS = [(-0.3, 0.5, -0.3, 0.5), (AT, 0.5, AT, 0.5), (AT, 0.3, AT, 0.9), (AT, 0.2, AT, 0.2)]
+ACROSS += [(-0.2, -AT, -0.2, -AT), (-0.6, -AT, -0.1, -AT), (-0.4, -AT, -0.4, -AT)]
+ACROSS_COLORS = ("red", "red", "fiber1", "red", "red", "fiber2", "red")
+
+
+@pytest.mark.parametrize("fiber", FIBERS)
+def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colors(fiber: str, tmp_path: Path) -> None:
+    first = fiber == "fiber1"
+    words = f"on the {'first' if first else 'second'} fibre, where rotors {'2 and 4' if first else '1 and 3'} idle"
+    free = np.array([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]) * (1 if first else -1)
+    for numbers in (coefficients_of(), EXACT):
+        gait = Gait(alpha=on_fiber(fiber, free, numbers), colors=(fiber,) * 3, coefficients=numbers)
+        report = gait.check()
+        assert (report.valid, report.two_color, report.flyable, report.reachable_from_hover) == (
+            True,
+            True,
+            False,
+            True,
+        )
+        assert [check.name for check in report.checks if not check.ok] == ["hover_thrust"]
+        assert f"corner 1 is {words}" in report.reason
+        assert (report["hover_thrust"].value, gait.color) == (0.0, fiber)
+        assert set(gait.types) == {"(?,*)" if first else "(*,?)"}
+    timed = Gait(alpha=on_fiber(fiber, free, coefficients_of()), colors=(fiber,) * 3).parametrize(1.0, samples=24)
+    timed.write(tmp_path / "colored.csv")
+    table = read_table(tmp_path / "colored.csv")
+    assert set(table["color"]) == {fiber}
+    np.savetxt(tmp_path / "bare.csv", table.alpha, "%.4f", ",", header="alpha1,alpha2,alpha3,alpha4", comments="")
+    for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
+        report = gg.validate(path)
+        assert (report.valid, report.flyable, report.two_color, report.notes) == (True, False, True, ())
+        assert f"row 1 is {words}" in report.reason
+        assert "on a fibre" in str(gg.transition("hover", gg.gait_of(read_table(path))).reason)
+
+
+def test_a_gait_goes_from_red_onto_fibres_and_back() -> None:
+    for digits in (15, 4, 2):
+        gait = Gait(alpha=np.round(ACROSS, digits), colors=ACROSS_COLORS, coefficients=EXACT)
+        report = gait.check()
+        assert report["continuous"].ok == (digits > 2)
+        assert (gait.color, gait.types[2], gait.types[5]) == ("mixed", "(?,*)", "(*,?)")
+        assert digits == 2 or (report.valid, report.flyable, report.reachable_from_hover) == (True, False, True)
+        assert digits == 2 or "corner 3 is on the first fibre" in report.reason
+
+
+def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None:
+    on = on_fiber("fiber1", [(0.3, 0.6), (0.5, 0.9)])
+    shifted = np.array(ACROSS) + np.array([[0.0] * 4, [-0.2, 0, -0.2, 0], *[[0.0] * 4] * 5])
+    for alpha, colors, value, words in (
+        (shifted, ACROSS_COLORS, 0.2, "changes color"),
+        (on, ("fiber2",) * 2, None, "fiber2 but lies off that fibre, on the fiber1 one"),
+        (on, ("red",) * 2, None, "red but lies off that sheet, on the fiber1 one"),
+        (on + np.array([[0, 0, 0, 0], [PI, 0, 0, 0]]), ("fiber1",) * 2, PI, ""),
+    ):
+        check = Gait(alpha=alpha, colors=colors, coefficients=EXACT).check()["continuous"]
+        assert not check.ok
+        assert words in check.message
+        assert value is None or check.value == pytest.approx(value)
+    for free, valid, reachable in (
+        ([(0.3, 0.6), (-0.9, -0.2)], False, False),  # R changes its sign
+        ([(-0.9, -0.2), (-0.9, -0.8)], True, False),
+        ([(0.3, 0.6), (-0.9, 2.0)], True, None),
+    ):
+        report = Gait(alpha=on_fiber("fiber1", free), colors=("fiber1",) * 2, coefficients=EXACT).check()
+        assert (report.valid, report.reachable_from_hover) == (valid, reachable)
 
 
 # --- bad input and edges ---------------------------------------------------------------------------------------------

@@ -303,14 +303,9 @@ def scaled_decoupling_matrix(
     It is the decoupling matrix without mass, inertia and Euler kinematics, none of which is singular for |pitch| < π/2.
     """
     force, moment = rotor_directions(alpha, vehicle)
-    up = body_vertical(roll, pitch)
-    return _stacked(moment, np.sum(up[..., :, None] * force, axis=-2)[..., None, :])
-
-
-def _stacked(*blocks: FloatArray) -> FloatArray:
-    """Return a matrix of rows from blocks of rows, whose leading axes broadcast."""
-    shape = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
-    return np.concatenate([np.broadcast_to(block, (*shape, *block.shape[-2:])) for block in blocks], axis=-2)
+    lift = np.sum(body_vertical(roll, pitch)[..., :, None] * force, axis=-2)[..., None, :]
+    shape = np.broadcast_shapes(moment.shape[:-2], lift.shape[:-2])
+    return np.concatenate([np.broadcast_to(rows, (*shape, *rows.shape[-2:])) for rows in (moment, lift)], axis=-2)
 
 
 def decoupling_matrix(
@@ -323,19 +318,18 @@ def decoupling_matrix(
     is not stated.
     """
     needed = ("mass", "inertia", "arm_length", "thrust_coefficient")
-    mass, inertia, *_ = vehicle.require(*needed, purpose="the decoupling matrix")
-    force = control_force_matrix(alpha, vehicle)
-    moment = control_moment_matrix(alpha, vehicle)
-    up = body_vertical(roll, pitch)
+    mass, inertia, arm, thrust = vehicle.require(*needed, purpose="the decoupling matrix")
+    sizes = thrust * np.array([*(arm / np.array(inertia)), 1 / mass])
     roll, pitch = np.broadcast_arrays(np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float))
     zero, one = np.zeros(roll.shape), np.ones(roll.shape)
     sine, cosine = np.sin(roll), np.cos(roll)
     with np.errstate(divide="ignore", invalid="ignore"):
         tangent, secant = np.tan(pitch), 1.0 / np.cos(pitch)
-        rows = [[one, sine * tangent, cosine * tangent], [zero, cosine, -sine], [zero, sine * secant, cosine * secant]]
-    kinematics = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-    altitude = np.sum(up[..., :, None] * force, axis=-2)[..., None, :] / mass
-    return _stacked(altitude, kinematics @ (moment / np.asarray(inertia)[:, None]))
+        kinematics = [[one, sine * tangent, cosine * tangent], [zero, cosine, -sine]]
+        kinematics.append([zero, sine * secant, cosine * secant])
+    rows = [[zero, zero, zero, one], *([*row, zero] for row in kinematics)]
+    scaled = sizes[:, None] * scaled_decoupling_matrix(alpha, vehicle, roll, pitch)
+    return np.asarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1)) @ scaled)
 
 
 def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:

@@ -245,42 +245,31 @@ def range_of_level_determinant(
     ends: FloatArray,
     coefficients: Coefficients,
     *,
-    known: tuple[float, float] = (math.inf, math.inf),
+    signs: tuple[float, ...] = (1.0, -1.0),
+    tolerance: float = 1e-6,
+    known: tuple[float, ...] = (math.inf, math.inf),
     at_ends: tuple[FloatArray, FloatArray] | None = None,
-) -> tuple[Least, Least]:
-    """Bracket the least of R and that of −R along segments, in one search."""
+    **options: Any,
+) -> tuple[Least, ...]:
+    """Bracket the least of sign·R along segments for each of some signs, in one search; `at_ends` are values of R."""
 
-    def values(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-        value = np.asarray(level_determinant(alpha, coefficients))
-        return value, -value
+    def values(alpha: FloatArray) -> FloatArray:
+        return np.asarray(np.multiply.outer(signs, level_determinant(alpha, coefficients)))
 
     def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
         curvature = level_determinant_curvature(p0, p1 - p0, coefficients)
         return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
 
-    both = None if at_ends is None else ((at_ends[0], -at_ends[0]), (at_ends[1], -at_ends[1]))
-    least, minus_largest = least_of_each(starts, ends, values, bounds, tolerance=1e-6, known=known, at_ends=both)
-    return least, minus_largest
+    both: Any = None if at_ends is None else [np.multiply.outer(signs, value) for value in at_ends]
+    return least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both, **options)
 
 
 def least_level_determinant(
-    starts: FloatArray,
-    ends: FloatArray,
-    coefficients: Coefficients,
-    *,
-    sign: float = 1.0,
-    tolerance: float = 1e-6,
-    **options: Any,
+    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, *, sign: float = 1.0, **options: Any
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
-
-    def value(alpha: FloatArray) -> FloatArray:
-        return np.asarray(sign * level_determinant(alpha, coefficients))
-
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return least_of_bent(f0, f1, level_determinant_curvature(p0, p1 - p0, coefficients))
-
-    return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
+    known = (options.pop("known", math.inf),)
+    return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
 
 
 def largest_residual(

@@ -9,10 +9,8 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.surface.adjacency import types_may_be_adjacent as types_may_be_adjacent
     from gaitgraph.surface.admissible import (
-        SignComponent as SignComponent,
         admissible_region as admissible_region,
         hover_region as hover_region,
-        sign_components as sign_components,
         sign_region as sign_region,
         singular_value_region as singular_value_region,
         thrust_region as thrust_region,

@@ -8,8 +8,7 @@ saddles, where a line and the curve cross and R vanishes to second order.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -57,7 +56,7 @@ from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, red_label, shee
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from shapely.geometry.base import BaseGeometry
 
@@ -73,55 +72,6 @@ _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
 # --- the sign of R ---------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SignComponent:
-    """A component of R ≠ 0 on the red sheet, with the signs of R's factors (`red_label`) and of R."""
-
-    label: tuple[int, int, int]
-    sign: int
-    region: Region
-
-
-def sign_components(
-    vehicle: Vehicle = PAPER, *, accuracy: float = DEFAULT_ACCURACY, margin: float = _OPEN_MARGIN
-) -> tuple[SignComponent, ...]:
-    """Return the seven components of R ≠ 0 on the red sheet inside [−π/2, π/2]², exact coefficients.
-
-    `inner` keeps a margin [rad] to straight borders, where R = 0. `accuracy` as for :func:`sign_region`.
-
-    >>> [(part.sign, round(part.region.area, 3)) for part in sign_components()]
-    [(1, 4.465), (-1, 4.383), (-1, 0.484), (1, 0.013), (-1, 0.484), (1, 0.013), (1, 0.028)]
-    """
-    kappa, half = vehicle.signed_drag_ratio, checked_accuracy(accuracy) / 2
-    border, spin = math.atan(kappa) - math.copysign(HALF_PI, kappa), 1 if kappa > 0 else -1
-    negative = offset_both(bracket_negative(kappa, chord_tolerance(accuracy)), half)
-    # The bracket vanishes in two corners of the square too.
-    corners = shapely.union_all([rectangle(x - half, -x - half, x + half, -x + half) for x in (HALF_PI, -HALF_PI)])
-    found = []
-    for first, second, third in product((1, -1), repeat=3):
-        cell = _cell(border, first * spin, second * spin, margin)
-        # The third sign is positive on the side of α = 0, whichever way the rotors spin.
-        positive = third * spin > 0
-        pair = shapely.difference(cell, negative) if positive else shapely.intersection(cell, negative[::-1])
-        pair[0] = pair[0].difference(corners)
-        if not pair[0].is_empty:
-            sign = first * second * third
-            condition = _determinant_condition([sign], 0.0, "red", coefficients_of(vehicle, "exact"))
-            region = region_of(pair, accuracy, condition)
-            found.append(SignComponent(label=(first, second, third), sign=sign, region=region))
-    return tuple(found)
-
-
-def _cell(border: float, first: int, second: int, margin: float) -> Pair:
-    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise; `inner` keeps a margin."""
-    cells = []
-    for kept in (margin, 0.0):
-        spans = {1: (border + kept, HALF_PI), -1: (-HALF_PI, border - kept)}
-        (low, high), (left, right) = spans[first], spans[second]
-        cells.append(rectangle(low, -right, high, -left))
-    return np.array(cells)
 
 
 def sign_region(
@@ -156,30 +106,39 @@ def sign_region(
     """
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
     least = 0.0 if least is None else checked_number("least", least)
-    tolerance = chord_tolerance(accuracy)
+    tolerance, half = chord_tolerance(accuracy), accuracy / 2
     if color == "red":
-        exact = coefficients_of(vehicle, "exact")
-        parts = sign_components(vehicle, accuracy=accuracy, margin=accuracy if least else _OPEN_MARGIN)
-        pair = _union([(part.region.inner, part.region.outer) for part in parts if part.sign == wanted])
-        if least and _determinant_falls_below(least, wanted, pair[0], exact):
-            pair = square_without(determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance), accuracy / 2)
-        return region_of(pair, accuracy, _determinant_condition([wanted], least, "red", exact))
-    coefficients = coefficients or coefficients_of(vehicle)
-    least = least or noise_of(coefficients)
-    border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
-    side = 1 if coefficients.delta > 0 else -1
-    kept = {
-        turn: square_without(blue_determinant_below(least, turn * wanted, coefficients, tolerance), accuracy / 2)
-        for turn in (1, -1)
-    }
-    # Beyond a border α3, or α4, is wrapped by π; each wrap turns the sign of R.
-    pair = _union(
-        [
-            shapely.intersection(_cell(border, first * side, second * side, _OPEN_MARGIN), kept[first * second])
-            for first, second in product((1, -1), repeat=2)
-        ]
-    )
-    return region_of(pair, accuracy, _determinant_condition([wanted], least, "blue", coefficients))
+        judged, margin = coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
+    else:
+        judged, margin = coefficients or coefficients_of(vehicle), _OPEN_MARGIN
+        least = least or noise_of(judged)
+    spin = 1 if judged.delta > 0 else -1
+    # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
+    if color == "red":
+        border, negative = judged.delta - spin * HALF_PI, bracket_negative(vehicle.signed_drag_ratio, tolerance)
+        beyond = {spin: square_without(negative, half), -spin: offset_both(negative, half)[::-1]}
+    else:
+        border = 2 * judged.delta - spin * HALF_PI
+        beyond = {t: square_without(blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
+    sides = product((1, -1), repeat=2)
+    pair = _union([shapely.intersection(_cell(border, a, b, margin), beyond[a * b * wanted]) for a, b in sides])
+    if color == "red":
+        # The bracket vanishes in two corners of the square too.
+        for x in (HALF_PI, -HALF_PI):
+            pair[0] = pair[0].difference(rectangle(x - half, -x - half, x + half, -x + half))
+        if least and _determinant_falls_below(least, wanted, pair[0], judged):
+            pair = square_without(determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance), half)
+    return region_of(pair, accuracy, _determinant_condition([wanted], least, color, judged))
+
+
+def _cell(border: float, first: int, second: int, margin: float) -> Pair:
+    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise; `inner` keeps a margin."""
+    cells = []
+    for kept in (margin, 0.0):
+        spans = {1: (border + kept, HALF_PI), -1: (-HALF_PI, border - kept)}
+        (low, high), (left, right) = spans[first], spans[second]
+        cells.append(rectangle(low, -right, high, -left))
+    return np.array(cells)
 
 
 def _checked_signs(color: object, sign: object) -> list[int]:
@@ -250,11 +209,6 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     >>> round(hover_region().outer.area, 3)
     4.991
     """
-    delta = math.atan(vehicle.signed_drag_ratio)
-
-    def rectangles(margin: float) -> BaseGeometry:
-        one = rectangle(-HALF_PI, margin - delta, delta - margin, HALF_PI)
-        return one.union(rectangle(delta + margin, -HALF_PI, HALF_PI, -delta - margin))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
@@ -263,8 +217,22 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
         values = f"{float(shares[0]):.3g} and {float(shares[1]):.3g} of m·g"
         return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
 
-    condition = Condition(name="hover thrusts > 0", broken_at=broken_at)
-    return region_of([rectangles(_OPEN_MARGIN), rectangles(0.0)], _OPEN_MARGIN, condition)
+    pair = _union([_cell(math.atan(vehicle.signed_drag_ratio), side, side, _OPEN_MARGIN) for side in (1, -1)])
+    return region_of(pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at))
+
+
+def _limit(
+    name: str, symbol: str, limit: float, value: Callable[..., Any], unit: str = "", what: str = ""
+) -> Condition:
+    """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit; `what` it is of."""
+
+    def broken_at(alpha1: float, alpha2: float) -> str | None:
+        found = float(value(alpha1, alpha2))
+        if found == limit or (found > limit) == (symbol == "≥"):
+            return None
+        return f"{what or name} {found:.3g}{unit}, wanted is {symbol} {limit:.3g}{unit}"
+
+    return Condition(name=f"{name} {symbol} {limit:.3g}{unit}", broken_at=broken_at)
 
 
 def thrust_region(
@@ -288,28 +256,23 @@ def thrust_region(
     return region
 
 
+@lru_cache(maxsize=32)
 def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: bool) -> Region:
     """Return where the largest hover thrust is at most a share, or the least one at least, all being positive."""
-    word, symbol = ("largest", "≤") if largest else ("least", "≥")
 
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
+    def value(alpha1: float, alpha2: float) -> Any:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
-        value = float(shares.max() if largest else shares.min())
-        if value == share or (value < share) == largest:
-            return None
-        return f"{word} hover thrust {value:.3g} of m·g, wanted is {symbol} {share:.3g}"
+        return shares.max() if largest else shares.min()
 
-    limit = Condition(name=f"hover thrusts {symbol} {share:.3g} of m·g", broken_at=broken_at)
-    return region_of(_thrust_pair(share, vehicle.signed_drag_ratio, accuracy, largest=largest), accuracy, limit)
-
-
-@lru_cache(maxsize=32)
-def _thrust_pair(share: float, kappa: float, accuracy: float, *, largest: bool) -> Pair:
-    above = thrust_above(share, kappa, chord_tolerance(accuracy))
+    above = thrust_above(share, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
     if largest:
-        return square_without(above.union(mirrored(above)), accuracy / 2)
-    pair = offset_both(above, accuracy / 2)[::-1]
-    return np.asarray(shapely.intersection(pair, [mirrored(shape) for shape in pair]))
+        pair = square_without(above.union(mirrored(above)), accuracy / 2)
+    else:
+        pair = offset_both(above, accuracy / 2)[::-1]
+        pair = np.asarray(shapely.intersection(pair, [mirrored(shape) for shape in pair]))
+    word, symbol = ("largest", "≤") if largest else ("least", "≥")
+    limit = _limit("hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust")
+    return region_of(pair, accuracy, limit)
 
 
 def singular_value_region(
@@ -326,15 +289,10 @@ def singular_value_region(
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     kappa = vehicle.signed_drag_ratio
 
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        value = float(least_singular_value_on_red(alpha1, alpha2, vehicle))
-        return None if value >= floor else f"least singular value {value:.3g}, wanted is ≥ {floor:.3g}"
-
     inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
-    return region_of(
-        [inner, outer], accuracy, Condition(name=f"least singular value ≥ {floor:.3g}", broken_at=broken_at)
-    )
+    limit = _limit("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
+    return region_of([inner, outer], accuracy, limit)
 
 
 @lru_cache(maxsize=64)
@@ -357,18 +315,6 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
         return strips
     # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
     return strips.difference(offset(weak_block(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
-
-
-def _tilt_region(limit: float) -> Region:
-    """Return where no arm tilts beyond a limit [rad], on the red sheet."""
-    within = min(limit, HALF_PI)
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        tilt = max(abs(alpha1), abs(alpha2))
-        return None if tilt <= within else f"tilt {tilt:.4f} rad, wanted is ≤ {within:.4f}"
-
-    square = shapely.box(-within, -within, within, within)
-    return region_of([square, square], 0.0, Condition(name=f"tilt ≤ {limit:.4g} rad", broken_at=broken_at))
 
 
 # --- all of them -----------------------------------------------------------------------------------------------------
@@ -438,10 +384,9 @@ def _admissible(
     least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
     condition = _determinant_condition(signs, least, color, judged)
 
-    def signed(wanted: int) -> tuple[BaseGeometry, BaseGeometry]:
+    def signed(wanted: int) -> Pair:
         name: Sign = "positive" if wanted > 0 else "negative"
-        found = sign_region(name, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy)
-        return found.inner, found.outer
+        return sign_region(name, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy).pair
 
     if use == "flyable" and color == "blue":
         reason = "on blue the decoupling matrix is singular in exact physics: use red"
@@ -459,7 +404,9 @@ def _admissible(
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if vehicle.max_tilt is not None:
-        region &= _tilt_region(vehicle.max_tilt)
+        most = min(vehicle.max_tilt, HALF_PI)
+        tilt = _limit("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
+        region &= region_of([shapely.box(-most, -most, most, most)] * 2, 0.0, tilt)
     if floor < _SEPARATING:
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
     # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and cut off

@@ -34,7 +34,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -102,12 +102,6 @@ def color_choices(
 def _changes(choices: BoolArray) -> BoolArray:
     """Return whether the color may change from each point to the next, shape (n − 1,)."""
     return np.asarray((choices[:-1, 2:] | choices[1:, 2:]).all(axis=1))
-
-
-def _types(colors: Sequence[str], choices: BoolArray) -> list[str]:
-    """Return the plane types, as texts, of points in these colors."""
-    signs = np.array([1 if color == "red" else -1 for color in colors])[:, None]
-    return [text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist()]
 
 
 class ColoringCount:
@@ -179,7 +173,8 @@ class ColoringCount:
     def _forbid(self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray) -> None:
         """Note the obstacle between neighbours of which each can have one color only."""
         colors = COLORS[0 if before[0] else 1], COLORS[0 if after[0] else 1]
-        types = tuple(_types(colors, choices))
+        signs = np.array([[1 if color == "red" else -1] for color in colors])
+        types = tuple(text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist())
         broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
@@ -237,10 +232,6 @@ class Colorings:
         np.logical_and.at(shared, run, choices[:, :2])
         for chosen in product(*([color for color in range(2) if can[color]] for can in shared)):
             yield Coloring(colors=tuple(COLORS[chosen[k]] for k in run.tolist()), sign=sign)
-
-    def types_of(self, coloring: Coloring) -> list[str]:
-        """Return the plane types of every point in a colouring."""
-        return _types(coloring.colors, self.choices[coloring.sign])
 
     def as_mapping(self) -> dict[str, Any]:
         """Return how many there are, and why there are none, as plain values, ready for JSON.

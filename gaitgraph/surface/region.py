@@ -90,6 +90,11 @@ class Region:
     def __post_init__(self) -> None:
         shapely.prepare(self.inner)
 
+    @property
+    def pair(self) -> Pair:
+        """`inner` and `outer` as an array."""
+        return np.array([self.inner, self.outer], dtype=object)
+
     @cached_property
     def components(self) -> tuple[Polygon, ...]:
         """The polygons of `inner`, the largest first, then by centroid; some may touch at points."""
@@ -168,7 +173,7 @@ class Region:
         return "; ".join(reason for reason in reasons if reason is not None) or near
 
     def __and__(self, other: Region) -> Region:
-        pair = shapely.intersection([self.inner, self.outer], [other.inner, other.outer])
+        pair = shapely.intersection(self.pair, other.pair)
         return region_of(pair, max(self.accuracy, other.accuracy), *self.conditions, *other.conditions)
 
     def __repr__(self) -> str:

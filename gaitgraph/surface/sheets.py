@@ -261,42 +261,30 @@ def roots(
     (3, 5)
     """
     coefficients = coefficients or coefficients_of()
-    # The range of a number is checked below; anything else is a text that means an angle, or refused.
-    a1 = number_of(alpha1) if isinstance(alpha1, float) else angle_from_text(alpha1, "alpha1")
-    a2 = number_of(alpha2) if isinstance(alpha2, float) else angle_from_text(alpha2, "alpha2")
+    a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     checked_plane_angles(a1, a2)
     types = tuple(map(int, types_of("red", a1, a2, coefficients, crossing_tolerance)))
+
+    def values_of(angle: Any) -> tuple[float, ...]:
+        return (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (float(angle),)
+
     found: list[tuple[Color, str, float, float]] = []
     for color in COLORS:
         label = text_from_types(types[0] * _CODES[color], types[1] * _CODES[color])
-        third, fourth = (
-            (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (float(angle),)
-            for angle in sheet_angles(color, a1, a2, coefficients)
-        )
-        found += [(color, label, a3, a4) for a3, a4 in product(third, fourth)]
+        sides = map(values_of, sheet_angles(color, a1, a2, coefficients))
+        found += [(color, label, a3, a4) for a3, a4 in product(*sides)]
     alpha = np.array([(a1, a2, a3, a4) for _, _, a3, a4 in found])
-    R = level_determinant(alpha, coefficients).tolist()
     # A residual of −0.0 is printed as 0.0.
-    R_phi, R_theta = ((residual + 0.0).tolist() for residual in sensitivities(alpha, coefficients))
+    values = np.array([level_determinant(alpha, coefficients), *sensitivities(alpha, coefficients)]) + 0.0
     answer = RootSet(
-        Root(
-            alpha1=a1,
-            alpha2=a2,
-            alpha3=a3,
-            alpha4=a4,
-            types=label,
-            color=color,
-            R=R[k],
-            R_phi=R_phi[k],
-            R_theta=R_theta[k],
-        )
-        for k, (color, label, a3, a4) in enumerate(found)
+        Root(alpha1=a1, alpha2=a2, alpha3=a3, alpha4=a4, types=label, color=color, R=R, R_phi=roll, R_theta=pitch)
+        for (color, label, a3, a4), (R, roll, pitch) in zip(found, values.T.tolist(), strict=True)
     )
     answer.fibers = tuple(
         Fiber(
             name=name,
             fixed=fixed,
-            values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
+            values=values_of(angle),
             free=free,
             singular=distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE,
             types=types,
