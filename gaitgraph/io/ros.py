@@ -51,7 +51,6 @@ _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERAT
 _NANOSECONDS = 1_000_000_000
 _LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
-_Rows = tuple[list[int], list[str], dict[str, list[Any]]]
 
 
 def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
@@ -184,14 +183,7 @@ def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
             chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
             check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
             about, chosen = _provenance(bag)
-            if connections := _of_kind(bag, TRAJECTORY, chosen.get("trajectory_topic", "/joint_trajectory")):
-                columns = _columns(*_trajectory(bag, connections, chosen), chosen)
-            elif connections := _of_kind(bag, STATE, chosen.get("states_topic", "/joint_states")):
-                columns = _columns(*_states(bag, connections), chosen)
-            else:
-                there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
-                listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
-                raise InputError(f"topics must have one of {TRAJECTORY} or {STATE}, got {listed}")
+            columns = _columns(*_recorded(bag, chosen), chosen)
         yield from builder.whole(columns, about)
     if progress is not None:
         progress(1.0)
@@ -213,52 +205,51 @@ def _provenance(bag: Reader) -> tuple[dict[str, Any], dict[str, Any]]:
     return {}, {}
 
 
-def _of_kind(bag: Reader, kind: str, usual: str) -> list[Connection]:
-    """Return the topic of a kind, which may be recorded several times: the usual one of several."""
-    found = [one for one in bag.connections if one.msgtype == kind]
-    names = sorted({one.topic for one in found})
-    if len(names) > 1:
-        if usual not in names:
-            raise InputError(f"topics of {kind} must be one, or {usual} among them, got {', '.join(names)}")
-        found = [one for one in found if one.topic == usual]
-    return found
+def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Return names of joints, and rows of time [ns], positions, velocities and accelerations, of a bag.
+
+    They are those of its JointTrajectory, of our own one period, else of its JointStates, all periods, by the time of
+    their records if none is stamped. A topic may be recorded several times; the usual one of several counts.
+    """
+
+    def nanoseconds(one: Any) -> int:
+        return int(one.sec * _NANOSECONDS + one.nanosec)
+
+    usual = {TRAJECTORY: ("trajectory_topic", "/joint_trajectory"), STATE: ("states_topic", "/joint_states")}
+    for kind, (option, name) in usual.items():
+        topic = chosen.get(option, name)
+        topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
+        if len(topics) > 1 and topic not in topics:
+            raise InputError(f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}")
+        topics = [topic] if len(topics) > 1 else topics
+        messages = _messages(bag, [one for one in bag.connections if one.msgtype == kind and one.topic in topics])
+        if not messages:
+            continue
+        first = messages[0][1]
+        if kind == STATE:
+            if any(message.name != first.name for _, message in messages):
+                raise InputError(f"joints must be the same in all messages, got others after {shown(first.name)}")
+            stamped = nanoseconds(first.header.stamp) > 0
+            return first.name, [
+                (nanoseconds(one.header.stamp) if stamped else time, one.position, one.velocity)
+                for time, one in messages
+            ]
+        if len(messages) > 1 or not first.points:
+            got = f"{len(messages)}, the first of {len(first.points)} points"
+            raise InputError(f"topic {topics[0]!r} must have one message, with points, got {got}")
+        points, periods = first.points, chosen.get("periods")
+        if isinstance(periods, int) and periods > 0 and (len(points) - 1) % periods == 0:
+            points = points[: (len(points) - 1) // periods + 1]
+        return first.joint_names, [
+            (nanoseconds(one.time_from_start), one.positions, one.velocities, one.accelerations) for one in points
+        ]
+    there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
+    listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
+    raise InputError(f"topics must have messages of {TRAJECTORY} or {STATE}, got {listed}")
 
 
-def _trajectory(bag: Reader, connections: list[Connection], chosen: dict[str, Any]) -> _Rows:
-    """Return times [ns], names and rows of a JointTrajectory: one period of our own, somebody else's as it is."""
-    messages = _messages(bag, connections)
-    if len(messages) != 1:
-        raise InputError(f"topic {connections[0].topic!r} must have one message, got {len(messages)}")
-    message = messages[0][1]
-    points = message.points
-    if not points:
-        raise InputError("a trajectory must have at least one point, got none")
-    periods = chosen.get("periods")
-    if isinstance(periods, int) and periods > 0 and (len(points) - 1) % periods == 0:
-        points = points[: (len(points) - 1) // periods + 1]
-    times = [point.time_from_start.sec * _NANOSECONDS + point.time_from_start.nanosec for point in points]
-    rows = {what: [getattr(point, what) for point in points] for what in _COLUMNS}
-    there = {what: values for what, values in rows.items() if what == "positions" or any(map(len, values))}
-    return times, message.joint_names, there
-
-
-def _states(bag: Reader, connections: list[Connection]) -> _Rows:
-    """Return times [ns], names and rows of JointStates, all periods of them; the time of records if none is stamped."""
-    messages = _messages(bag, connections)
-    if not messages:
-        raise InputError(f"topic {connections[0].topic!r} must have messages, got 0")
-    first = messages[0][1]
-    stamps = [message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec for _, message in messages]
-    if any(message.name != first.name for _, message in messages):
-        raise InputError(f"joints must be the same in all messages, got others after {shown(first.name)}")
-    rows = {"positions": [message.position for _, message in messages]}
-    if len(first.velocity):
-        rows["velocities"] = [message.velocity for _, message in messages]
-    return stamps if stamps[0] else [time for time, _ in messages], first.name, rows
-
-
-def _columns(times: list[int], names: list[str], rows: dict[str, list[Any]], chosen: dict[str, Any]) -> dict[str, Any]:
-    """Return columns in the order of the rotors, with time from 0, from rows of numbers, one a joint."""
+def _columns(names: list[str], rows: list[tuple[Any, ...]], chosen: dict[str, Any]) -> dict[str, Any]:
+    """Return columns in the order of the rotors, with time from 0, of rows as :func:`_recorded` returns them."""
     if len(set(names)) < len(names):
         raise InputError(f"joints must have names that differ, got {shown(names)}")
     order = list(range(len(ANGLES)))
@@ -269,10 +260,12 @@ def _columns(times: list[int], names: list[str], rows: dict[str, list[Any]], cho
     else:
         if len(names) != len(ANGLES):
             raise InputError(f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}")
+    times, *groups = zip(*rows, strict=True)
     found: dict[str, Any] = {"t": np.array([(time - times[0]) / _NANOSECONDS for time in times])}
-    for what, values in rows.items():
-        for k, row in enumerate(values, start=1):
-            if len(row) != len(names):
-                raise InputError(f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}")
-        found |= zip(_COLUMNS[what], np.array(values, dtype=float)[:, order].T, strict=True)
+    for (what, columns), values in zip(_COLUMNS.items(), groups, strict=False):
+        if what == "positions" or any(map(len, values)):
+            for k, row in enumerate(values, start=1):
+                if len(row) != len(names):
+                    raise InputError(f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}")
+            found |= zip(columns, np.array(values, dtype=float)[:, order].T, strict=True)
     return found

@@ -21,7 +21,7 @@ from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, setting_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from gaitgraph.vehicle import Vehicle
 
@@ -94,14 +94,14 @@ class Joint:
                 must(one.name, getattr(self, one.name) in (None, one.default), f"left out for the unit {self.unit!r}")
         if is_pulses:
             slope, neutral = number_of(self.us_per_rad), number_of(self.neutral_us)
-            low, high = _pair(self.limits_us, number_of)
+            low, high = map(number_of, _pair(self.limits_us))
             must("us_per_rad", 1e-3 <= slope <= 1e9, "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
             must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
             must("neutral_us", low <= neutral <= high, f"between {low:g} and {high:g} µs")
             for name, value in (("us_per_rad", slope), ("neutral_us", neutral), ("limits_us", (low, high))):
                 make(name, value)
         elif self.limits is not None:
-            low, high = _pair(self.limits, partial(angle_from_text, name=f"{who}: limits"))
+            low, high = (angle_from_text(one, f"{who}: limits") for one in _pair(self.limits))
             must("limits", low < high, "the least and the largest angle (rad), in this order")
             make("limits", (low, high))
 
@@ -216,16 +216,14 @@ class ServoMap:
         One whose first arm points forward, as the paper's, is taken as turned by the map: that changes no
         determinant, only which body axes roll and pitch are about.
         """
-        who, turned = f"servos {self.name!r}: vehicle {vehicle.name!r}", vehicle.first_arm_angle
-        if self.first_rotor_spin not in (None, vehicle.first_rotor_spin):
-            wrong = f"has rotor 1 {vehicle.first_rotor_spin}; it must be {self.first_rotor_spin} for this map"
-            end = "_counterclockwise"  # of the presets for the other spin
-            other = self.name.removesuffix(end) if self.name.endswith(end) else self.name + end
-            raise InputError(f"{who} {wrong}" + (f"; did you mean {other!r}?" if other in PRESETS else ""))
+        who, spin, turned = f"servos {self.name!r}: vehicle", vehicle.first_rotor_spin, vehicle.first_arm_angle
+        if self.first_rotor_spin not in (None, spin):
+            fit = ", ".join(name for name, (_, _, meant) in PRESETS.items() if meant.get("first_rotor_spin") == spin)
+            raise InputError(f"{who} must have rotor 1 {self.first_rotor_spin}, got {spin}; presets for it are {fit}")
         meant = self.first_arm_angle
         if turned and meant is not None and abs(math.remainder(turned - meant, math.tau)) > 1e-6:
-            wrong = f"{math.degrees(turned):.6g}°; it must be at {math.degrees(meant):.6g}°, or at 0°"
-            raise InputError(f"{who} has its first arm at {wrong}")
+            wanted = f"at {math.degrees(meant):.6g}°, or at 0°"
+            raise InputError(f"{who} must have its first arm {wanted}, got {math.degrees(turned):.6g}°")
 
     def check_columns(self, names: list[str]) -> None:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
@@ -292,11 +290,9 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= 64
 
 
-def _pair(value: object, read: Callable[[object], float]) -> tuple[float, float]:
-    """Return two numbers, as read; twice NaN for what is no pair."""
-    if not isinstance(value, (list, tuple)) or len(value) != 2:
-        return math.nan, math.nan
-    return read(value[0]), read(value[1])
+def _pair(value: Any) -> tuple[Any, ...]:
+    """Return two values, or for what is no pair two numbers that no limits can be."""
+    return tuple(value) if isinstance(value, (list, tuple)) and len(value) == 2 else (1.0, 0.0)
 
 
 def servo_map_named(name_or_file: str | Path) -> ServoMap:
@@ -358,15 +354,11 @@ def _values(table: Table, joint: Joint) -> FloatArray:
 
 def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_before: int, remedy: str = "") -> None:
     """Raise InputError for the first value beyond a joint's limits, if there is one."""
-    beyond = joint.is_beyond(values)
-    if beyond.any():
-        k = int(np.argmax(beyond))
+    for k in np.flatnonzero(joint.is_beyond(values))[:1].tolist():
         (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
-        tilt = float(np.degrees(joint.tilt_of(values[k])))
-        raise InputError(
-            f"servos {servo_map.name!r}: row {rows_before + k + 1}: joint {joint.name!r} must be between {low:.6g} and "
-            f"{high:.6g} {unit}{remedy}, got {float(values[k]):.6g} {unit} (rotor {joint.rotor} at {tilt:.4g}°)"
-        )
+        wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g} {unit}{remedy}"
+        got = f"{values[k]:.6g} {unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
+        raise InputError(f"servos {servo_map.name!r}: row {rows_before + k + 1}: {wanted}, got {got}")
 
 
 def tilts_from_joints(
