@@ -416,7 +416,7 @@ def test_completion_loads_neither_the_library_nor_other_commands() -> None:
     )
     first, loaded = done.stdout.splitlines()
     assert first == "plain,red"
-    shared = {"_lazy", "cli", "cli.options", "cli.plan", "errors"}
+    shared = {"_lazy", "cli", "cli.plan", "errors"}
     assert set(loaded.split()) == {f"gaitgraph.{name}" for name in shared}
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Working, print_json, print_text
+from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text
 from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, checked_settings
-from gaitgraph.cli.options import Paths, command, flag, named_in_errors, option
 from gaitgraph.errors import Infeasible
 
 

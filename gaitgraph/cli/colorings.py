@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, print_text
-from gaitgraph.cli.options import command, file
+from gaitgraph.cli import Working, command, file, print_text
 
 
 @command(

@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, print_json
-from gaitgraph.cli.options import choice, command, flag, option, request_of
+from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of
 
 
 @command(

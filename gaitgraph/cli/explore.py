@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import click
 
-from gaitgraph.cli import print_json
-from gaitgraph.cli.options import command, flag, option
+from gaitgraph.cli import command, flag, option, print_json
 
 
 @command(

@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, print_json
-from gaitgraph.cli.options import Paths, command, file, films_in, one_of, option
+from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, tables_and_films
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -60,18 +59,12 @@ def export_command(
     servo_map = None if servos is None else servo_map_named(servos)
     if columns is not None:
         given["joints"] = servo_map_named(columns)
-    films = films_in(outputs)
-    tables = [path for path in outputs if path not in films]
+    tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with Working(f"exporting {gait_file}") as progress:
+        options = FormatOptions(**chosen)
         done = export(
-            gait_file,
-            tables,
-            force=force,
-            options=FormatOptions(**chosen),
-            servos=servo_map,
-            progress=progress.part,
-            **given,
+            gait_file, tables, force=force, options=options, servos=servo_map, progress=progress.part, **given
         )
         if films:
             with TemporaryDirectory() as folder:

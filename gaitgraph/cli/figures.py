@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, print_json
-from gaitgraph.cli.options import Paths, command, one_of, option
+from gaitgraph.cli import Paths, Working, command, one_of, option, print_json
 
 _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 

@@ -8,8 +8,20 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import LAWS, Kind, Paths, command, file, flag, named_in_errors, one_of, option, pair_of
+from gaitgraph.cli import (
+    LAWS,
+    Kind,
+    Paths,
+    Working,
+    command,
+    file,
+    flag,
+    named_in_errors,
+    one_of,
+    option,
+    pair_of,
+    show,
+)
 from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import Kind, Paths, check_outputs, command, named_in_errors, option, write_outputs
+from gaitgraph.cli import Kind, Paths, Working, check_outputs, command, named_in_errors, option, show, write_outputs
 from gaitgraph.errors import InputError
 
 _PERIOD = Kind("a number of seconds or the word least", lambda text: None if text == "least" else float(text))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import Paths, check_outputs, command, flag, one_of, option, request_of, write_outputs
+from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, option, request_of, show, write_outputs
 
 
 @command(

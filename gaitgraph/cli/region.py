@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import choice, command, one_of, request_of
+from gaitgraph.cli import Working, choice, command, one_of, request_of, show
 
 
 @command(

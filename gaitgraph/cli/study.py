@@ -8,8 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import Working, print_json, print_problem, print_text, show
-from gaitgraph.cli.options import command, file, flag, option
+from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, print_text, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

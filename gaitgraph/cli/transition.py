@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import Paths, check_outputs, command, file, option, write_outputs
+from gaitgraph.cli import Paths, Working, check_outputs, command, file, option, show, write_outputs
 
 
 @command(

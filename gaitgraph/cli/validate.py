@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Working, show
-from gaitgraph.cli.options import command, option
+from gaitgraph.cli import Working, command, option, show
 
 
 @command(

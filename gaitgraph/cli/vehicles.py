@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import print_json
-from gaitgraph.cli.options import command
+from gaitgraph.cli import command, print_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
