@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -20,12 +26,21 @@ TURNED = PAPER.replace(name="turned", first_arm_angle=0.7)
 MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
 BOTH = PAPER.replace(name="both", first_arm_angle=-2.1, first_rotor_spin="counterclockwise", arm_length=0.05)
 STRONG = Vehicle(name="strong", drag_ratio=0.8)
+BEETLE = vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5)
+
+RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
+HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
 
 by_kind = pytest.mark.parametrize("numbers", [PUBLISHED, EXACT], ids=lambda numbers: numbers.kind)
 
 
 def by_vehicle(*vehicles: Vehicle) -> Any:
     return pytest.mark.parametrize("vehicle", vehicles, ids=lambda vehicle: vehicle.name)
+
+
+def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
+    """Return the same angles and times for another vehicle."""
+    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
 
 
 def random_vehicle(random: np.random.Generator) -> Vehicle:

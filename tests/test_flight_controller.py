@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -14,10 +14,9 @@ from gaitgraph.flight.course import repeated, servo_response
 from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import REFERENCES, FlightSettings, reference_at
 from gaitgraph.flight.simulation import Simulation, allocation_of, wanted_attitude
-from gaitgraph.gait.gait import lift
-from gaitgraph.invertibility.matrices import body_vertical, coefficients_of, scaled_decoupling_matrix, thrust_signs
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
-from tests.published import GAITS
+from gaitgraph.invertibility.matrices import body_vertical, scaled_decoupling_matrix, thrust_signs
+from gaitgraph.vehicle import PAPER, Vehicle
+from tests.samples import ASCENDING, BEETLE, RED, flown_by
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -28,18 +27,7 @@ if TYPE_CHECKING:
 
 pytest.importorskip("mujoco")
 
-RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
-HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
-VEHICLES = {
-    "paper": PAPER,
-    "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
-    "strong drag": PAPER.replace(drag_ratio=1.3, first_arm_angle=0.4),
-}
-
-
-def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
-    """Return the same angles and times for another vehicle."""
-    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+VEHICLES = {"paper": PAPER, "beetle": BEETLE, "strong drag": PAPER.replace(drag_ratio=1.3, first_arm_angle=0.4)}
 
 
 class TestServos:
@@ -66,29 +54,23 @@ class TestServos:
         return np.array(out)
 
     def test_a_lag_is_exact(self) -> None:
-        np.testing.assert_allclose(
-            servo_response(self.COMMAND, 0.0025, lag=0.05), self.integrated(0.05, math.inf, 2), atol=1e-9
-        )
+        exact = self.integrated(0.05, math.inf, 2)
+        np.testing.assert_allclose(servo_response(self.COMMAND, 0.0025, lag=0.05), exact, atol=1e-9)
 
     def test_a_lag_with_a_limit_is_right_to_first_order(self) -> None:
         exact = self.integrated(0.05, 3.0)
-        coarse, fine = (
-            np.abs(servo_response(self.COMMAND[::k], 0.0025 * k, lag=0.05, rate=3.0) - exact[::k]).max() for k in (4, 1)
-        )
-        assert coarse < 0.01
-        assert fine < 0.5 * coarse
-        moved = np.diff(servo_response(self.COMMAND, 0.0025, lag=0.05, rate=3.0), axis=0)
-        assert np.abs(moved).max() <= 3.0 * 0.0025 * (1 + 1e-12)
+        found = [servo_response(self.COMMAND[::k], 0.0025 * k, lag=0.05, rate=3.0) for k in (4, 1)]
+        coarse, fine = (np.abs(one - exact[::k]).max() for one, k in zip(found, (4, 1), strict=True))
+        assert 2 * fine < coarse < 0.01
+        assert np.abs(np.diff(found[1], axis=0)).max() <= 3.0 * 0.0025 * (1 + 1e-12)
 
     def test_a_limit_alone_follows_as_fast_as_it_may(self) -> None:
         np.testing.assert_array_equal(servo_response(self.COMMAND, 0.0025, rate=100.0), self.COMMAND)
         out = servo_response(self.COMMAND, 0.0025, rate=2.0)
-        moved = np.diff(out, axis=0)
-        there = np.abs(out[1:] - self.COMMAND[1:]) < 1e-12
-        assert there.any()
-        assert not there.all()
-        np.testing.assert_allclose(np.abs(moved[~there]), 2.0 * 0.0025, rtol=1e-9)
-        assert (np.sign(moved[~there]) == np.sign((self.COMMAND[1:] - out[:-1])[~there])).all()
+        moved, ahead = np.diff(out, axis=0), self.COMMAND[1:] - out[:-1]
+        late = np.abs(out[1:] - self.COMMAND[1:]) >= 1e-12
+        assert 0 < late.mean() < 1
+        np.testing.assert_allclose(moved[late], 2.0 * 0.0025 * np.sign(ahead[late]), rtol=1e-9)
 
 
 def allocated(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
@@ -149,9 +131,9 @@ def test_nothing_is_divided_where_the_moment_matrix_has_lost_rank() -> None:
     assert nearness(allocation, np.array([[0.0, 0.0, 1.0]])) == 0.0
 
 
-def sampled(stiffness: float, damping: float, start: float, speed: float, step: float, count: int) -> FloatArray:
-    """Return the exact solution of ë = −kp·e − kd·ė, sampled at each step and integrated as the engine does."""
-    x, v, out = start, speed, [start]
+def sampled(stiffness: float, damping: float, start: float, step: float, count: int) -> FloatArray:
+    """Return the exact solution of ë = −kp·e − kd·ė from rest at each step, integrated as the engine does."""
+    x, v, out = start, 0.0, [start]
     for _ in range(count):
         v += step * (-stiffness * x - damping * v)
         x += step * v
@@ -159,40 +141,27 @@ def sampled(stiffness: float, damping: float, start: float, speed: float, step: 
     return np.array(out)
 
 
-class TestLinearisation:
-    """Roll, pitch, yaw and altitude each obey their own linear equation, whatever the gait does."""
+@pytest.mark.parametrize("timed", [RED, ASCENDING, flown_by(ASCENDING, BEETLE)], ids=["3", "4", "beetle"])
+def test_each_error_obeys_its_own_linear_equation(monkeypatch: pytest.MonkeyPatch, timed: TimedGait) -> None:
+    """Roll, pitch, yaw and altitude are decoupled, whatever the gait does."""
+    starts, place = {"roll": 0.3, "pitch": -0.2, "yaw": 0.25, "z": -0.15}, Engine.place
 
-    START: ClassVar = {"roll": 0.3, "pitch": -0.2, "yaw": 0.25, "z": -0.15}
+    def elsewhere(engine: Engine, alpha: Any, **others: Any) -> None:
+        place(engine, alpha, **{**others, "yaw": starts["yaw"]})
+        engine.data.qpos[2] = starts["z"]
 
-    def flight(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait, **changes: Any) -> Any:
-        place = Engine.place
-
-        def elsewhere(engine: Engine, alpha: Any, **others: Any) -> None:
-            place(engine, alpha, **{**others, "yaw": self.START["yaw"]})
-            engine.data.qpos[2] = self.START["z"]
-
-        monkeypatch.setattr(Engine, "place", elsewhere)
-        settings = FlightSettings(
-            duration=0.5, saturation=False, altitude_stiffness=60.0, altitude_damping=9.0, **changes
-        )
-        return Simulation(repeated(timed), settings).run((self.START["roll"], self.START["pitch"]))
-
-    @pytest.mark.parametrize(
-        "timed", [RED, ASCENDING, flown_by(ASCENDING, VEHICLES["beetle"])], ids=["3", "4", "beetle"]
-    )
-    def test_each_error_obeys_its_own_linear_equation(self, monkeypatch: pytest.MonkeyPatch, timed: TimedGait) -> None:
-        worst: dict[str, list[float]] = {name: [] for name in self.START}
-        for every in (1e-3, 2.5e-4):
-            flight = self.flight(monkeypatch, timed, step=every, control_rate=1 / every)
-            t = flight.column("t")
-            for name, start in self.START.items():
-                gains = (60.0, 9.0) if name == "z" else (100.0, 20.0)
-                off = np.abs(flight.column(name) - sampled(*gains, start, 0.0, every, len(t) - 1))
-                worst[name].append(float(off.max()))
-        # What is left vanishes with the step, to first order at least.
-        for name, (coarse, fine) in worst.items():
-            assert coarse < 2e-3, name
-            assert fine < 0.3 * coarse, name
+    monkeypatch.setattr(Engine, "place", elsewhere)
+    gains: dict[str, Any] = {"altitude_stiffness": 60.0, "altitude_damping": 9.0, "saturation": False}
+    worst: dict[str, list[float]] = {name: [] for name in starts}
+    for step in (1e-3, 2.5e-4):
+        settings = FlightSettings(duration=0.5, step=step, control_rate=1 / step, **gains)
+        flight = Simulation(repeated(timed), settings).run((starts["roll"], starts["pitch"]))
+        for name, start in starts.items():
+            expected = sampled(*((60.0, 9.0) if name == "z" else (100.0, 20.0)), start, step, len(flight.rows) - 1)
+            worst[name].append(float(np.abs(flight.column(name) - expected).max()))
+    # What is left vanishes with the step, to first order at least.
+    for name, (coarse, fine) in worst.items():
+        assert fine / 0.3 < coarse < 2e-3, name
 
 
 def turned(roll: float, pitch: float, yaw: float) -> FloatArray:

@@ -17,7 +17,8 @@ from gaitgraph.invertibility.matrices import (
     determinant,
     thrust_signs,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle
+from tests.samples import BEETLE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,7 +52,7 @@ RNG = np.random.default_rng(7)
 _INERTIA = 0.02 * min(PAPER.inertia or (0.0,))
 VEHICLES = {
     "paper": PAPER,
-    "beetle": vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5),
+    "beetle": BEETLE,
     "paper with arms": PAPER.replace(arm_inertia=_INERTIA),
     **{f"drawn {k}": drawn_vehicle(RNG) for k in range(2)},
     "drawn with arms": drawn_vehicle(RNG).replace(mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3),

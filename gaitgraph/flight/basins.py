@@ -23,7 +23,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
-from gaitgraph.gait.table import Table
+from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
 from gaitgraph.robustness.biased import robustness_of
@@ -106,20 +106,18 @@ class Basin:
 
     def columns(self) -> dict[str, Any]:
         """Return one row a flight; the predictions `acceptable` and `same_side` are 1 or 0."""
-        shape = self.outcome.shape
-        wide = {
-            "eta": np.full(shape, self.eta),
-            "begin": np.broadcast_to(self.begins[:, None, None], shape),
-            "roll": np.broadcast_to(self.angles[None, :, None], shape),
-            "pitch": np.broadcast_to(self.angles[None, None, :], shape),
-            "outcome": self.outcome,
-            "seconds": self.seconds,
-            "peak_share": self.peak_share,
-            "acceptable": np.broadcast_to(self.inside, shape).astype(float),
-            "same_side": self.same_side.astype(float),
+        begin, roll, pitch = np.meshgrid(self.begins, self.angles, self.angles, indexing="ij")
+        return {
+            "eta": np.full(begin.size, self.eta),
+            "begin": begin.ravel(),
+            "roll": roll.ravel(),
+            "pitch": pitch.ravel(),
+            "outcome": tuple(OUTCOMES[code] for code in self.outcome.flat),
+            "seconds": self.seconds.ravel(),
+            "peak_share": self.peak_share.ravel(),
+            "acceptable": np.tile(self.inside.ravel(), len(self.begins)).astype(float),
+            "same_side": self.same_side.astype(float).ravel(),
         }
-        flat = {name: np.array(values).ravel() for name, values in wide.items()}
-        return {**flat, "outcome": tuple(OUTCOMES[code] for code in flat["outcome"])}
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON; angles in radians."""
@@ -266,9 +264,5 @@ def basins_of(
 
 def table_of_basins(every: Sequence[Basin]) -> Table:
     """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
-    parts = [basin.columns() for basin in every]
-    columns: dict[str, Any] = {}
-    for name in parts[0]:
-        values = [part[name] for part in parts]
-        columns[name] = sum(values, ()) if name == "outcome" else np.concatenate(values)
-    return Table(columns=columns, about=about_table("basin", every[0].timed, every[0].settings))
+    about = about_table("basin", every[0].timed, every[0].settings)
+    return merged(Table(columns=basin.columns(), about=about) for basin in every)

@@ -243,7 +243,7 @@ class Simulation:
         """A line if the servos make an arm swing by much less than is commanded."""
         flown = self.controls * self.settings.steps_per_control + 1
         planned, reached = (np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual))
-        share = np.where(planned > _STILL, reached / np.where(planned > _STILL, planned, 1.0), 1.0)
+        share = np.where(planned > _STILL, reached / np.maximum(planned, _STILL), 1.0)
         worst = int(np.argmin(share.round(6)))  # the first of those that differ by rounding alone
         if share[worst] >= _ENOUGH:
             return ()

@@ -1,4 +1,4 @@
-"""A second of flight at 1 kHz, beside the engine alone that steps the same model, and beside real time."""
+"""A second of flight at 1 kHz, beside the engine alone that steps the same model."""
 
 from __future__ import annotations
 
@@ -10,21 +10,18 @@ import pytest
 from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.gait import lift
 from gaitgraph.vehicle import PAPER
-from tests.published import GAITS
+from tests.samples import RED
 
 pytest.importorskip("mujoco")
 
 ENGINE = "one second of flight at 1 kHz against mujoco alone"
-CLOCK = "one second of flight at 1 kHz against real time"
-TIMED = lift(GAITS[2].angles, "red").parametrize(1.0)
 SECOND = FlightSettings(duration=1.0)
 
 
 def flight() -> Any:
     """Fly for one second: the check before take-off, all preparation and the record included."""
-    return fly(TIMED, settings=SECOND)
+    return fly(RED, settings=SECOND)
 
 
 @pytest.mark.benchmark(group=ENGINE)
@@ -40,16 +37,9 @@ def test_a_thousand_steps_of_the_engine(benchmark: Any) -> None:
     step, model, data = engine.mujoco.mj_step, engine.model, engine.data
 
     def steps() -> None:
-        engine.place(TIMED.at(0.0)[0])
+        engine.place(RED.at(0.0)[0])
         for _ in range(1000):
             step(model, data)
 
     benchmark.pedantic(steps, rounds=40, warmup_rounds=3)
     assert np.isfinite(data.qpos).all()
-
-
-@pytest.mark.benchmark(group=CLOCK)
-def test_a_second_of_flight_and_the_clock_ours(benchmark: Any) -> None:
-    benchmark.pedantic(flight, rounds=40, warmup_rounds=3)
-    # What it is compared with needs no run: a second is a second.
-    benchmark.extra_info["other"] = 1.0
