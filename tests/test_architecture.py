@@ -8,7 +8,6 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import click
 import networkx as nx
@@ -32,68 +31,36 @@ CONVENIENCES = {
 }
 
 
-class Import(NamedTuple):
-    """One import: the module that has it, what it names, the function that it is in, and its line."""
-
-    source: str
-    target: str
-    name: str
-    function: str | None
-    line: int
-
-
-def modules() -> dict[str, Path]:
-    """Return the modules of the package by their dotted names; an ``__init__`` is left out."""
-    return {
-        ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
-        for path in sorted(PACKAGE.rglob("*.py"))
-        if path.stem not in OUTSIDE
-    }
-
-
-def imports(known: dict[str, Path]) -> list[Import]:
-    """Return every import of a module of the package, those for type checking and inside functions too."""
-    found: list[Import] = []
-
-    def visit(source: str, node: ast.AST, function: str | None) -> None:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.ImportFrom) and (child.module or "").split(".")[0] == "gaitgraph":
-                base = (child.module or "").removeprefix("gaitgraph").removeprefix(".")
-                for alias in child.names:
-                    full = f"{base}.{alias.name}".removeprefix(".")
-                    target = full if full in known else base
-                    if target:
-                        found.append(Import(source, target, alias.name, function, child.lineno))
-            visit(source, child, child.name if isinstance(child, ast.FunctionDef) else function)
-
-    for name, path in known.items():
-        visit(name, ast.parse(path.read_text(encoding="utf-8")), None)
-    return found
-
-
-def returned_by_conveniences(known: dict[str, Path]) -> set[tuple[str, str, str]]:
-    """Return the module, the package and the name of each type that a convenience returns."""
-    return {
-        (name, package, node.returns.id)
-        for name, path in known.items()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef) and isinstance(node.returns, ast.Name)
-        for method, package in CONVENIENCES
-        if node.name == method
-    }
-
-
 @cache
-def counted() -> list[Import]:
-    """Return the imports that the order holds for."""
-    known = modules()
-    returned = returned_by_conveniences(known)
-    return [
-        one
-        for one in imports(known)
-        if (one.function, package := one.target.split(".")[0]) not in CONVENIENCES
-        and (one.source, package, one.name) not in returned
-    ]
+def imports() -> list[tuple[str, str, int]]:
+    """Return every import of the package that the order holds for: the module, what it names, and the line.
+
+    Those for type checking and inside functions count too; those of conveniences, and of what they return, do not.
+    """
+    paths = [path for path in sorted(PACKAGE.rglob("*.py")) if path.stem not in OUTSIDE]
+    known = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in paths}
+    found: list[tuple[str, str, int]] = []
+    for source, path in known.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        inside = {child: function.name for function in functions for child in ast.walk(function)}
+        returned = {
+            (package, function.returns.id)
+            for function in functions
+            for method, package in CONVENIENCES
+            if function.name == method and isinstance(function.returns, ast.Name)
+        }
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.ImportFrom) or (node.module or "").split(".")[0] != "gaitgraph":
+                continue
+            base = (node.module or "").removeprefix("gaitgraph").removeprefix(".")
+            for name in (alias.name for alias in node.names):
+                full = f"{base}.{name}".removeprefix(".")
+                target = full if full in known else base
+                package = target.split(".")[0]
+                if target and (inside.get(node), package) not in CONVENIENCES and (package, name) not in returned:
+                    found.append((source, target, node.lineno))
+    return found
 
 
 def test_the_page_lists_the_packages() -> None:
@@ -104,15 +71,15 @@ def test_the_page_lists_the_packages() -> None:
 
 def test_each_package_imports_only_from_those_above_it() -> None:
     upward = [
-        f"{one.source}:{one.line} imports {one.target}"
-        for one in counted()
-        if ORDER.index(one.target.split(".")[0]) > ORDER.index(one.source.split(".")[0])
+        f"{source}:{line} imports {target}"
+        for source, target, line in imports()
+        if ORDER.index(target.split(".")[0]) > ORDER.index(source.split(".")[0])
     ]
     assert not upward, "\n".join(upward)
 
 
 def test_no_imports_go_in_a_circle() -> None:
-    graph = nx.DiGraph((one.source, one.target) for one in counted())
+    graph = nx.DiGraph((source, target) for source, target, _ in imports())
     assert not [sorted(part) for part in nx.strongly_connected_components(graph) if len(part) > 1]
 
 

@@ -40,13 +40,6 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
 
 
-@pytest.mark.benchmark(group="the loop of Gait 3: the whole of plan_loop, with its report")
-def test_gait_3_with_its_report_ours(benchmark: Any) -> None:
-    plan = benchmark(lambda: gg.plan_loop(GAIT_3, color="red", sign="negative", method="exact"))
-    assert plan.report.flyable
-    assert plan.loop.lower_bound == plan.loop.length == pytest.approx(math.pi, abs=1e-12)
-
-
 def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
     """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R."""
     base: Any = pytest.importorskip("ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]")
