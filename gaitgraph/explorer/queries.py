@@ -119,7 +119,6 @@ _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of series; more than there are pixels
 _MOST_FRAMES = 101
-_SCENE = (480.0, 360.0)
 _FINE_DIGITS = 10  # of what may be as small as the rounding of the published coefficients
 _CURVES = 16
 _KEPT_PLANS = 16
@@ -313,7 +312,7 @@ def series_answer(
 def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
     """Return the vehicle tilting through rows, (n, 4) [rad], in at most 101 frames, by time or number of the row."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    scene = vehicle_view(alpha[rows], vehicle).as_mapping(_SCENE, decimals=1)
+    scene = vehicle_view(alpha[rows], vehicle).as_mapping()
     return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
 
 

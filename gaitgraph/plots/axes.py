@@ -172,24 +172,22 @@ def legend_below(ax: Axes, **options: Any) -> None:
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=below, **options)
 
 
-def draw_arrow(
-    ax: Axes, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any
-) -> Any:
+def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:
     """Draw an arrow between two places; width and head size in points."""
     arrow = {
         "arrowstyle": "-|>",
         "color": color,
         "linewidth": width,
+        "mutation_scale": size,
         "shrinkA": 0,
         "shrinkB": 0,
-        "mutation_scale": size,
     }
     return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
 
 
-def draw_label(ax: Axes, place: Any, text: str, color: str = "black", offset: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Write a text centred on a place, moved by an offset in data units."""
-    ax.text(place[0] + offset[0], place[1] + offset[1], text, color=color, ha="center", va="center", zorder=6)
+def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
+    """Write a text centred on a place."""
+    ax.text(*place, text, color=color, ha="center", va="center", zorder=6)
 
 
 def picture_bytes(figure: Figure, kind: Format) -> bytes:

@@ -22,6 +22,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of
+from gaitgraph.plots import gaits, planes
 from gaitgraph.plots.axes import (
     FORMATS,
     INCH,
@@ -31,23 +32,6 @@ from gaitgraph.plots.axes import (
     paper_style,
     picture_bytes,
     require_matplotlib,
-)
-from gaitgraph.plots.gaits import (
-    at_face_value,
-    axes_of_a_gait,
-    gait_in_four_dimensions,
-    gait_loop,
-    roll_pitch_diagram,
-)
-from gaitgraph.plots.planes import (
-    adjacency_rule,
-    level_determinants,
-    regions_map,
-    root_angle,
-    root_counts,
-    signed_roots,
-    singular_value_map,
-    type_map,
 )
 from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.robustness.attitudes import acceptable_attitudes
@@ -61,6 +45,8 @@ if TYPE_CHECKING:
 
     from gaitgraph.timing.timed_gait import TimedGait
 
+    Drawing = Callable[[Figure, "_Setting"], Any]
+
 
 class _Setting(NamedTuple):
     """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a timed gait or a table."""
@@ -72,15 +58,19 @@ class _Setting(NamedTuple):
     polyline: Gait | None  # of the table
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class PaperFigure:
-    """A figure: its number in the paper or its name, its title, and the title with what it shows."""
+    """A figure: its number in the paper or its name, and a caption, whose first sentence is the title."""
 
     name: str
-    title: str
     caption: str
     size: tuple[float, float]  # mm
-    drawing: Callable[[Figure, _Setting], Any]
+    drawing: Drawing
+
+    @property
+    def title(self) -> str:
+        """The first sentence of the caption."""
+        return self.caption.partition(". ")[0]
 
     @property
     def stem(self) -> str:
@@ -88,18 +78,18 @@ class PaperFigure:
         return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
 
 
-def _in_space(figure: Figure, of: _Setting, function: Callable[..., None], **options: Any) -> None:
+def _in_space(function: Callable[..., None], figure: Figure, of: _Setting, **options: Any) -> None:
     function(figure.add_subplot(projection="3d"), of.coefficients, of.divisions, **options)
 
 
 def _rule(figure: Figure, of: _Setting) -> None:
     left, right = figure.subplots(1, 2)
-    adjacency_rule("angle", ax=left).set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
-    adjacency_rule("pair", ax=right).set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
+    planes.adjacency_rule("angle", ax=left).set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
+    planes.adjacency_rule("pair", ax=right).set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
 def _types(figure: Figure, of: _Setting) -> Axes:
-    return type_map("negative", coefficients=of.coefficients, divisions=of.divisions, ax=figure.add_subplot())
+    return planes.type_map("negative", coefficients=of.coefficients, divisions=of.divisions, ax=figure.add_subplot())
 
 
 def _loops(figure: Figure, of: _Setting) -> None:
@@ -107,7 +97,7 @@ def _loops(figure: Figure, of: _Setting) -> None:
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
     for number, width, name in ((1, 18.0, "Gait 1"), (2, 18.0, "Gaits 2 and 3"), (3, 10.0, "")):
         gait = paper_gait(number, of.vehicle, of.coefficients)
-        gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
+        gaits.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
         x, y = gait.alpha[:, :2].mean(axis=0)
         if name:
             ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
@@ -116,15 +106,19 @@ def _loops(figure: Figure, of: _Setting) -> None:
 
 def _regions(figure: Figure, of: _Setting) -> None:
     left, right = figure.subplots(1, 2)
-    regions_map(of.vehicle, ax=left)
-    singular_value_map(of.vehicle, ax=right)
+    planes.regions_map(of.vehicle, ax=left)
+    planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _attitudes(figure: Figure, of: _Setting, number: int, eta: float, claim: str) -> None:
+def _gait(figure: Figure, of: _Setting) -> None:
+    gaits.gait_in_four_dimensions(of.timed, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
+
+
+def _attitudes(figure: Figure, of: _Setting, *, number: int, eta: float, alike: bool) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding.
 
-    A title states whether it agrees with the paper's claim: that the gait's acceptable region is "farther" than that of
-    its biased gait, or "alike".
+    A title states whether it agrees with the paper: that the acceptable region is wider than that of the biased gait,
+    or alike.
     """
     exact, of_paper = coefficients_of(of.vehicle, "exact"), of.vehicle.carries_published_coefficients
     if number <= 2 and of_paper:
@@ -144,14 +138,14 @@ def _attitudes(figure: Figure, of: _Setting, number: int, eta: float, claim: str
         digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
         readings, panels = {f"{digits} coefficients": gait}, [figure.add_subplot()]
     for ax, (title, gait) in zip(panels, readings.items(), strict=True):
-        roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-        numbers, both = at_face_value(gait.coefficients), (gait, gait.biased(eta))
+        gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
+        numbers, both = gaits.at_face_value(gait.coefficients), (gait, gait.biased(eta))
         margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
         texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
         lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
         if of_paper:
             own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
-            agrees = own > biased if claim == "farther" else own < biased + 0.02
+            agrees = own < biased + 0.02 if alike else own > biased
             singular = math.isnan(margins[0])  # at every attitude
             lines.append("as the paper says" if agrees and not singular else "unlike the paper")
         ax.set_title("\n".join(lines))
@@ -164,88 +158,56 @@ def _figures() -> dict[str, PaperFigure]:
         "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken at face value; (c) straight lines "
         "between the printed vertices; (d) angles of four digits, judged exactly. "
     )
-    lines = "Thin lines are singular attitudes, thick ones border what is never singular around level flight; "
-    table: dict[str | int, tuple[str, str, tuple[float, float], Callable[[Figure, _Setting], Any]]] = {
-        1: (
-            "The tilt-rotor with its arms, tilt axes and signs",
-            "Left from above, right one rotor from the tip of its arm. Positive tilts are right-handed about the arm "
-            "axes e1 to e4; cw and ccw are spins seen from above.",
-            (170, 98),
-            lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
-        ),
-        2: (
-            "Number of roots (α3, α4) at each node (α1, α2)",
-            "Two inside, three on a side, five in a corner: −π/2 and π/2 are one angle.",
-            (85, 92),
-            lambda figure, of: root_counts(figure.add_subplot(), of.coefficients, of.divisions),
-        ),
+    lines = "Thin lines are singular attitudes, thick ones border what is never singular around level flight;"
+    captions = {
+        "1": "The tilt-rotor with its arms, tilt axes and signs. Left from above, right one rotor from the tip of its "
+        "arm. Positive tilts are right-handed about the arm axes e1 to e4; cw and ccw are spins seen from above.",
+        "2": "Number of roots (α3, α4) at each node (α1, α2). Two inside, three on a side, five in a corner: −π/2 and "
+        "π/2 are one angle.",
+        "15": "Which types may be neighbours. Lined types may, and each may follow itself: (a) of one angle, (b) of "
+        "the pair; (?,?) fits every type.",
+        "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
+        f"both; other types are written. {rounded}",
+        "17": "Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2), arrows their direction. "
+        f"{rounded}",
+        "regions": "Exact regions of the (α1, α2) plane on the red sheet. Left: signs of R, positive hover thrusts "
+        "(hatched), and the largest thrust of a rotor in hover, in units of the weight. Right: the least singular "
+        "value in level flight; black lines are R = 0.",
+        "gait": "A gait in four dimensions over its period. Angles in time, the loop on the map of types, and three "
+        "projections with the + planes (red) and − planes (blue, dashed); Gait 3 unless another is given.",
     }
-    words: dict[Any, str] = {"first": "the first root", "other": "the other root", "both": "both roots"}
-    for number, (which, angle) in enumerate(product(words, (3, 4)), start=3):
-        caption = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane. {order * (which != 'both')}"
-        drawing = partial(_in_space, function=root_angle, angle=angle, which=which)
-        table[number] = f"α{angle} of {words[which]}", caption.strip(), (85, 74), drawing
-    signs = (("positive", "first"), ("positive", "other"), ("negative", "first"), ("negative", "other"))
-    for number, (sign, which) in zip((9, 11, 13, 14), signs, strict=True):
-        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
-        drawing = partial(_in_space, function=signed_roots, sign=sign, which=which)
-        table[number] = title, f"Red squares are α3, blue discs α4. {order} {rounded}", (85, 74), drawing
-        if sign == "positive":
-            title, squares = f"R of the {which} root where it is positive", "Red is the red sheet, blue the blue one."
-            drawing = partial(_in_space, function=level_determinants, sign=sign, which=which)
-            table[number + 1] = title, f"{squares} {order} {rounded}", (85, 74), drawing
-    table |= {
-        15: (
-            "Which types may be neighbours",
-            "Lined types may, and each may follow itself: (a) of one angle, (b) of the pair; (?,?) fits every type.",
-            (170, 68),
-            _rule,
-        ),
-        16: (
-            "Types of the roots with R < 0",
-            f"Red squares are nodes with (+,+), blue discs those with (−,−), halves both; other types are written. "
-            f"{rounded}",
-            (170, 173),
-            _types,
-        ),
-        17: (
-            "Gaits 1 to 3 on the map of types",
-            f"Pale bands are the loops of (α1, α2), arrows their direction. {rounded}",
-            (170, 177),
-            _loops,
-        ),
+    drawings: dict[str, tuple[float, float, Drawing]] = {  # with width and height [mm]
+        "1": (170, 98, lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot())),
+        "2": (85, 92, lambda figure, of: planes.root_counts(figure.add_subplot(), of.coefficients, of.divisions)),
+        "15": (170, 68, _rule),
+        "16": (170, 173, _types),
+        "17": (170, 177, _loops),
+        "regions": (170, 93, _regions),
+        "gait": (170, 120, _gait),
     }
-    claims = {"farther": "the paper says that the gait's is the wider.", "alike": "the paper says that they are alike."}
-    for number, gait, eta, claim in (
-        (18, 1, 0.8, "farther"),
-        (19, 2, 0.99, "farther"),
-        (20, 3, 0.8, "farther"),
-        (21, 4, 0.8, "farther"),
-        (22, 2, 0.8, "alike"),
+    for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
+        words = "both roots" if which == "both" else f"the {which} root"
+        marks = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane."
+        captions[name] = f"α{angle} of {words}. {marks} {order if which != 'both' else ''}".strip()
+        drawings[name] = 85, 74, partial(_in_space, planes.root_angle, angle=angle, which=which)
+    for name, (sign, which) in zip(
+        ("9", "11", "13", "14"), product(("positive", "negative"), ("first", "other")), strict=True
     ):
-        title = f"Unacceptable attitudes of Gait {gait} and its biased gait, η = {eta:g}"
-        caption = f"{readings if gait <= 2 else ''}{lines}{claims[claim]}"
-        table[number] = title, caption, (85, 108), partial(_attitudes, number=gait, eta=eta, claim=claim)
-    table |= {
-        "regions": (
-            "Exact regions of the (α1, α2) plane on the red sheet",
-            "Left: signs of R, positive hover thrusts (hatched), and the largest thrust of a rotor in hover, in units "
-            "of the weight. Right: the least singular value in level flight; black lines are R = 0.",
-            (170, 93),
-            _regions,
-        ),
-        "gait": (
-            "A gait in four dimensions over its period",
-            "Angles in time, the loop on the map of types, and three projections with the + planes (red) and − planes "
-            "(blue, dashed); Gait 3 unless another is given.",
-            (170, 120),
-            lambda figure, of: gait_in_four_dimensions(of.timed, gait=of.polyline, axes=axes_of_a_gait(figure)),
-        ),
-    }
-    return {
-        str(name): PaperFigure(name=str(name), title=title, caption=f"{title}. {caption}", size=size, drawing=drawing)
-        for name, (title, caption, size, drawing) in table.items()
-    }
+        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
+        captions[name] = f"{title}. Red squares are α3, blue discs α4. {order} {rounded}"
+        drawings[name] = 85, 74, partial(_in_space, planes.signed_roots, sign=sign, which=which)
+    for name, which in (("10", "first"), ("12", "other")):
+        title = f"R of the {which} root where it is positive"
+        captions[name] = f"{title}. Red is the red sheet, blue the blue one. {order} {rounded}"
+        drawings[name] = 85, 74, partial(_in_space, planes.level_determinants, sign="positive", which=which)
+    biased = {"18": (1, 0.8), "19": (2, 0.99), "20": (3, 0.8), "21": (4, 0.8), "22": (2, 0.8)}
+    for name, (number, eta) in biased.items():
+        claim = "they are alike" if name == "22" else "the gait's is the wider"
+        title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
+        captions[name] = f"{title}. {readings if number <= 2 else ''}{lines} the paper says that {claim}."
+        drawings[name] = 85, 108, partial(_attitudes, number=number, eta=eta, alike=name == "22")
+    names = (*map(str, range(1, 23)), "regions", "gait")
+    return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
 
 
 FIGURES: dict[str, PaperFigure] = _figures()

@@ -236,51 +236,50 @@ def type_map(
     found, signs = interior_roots(coefficients or coefficients_of(), divisions)
     ax = axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
-    marked: dict[tuple[str, ...], list[FloatArray]] = {}
-    for number, place in enumerate(found.alpha[:, 0, :2]):
-        # A type on more than one root counts once; red ones are first.
+    written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
+    for number in np.flatnonzero(written):
         sheets, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
+        # A type on more than one root counts once; red ones are first.
         roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
-        if labels and any("?" in kind for _, kind, _ in roots):
-            node = ",".join(str(k + 1) for k in divmod(number, divisions - 1))
-            for k, (sheet, kind, singular) in enumerate(roots):
-                lift = 7.0 * ((len(roots) - 1) / 2 - k)
-                ax.annotate(
-                    kind.replace("-", "−"), (place[0], place[1]), xytext=(0, lift), textcoords="offset points",
-                    color=GREY if singular else RED if sheet < 0 else BLUE, fontsize=6.0, ha="center", va="center",
-                    gid=node, annotation_clip=False,
-                )  # fmt: skip
-        else:
-            without = [[singular for at, _, singular in roots if at == sheet] for sheet in (-1, 1)]
-            state = tuple("no" if not one else "singular" if all(one) else "yes" for one in without)
-            marked.setdefault(state, []).append(place)
-    for kinds in sorted(marked, reverse=True):
-        _mark_nodes(ax, np.array(marked[kinds]), kinds, 42.0 if labels else 5.0, RELATION[sign])
+        for k, (sheet, kind, singular) in enumerate(roots):
+            ax.annotate(
+                kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
+                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=GREY if singular else RED if sheet < 0 else BLUE,
+                fontsize=6.0, ha="center", va="center", annotation_clip=False,
+                gid=",".join(str(k + 1) for k in divmod(number, divisions - 1)),
+            )  # fmt: skip
+    # Of the roots on the red and on the blue sheet: 0 there is none, 1 without a sign of R, 2 with the sign.
+    states = np.stack([np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1) for k in (1, -1)], axis=1)
+    for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
+        places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
+        _mark_nodes(ax, places, state, 42.0 if labels else 5.0, RELATION[sign])
     plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
     if labels:
         legend_above(ax, columns=3)
     return ax
 
 
-def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[str, ...], size: float, sign: str) -> None:
-    """Scatter nodes by what their root on the red and on the blue sheet has: the sign, no sign, or there is none."""
+def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: float, sign: str) -> None:
+    """Scatter nodes by the state of their roots on the red and on the blue sheet."""
     from matplotlib.markers import MarkerStyle
 
-    words = {"yes": sign, "singular": "R = 0"}
-    types = [(kind, words[one]) for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one != "no"]
-    label = ", ".join(f"{kind}: ${compared}$" for kind, compared in types) or f"no root with ${sign}$"
-    if len(types) == 2 and types[0][1] == types[1][1]:
-        label = f"(+,+) and (−,−): ${types[0][1]}$"
-    look: dict[str, Any] = {"linewidth": 0.6, "label": label, "gid": " ".join(state), "zorder": 3}
-    x, y = places.T
-    if not types:
-        ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, **(look | {"linewidth": 0.0}))
+    gid = " ".join(("no", "singular", "yes")[one] for one in state)
+    look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3}
+    texts = [
+        f"{kind}: ${('', 'R = 0', sign)[one]}$" for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one
+    ]
+    label = ", ".join(texts)
+    if len(texts) == 2 and state[0] == state[1]:
+        label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
+    if not texts:
+        label = f"no root with ${sign}$"
+        ax.scatter(*places.T, s=size / 12, marker="o", facecolor=GREY, label=label, **(look | {"linewidth": 0.0}))
     halves: tuple[Any, Any] = ("left", "right")
-    for color, is_there, half in zip(COLORS, state, halves, strict=True):
-        if is_there != "no":  # two roots are the left half of a square and the right half of a disc
-            marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(types) == 1 else half)
-            face, edge = (COLOR_OF[color],) * 2 if is_there == "yes" else ("white", GREY)
-            ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, **look)
+    for color, one, half in zip(COLORS, state, halves, strict=True):
+        if one:  # two roots are the left half of a square and the right half of a disc
+            marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
+            face, edge = (COLOR_OF[color],) * 2 if one == 2 else ("white", GREY)
+            ax.scatter(*places.T, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
 
 
 # ---------------------------------------------------------------- regions

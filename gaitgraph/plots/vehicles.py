@@ -78,42 +78,32 @@ class VehicleView:
         around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
         return around.min(axis=0), around.max(axis=0)
 
-    def as_mapping(self, size: tuple[float, float] = (480.0, 360.0), decimals: int = 2) -> dict[str, Any]:
-        """Return the view as plain values for a picture of a size [px], y downwards; rotors in their own order.
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the view as plain values for a picture of 480 by 360 px, y downwards; rotors in their own order.
 
         >>> vehicle_view([[0.0, 0.0, 0.0, 0.0]]).as_mapping()["order"]
         [0, 1, 3, 2]
         """
-        low, high = self.limits()
-        scale = float(min(np.array(size) / (high - low)))
-        flip = scale * np.array([1.0, -1.0])
-        hub = np.array(size) / 2 - flip * (low + high) / 2
+        (low, high), size = self.limits(), np.array([480.0, 360.0])
+        flip = float(min(size / (high - low))) * np.array([1.0, -1.0])
+        hub = size / 2 - flip * (low + high) / 2
 
-        def pixels(values: FloatArray) -> list[Any]:
-            return list((np.round(values, decimals) + 0.0).tolist())  # without negative zeros
+        def pixels(places: FloatArray) -> list[Any]:
+            return list((np.round(hub + flip * places, 1) + 0.0).tolist())  # without negative zeros
 
-        discs = pixels(np.swapaxes(self.discs * np.tile(flip, 3) + [0.0, 0.0, 0.0, 0.0, *hub], 0, 1))
-        thrusts = pixels(np.swapaxes(hub + flip * self.thrusts, 0, 1))
-        arms, labels = pixels(hub + flip * self.arms), pixels(hub + flip * self.labels)
-        return {
-            "size": list(size),
-            "frames": len(self.discs),
-            "order": list(self.order),
-            "hub": pixels(hub),
-            "nose": pixels(hub + flip * self.nose),
-            "rotors": [
-                {
-                    "disc": discs[k],
-                    "thrust": thrusts[k],
-                    "facing": self.facing[:, k].tolist(),
-                    "arm": [*pixels(hub), *arms[k]],
-                    "label": labels[k],
-                    "clockwise": self.clockwise[k],
-                    "color": ROTOR_COLORS[k],
-                }
-                for k in range(4)
-            ],
+        shapes = np.round(self.discs[..., :4] * np.tile(flip, 2), 1) + 0.0
+        columns: dict[str, Sequence[Any]] = {
+            "disc": np.swapaxes(np.concatenate([shapes, pixels(self.discs[..., 4:])], axis=-1), 0, 1).tolist(),
+            "thrust": pixels(np.swapaxes(self.thrusts, 0, 1)),
+            "facing": self.facing.T.tolist(),
+            "arm": [[*pixels(0.0 * self.nose), *end] for end in pixels(self.arms)],
+            "label": pixels(self.labels),
+            "clockwise": self.clockwise,
+            "color": ROTOR_COLORS,
         }
+        rotors = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+        places = {"hub": pixels(0.0 * self.nose), "nose": pixels(self.nose)}
+        return {"size": size.tolist(), "frames": len(self.discs), "order": list(self.order), **places, "rotors": rotors}
 
 
 def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
@@ -195,22 +185,20 @@ _AROUND = np.linspace(0.0, math.tau, 73)
 _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
 
-def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0, *, outline: bool = False) -> list[Any]:
-    """Draw one sample of a view on plane axes of equal scales, in arm lengths, and return what was drawn.
+def _rims(seen: VehicleView, sample: int) -> FloatArray:
+    """Return the rims of the discs, shape (4, 2, 73)."""
+    discs = seen.discs[sample]
+    return discs[:, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE + discs[:, 4:, None]
 
-    With `outline` arms and discs alone are drawn, in grey, for a picture with labels of its own.
-    """
+
+def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
+    """Draw one sample of a view on plane axes of equal scales, in arm lengths, and return what was drawn."""
     drawn: list[Any] = []
-    rims = (seen.discs[sample, :, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE) + seen.discs[sample, :, 4:, None]
-    color, width = ("0.35", 2.5) if outline else (LINE_GREY, 3.6)
     for arm in seen.arms:
-        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, color=color, linewidth=width))
-    if outline:
-        for rim in rims[list(seen.order)]:
-            drawn.extend(ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2))
-        return drawn
+        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, color=LINE_GREY, linewidth=3.6))
     drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
     drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
+    rims = _rims(seen, sample)
     for place, rotor in enumerate(seen.order):
         centre, facing, order = seen.discs[sample, rotor, 4:], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
         color = ROTOR_COLORS[rotor] if facing else underside(ROTOR_COLORS[rotor])
@@ -247,11 +235,14 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal")
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
     seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE, disc=_PAPER_DISC)
-    draw_vehicle(ax, seen, outline=True)
+    for arm in seen.arms:
+        _line(ax, (0.0, 0.0), arm, zorder=1, color="0.35", linewidth=2.5)
+    for rim in _rims(seen, 0)[list(seen.order)]:
+        ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2)
     for number, (outward, clockwise) in enumerate(zip(seen.arms, seen.clockwise, strict=True), start=1):
         leaning = np.array([outward[1], -outward[0]])  # of the thrust, for a positive tilt
-        arc = (20, 340) if clockwise else (200, 520)
-        _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, "0.35", 7, backwards=clockwise, linewidth=0.9, zorder=3)
+        arc, look = (340, 20) if clockwise else (200, 520), {"color": "0.35", "linewidth": 0.9, "zorder": 3}
+        _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, mutation_scale=7, **look)
         draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
         draw_label(ax, (1.82 + _PAPER_DISC) * outward, rf"$e_{number}$")
         start = outward + _PAPER_DISC * leaning
@@ -260,10 +251,10 @@ def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
         draw_label(ax, start + beyond * leaning, rf"$\alpha_{number}>0$", _LEAN)
         draw_label(ax, outward, f"{number}\n{'cw' if clockwise else 'ccw'}")
     corner = np.array([-2.2, -2.2])
-    draw_arrow(ax, corner, corner + np.array([0.0, 0.75]), "black")
-    draw_arrow(ax, corner, corner + np.array([-0.5, 0.0]), "black")
+    for axis in ((0.0, 0.75), (-0.5, 0.0)):
+        draw_arrow(ax, corner, corner + axis, "black")
     for text, offset in (("$x$ forward", (0.0, 0.92)), ("$y$ left", (-0.3, -0.2)), ("$z$ up", (0.38, 0.0))):
-        draw_label(ax, corner, text, offset=offset)
+        draw_label(ax, corner + offset, text)
     _draw_axis_out_of_the_page(ax, corner, 5.0, 2.5)
     _draw_from_the_tip(ax)
     return ax
@@ -274,18 +265,14 @@ def _draw_axis_out_of_the_page(ax: Axes, place: FloatArray, ring: float, dot: fl
     ax.plot(*place, marker=".", markersize=dot, color="black", zorder=5)
 
 
-def _draw_arc(
-    ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], color: str, size: float, *,
-    backwards: bool = False, **look: Any,
-) -> None:  # fmt: skip
+def _draw_arc(ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], **look: Any) -> None:
     """Draw an arrow along an arc from one angle to another [°]."""
     from matplotlib.patches import FancyArrowPatch
     from matplotlib.path import Path
 
-    curve = Path.arc(*arc)
-    points = np.asarray(curve.vertices)[:: -1 if backwards else 1] * radius + center
-    path = Path(points, curve.codes)
-    ax.add_patch(FancyArrowPatch(path=path, arrowstyle="-|>", mutation_scale=size, color=color, **look))
+    around = np.radians(np.linspace(*arc, 49))
+    path = Path(center + radius * np.stack([np.cos(around), np.sin(around)], axis=-1))
+    ax.add_patch(FancyArrowPatch(path=path, arrowstyle="-|>", **look))
 
 
 def _draw_from_the_tip(ax: Axes) -> None:
@@ -298,11 +285,11 @@ def _draw_from_the_tip(ax: Axes) -> None:
     _line(ax, rotor - 0.6 * across, rotor + 0.6 * across, color="0.35", linewidth=3.0)
     draw_arrow(ax, rotor, hub + 1.9 * lean, _LEAN, width=1.8)
     draw_label(ax, hub + 2.12 * lean, "thrust", _LEAN)
-    _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), _LEAN, 8, shrinkA=0, shrinkB=0)
+    _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), color=_LEAN, mutation_scale=8, shrinkA=0, shrinkB=0)
     draw_label(ax, hub + 1.52 * np.array([-math.sin(tilt / 2), math.cos(tilt / 2)]), r"$\alpha_i>0$", _LEAN)
     _draw_axis_out_of_the_page(ax, hub, 8.0, 4.0)
-    draw_label(ax, hub, "$e_i$", offset=(0.3, -0.02))
-    draw_label(ax, hub + 2.2 * up, "$z$", offset=(0.1, 0.0))
+    draw_label(ax, hub + np.array([0.3, -0.02]), "$e_i$")
+    draw_label(ax, hub + np.array([0.1, 2.2]), "$z$")
     text = "rotor $i$ from the tip of its arm:\npositive tilts are right-handed\nabout the outward axis $e_i$"
     draw_label(ax, hub - 0.75 * up, text)
 
