@@ -26,8 +26,8 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 
-pytest.importorskip("starlette", reason="starlette, of the extra 'explore', is not installed")
-pytest.importorskip("uvicorn", reason="uvicorn, of the extra 'explore', is not installed")
+for name in ("starlette", "uvicorn"):
+    pytest.importorskip(name, reason=f"{name}, of the extra 'explore', is not installed")
 
 pytestmark = pytest.mark.slow
 
@@ -133,6 +133,19 @@ class Page:
     def headline(self) -> str:
         return self.text("headline")
 
+    def shows(self, headline: str) -> None:
+        """Wait until the verdict has a headline."""
+        self.until(lambda: self.headline() == headline)
+
+    def has(self, selector: str, count: int) -> None:
+        """Wait until there are so many elements."""
+        self.until(lambda: self.count(selector) == count)
+
+    def at(self, state: str) -> None:
+        """Wait until the address holds a state, and its plan is shown."""
+        self.until(lambda: self.state == state)
+        self.planned()
+
     def corners(self) -> list[list[str]]:
         found: list[list[str]] = self.js(
             "return [...document.querySelectorAll('#corners tbody tr')].map((row) =>"
@@ -176,8 +189,7 @@ class Page:
         )  # fmt: skip
 
     def complaints(self) -> list[str]:
-        """Return, and forget, what the browser's console holds."""
-        return [entry["message"] for entry in self.driver.get_log("browser")]
+        return [entry["message"] for entry in self.driver.get_log("browser")]  # and they are forgotten
 
 
 @pytest.fixture(scope="module")
@@ -247,7 +259,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
 def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
     page.open()
     page.choose("load", "0")
-    page.until(lambda: page.headline() == "△Valid, not flyable")
+    page.shows("△Valid, not flyable")
     assert "least singular value" in page.text("report")
     assert {"least_singular_value", "hover_thrust"} == set(
         page.js("return [...document.querySelectorAll('.check.no')].map((node) => node.dataset.check)")
@@ -268,25 +280,19 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     page.mouse("mouseMoved", (3 * STEP, -4 * STEP))
     page.mouse("mouseReleased", (3 * STEP, -4 * STEP))
     moved = "waypoints=3pi/8,-3pi/8;3pi/8,-pi/8;3pi/16,-pi/4;pi/8,-3pi/8"
-    page.until(lambda: page.state == moved)
-    page.planned()
+    page.at(moved)
     assert ["3π/16", "−π/4"] in [corner[:2] for corner in page.corners()]
     page.id("undo").click()
     page.until(lambda: page.state == GAIT_3 and page.js(loop) == before)
-    page.keys("y", held=CONTROL)
-    page.until(lambda: page.state == moved)
-    page.keys("z", held=CONTROL)
-    page.until(lambda: page.state == GAIT_3)
-    page.keys("z", held=CONTROL + SHIFT)
-    page.until(lambda: page.state == moved)
+    for key, held, state in (("y", CONTROL, moved), ("z", CONTROL, GAIT_3), ("z", CONTROL + SHIFT, moved)):
+        page.keys(key, held=held)
+        page.at(state)
     assert page.id("redo").get_property("disabled")
     # A double click removes; it needs the waypoint to have been there before the first click.
-    page.click(3 * STEP, -4 * STEP)
-    page.click(3 * STEP, -4 * STEP)
-    page.until(lambda: page.count(".waypoint") == 3)
-    page.click(-3 * STEP, 3 * STEP)
-    page.click(-3 * STEP, 3 * STEP)
-    page.until(lambda: page.count(".waypoint") == 4)
+    for point, count in (((3 * STEP, -4 * STEP), 3), ((-3 * STEP, 3 * STEP), 4)):
+        page.click(*point)
+        page.click(*point)
+        page.has(".waypoint", count)
     page.planned()
 
 
@@ -312,17 +318,17 @@ def test_the_address_holds_everything(page: Page) -> None:
 
 def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> None:
     page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&accuracy=1e-9")
-    notice = page.text("notice")
-    assert "color=green: allowed are auto, red, blue" in notice
-    assert "“3pi/8,9” is no pair of angles within ±pi/2" in notice
-    assert "eta=0: allowed is a number above 0, up to 1" in notice
-    assert "samples=1e9: allowed is a whole number from 1 to 10000" in notice
-    assert "accuracy=1e-9: allowed is a number from 1e-5 to 0.1" in notice
+    for said in (
+        "color=green: allowed are auto, red, blue", "“3pi/8,9” is no pair of angles within ±pi/2",
+        "eta=0: allowed is a number above 0, up to 1", "samples=1e9: allowed is a whole number from 1 to 10000",
+        "accuracy=1e-9: allowed is a number from 1e-5 to 0.1",
+    ):  # fmt: skip
+        assert said in page.text("notice")
     assert page.id("period").get_property("value") == "2"
     assert page.headline() == "No waypoints yet"
     page.id("notice-close").click()
     page.click(2 * STEP, -2 * STEP)
-    page.until(lambda: page.state == "waypoints=pi/8,-pi/8&period=2")
+    page.at("waypoints=pi/8,-pi/8&period=2")
 
 
 def test_a_download_is_a_gait_that_flies(page: Page) -> None:
@@ -331,9 +337,7 @@ def test_a_download_is_a_gait_that_flies(page: Page) -> None:
     page.css("#formats [data-suffix='.csv']").click()
     saved = page.downloads / "gait.csv"
     page.until(saved.exists)
-    report = gg.validate(gg.read_table(saved))
-    assert report.valid
-    assert report.flyable
+    assert gg.validate(gg.read_table(saved)).flyable
     assert page.count("#formats button") == page.count("#formats button:not(:disabled)") + page.count("#formats .small")
 
 
@@ -342,7 +346,7 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
     table = tmp_path / "broken.csv"
     table.write_text(BROKEN)
     page.id("file").send_keys(str(table))
-    page.until(lambda: page.headline() == "✕Not valid")
+    page.shows("✕Not valid")
     assert page.text("table-name") == "broken.csv"
     left, top = page.place(0.393, -0.393)
     places = page.js(
@@ -361,9 +365,9 @@ def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
     path = tmp_path / "gait.json"
     gg.plan_loop(GAITS[3].waypoints, color="red").gait.parametrize(period=1.0).write(path)
     page.id("file").send_keys(str(path))
-    page.until(lambda: page.headline() == "✓Flyable")
+    page.shows("✓Flyable")
     page.id("use-request").click()
-    page.until(lambda: page.count(".waypoint") == 4)
+    page.has(".waypoint", 4)
     page.planned()
     assert page.headline() == "✓Flyable"
     assert page.state.startswith("waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red")
@@ -379,21 +383,21 @@ def test_the_keyboard_alone(page: Page) -> None:
     page.until(lambda: page.state == GAIT_3 and page.headline() == "✓Flyable")
     assert page.text("moves-spoken") == "Waypoint 4 added: α1 π/8, α2 −3π/8"
     page.keys("[", RIGHT)
-    page.until(lambda: page.state == GAIT_3[: -len("pi/8,-3pi/8")] + "3pi/16,-3pi/8")
+    page.at(GAIT_3[: -len("pi/8,-3pi/8")] + "3pi/16,-3pi/8")
     assert page.text("moves-spoken") == "Waypoint 4: α1 3π/16, α2 −3π/8"
     for _ in range(3):
         page.keys(RIGHT, held=SHIFT)
     page.until(lambda: page.state.endswith("27pi/128,-3pi/8"))  # a fraction again, whatever was added up
     assert page.text("moves-spoken") == "Waypoint 4: α1 27π/128, α2 −3π/8"
     page.keys(DELETE)
-    page.until(lambda: page.count(".waypoint") == 3)
+    page.has(".waypoint", 3)
     page.planned()
     page.id("mode-keep_out").send_keys(ENTER)  # gives the focus to the map
     page.keys(" ", RIGHT, " ", UP, " ", ENTER)
     page.until(lambda: "&keep_out=" in page.state)
     assert page.count(".polygon.chosen") == 1
     page.keys(DELETE)
-    page.until(lambda: page.count(".polygon") == 0)
+    page.has(".polygon", 0)
     page.id("mode-keep_in").send_keys(ENTER)
     page.keys(" ", ESCAPE)
     assert page.id("mode-waypoints").get_attribute("aria-pressed") == "true"
@@ -418,7 +422,7 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
         assert one.get_attribute("aria-invalid") == "true"
         assert page.state == GAIT_3
     page.typed(page.id("period"), "2.5")
-    page.until(lambda: page.state == f"{GAIT_3}&period=2.5")
+    page.at(f"{GAIT_3}&period=2.5")
     assert page.id("problem").is_displayed() is False
 
 
@@ -430,8 +434,7 @@ def test_the_drag_ratio_is_the_vehicle_s_own_until_it_is_moved(page: Page) -> No
     page.planned()
     assert "exact coefficients" in page.text("report")
     page.id("drag_ratio-reset").click()
-    page.until(lambda: page.state == GAIT_3)
-    page.planned()
+    page.at(GAIT_3)
     assert "published coefficients" in page.text("report")
 
 
@@ -441,12 +444,12 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     assert "keep_out" in page.text("report")
     assert page.count(".path") == 0
     page.id("clear").click()
-    page.until(lambda: page.headline() == "No waypoints yet")
+    page.shows("No waypoints yet")
     assert "keep_out" in page.text("problem")
     page.id("undo").click()
-    page.until(lambda: page.headline() == "✕Wrong input")
+    page.shows("✕Wrong input")
     page.css("#polygon-list .quiet").click()
-    page.until(lambda: page.headline() == "✓Flyable")
+    page.shows("✓Flyable")
     page.cdp("Network.enable")
     network = {"latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
     page.cdp("Network.emulateNetworkConditions", offline=True, **network)
@@ -466,16 +469,9 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
     page.css("#download > summary").click()
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
-    pale = [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5]
-    assert pale == []
-    tree = page.cdp("Accessibility.getFullAXTree")["nodes"]
+    assert [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5] == []
+    nodes = [node for node in page.cdp("Accessibility.getFullAXTree")["nodes"] if not node["ignored"]]
+    found = [(node["role"]["value"], node.get("name", {}).get("value", "").strip()) for node in nodes]
     controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "link", "application"}
-    found = [
-        (node["role"]["value"], node.get("name", {}).get("value", "").strip())
-        for node in tree
-        if not node["ignored"] and node["role"]["value"] in controls | {"DisclosureTriangle", "image"}
-    ]
-    assert {role for role, _ in found} >= controls
-    assert [role for role, name in found if not name] == []
-    landmarks = {node["role"]["value"] for node in tree if not node["ignored"]}
-    assert {"main", "banner", "region", "status"} <= landmarks
+    assert {role for role, _ in found} >= controls | {"main", "banner", "region", "status"}
+    assert [role for role, name in found if role in controls | {"DisclosureTriangle", "image"} and not name] == []

@@ -105,9 +105,7 @@ def test_notebooks_are_stored_clean() -> None:
         assert (content["nbformat"], content["nbformat_minor"]) == (4, 5)
         assert set(content["metadata"]) == {"kernelspec", "language_info"}
         assert content["metadata"]["language_info"] == {"name": "python"}
-        assert len(content["cells"]) <= 12
-        names = [cell["id"] for cell in content["cells"]]
-        assert len(set(names)) == len(names)
+        assert len({cell["id"] for cell in content["cells"]}) == len(content["cells"]) <= 12
         for cell in content["cells"]:
             assert re.fullmatch("[a-z0-9-]+", cell["id"])
             assert cell["metadata"] == {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +22,7 @@ from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.plots.axes import BLUE, GREY, RED, STYLE, paper_style, text_of_multiple
+from gaitgraph.plots.axes import BLUE, GREY, RED, paper_style
 from gaitgraph.plots.gaits import axes_of_a_gait
 from gaitgraph.plots.planes import interior_roots, root_counts
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
@@ -111,16 +110,6 @@ def test_interior_roots_are_those_of_each_node() -> None:
             assert signs[node, k] == np.sign(root.R)
 
 
-def test_signs_of_the_interior_roots() -> None:
-    """With exact coefficients blue has no sign."""
-    published = {(1, 1): 128, (1, -1): 97, (-1, 1): 28, (-1, -1): 197}
-    exact = {(1, 1): 128, (1, -1): 97, (-1, 0): 225}
-    for coefficients, counts in ((PUBLISHED, published), (EXACT, exact)):
-        found, signs = interior_roots(coefficients, 16)
-        there = found.sheet != 0
-        assert Counter(zip(found.sheet[there].tolist(), signs[there].tolist(), strict=True)) == counts
-
-
 @pytest.mark.parametrize(("name", "over", "shift"), [("7", 0, 2), ("8", 1, -2)])
 def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     space = space_of(name)
@@ -132,38 +121,34 @@ def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
 
 
-@pytest.mark.parametrize(("names", "sign", "total"), [(("9", "11"), 1, 156), (("13", "14"), -1, 294)])
-def test_signed_roots(names: tuple[str, str], sign: int, total: int) -> None:
-    """The first and the other root of each node, with one sign of R."""
-    count = 0
-    for name in names:
-        space = space_of(name)
-        points = list(by_label(space).values())
-        assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
-        np.testing.assert_allclose(points[0][:, :2], points[1][:, :2])
-        count += len(points[0])
-        alpha = np.column_stack([points[0], points[1][:, 2]])
-        assert (np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == sign).all()
-        assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
-    assert count == total
-
-
-def test_values_of_R_are_those_of_the_roots() -> None:
-    points = [by_label(space_of(name)) for name in ("10", "12")]
-    red, blue = (np.concatenate([one[f"{color} sheet"] for one in points]) for color in ("red", "blue"))
-    assert (len(red), len(blue)) == (128, 28)
-    alpha = np.column_stack([red[:, :2], red[:, :2]])
-    np.testing.assert_allclose(red[:, 2], gg.invertibility.level_determinant(alpha, PUBLISHED))
-    assert 0 < blue[:, 2].max() < 3e-4
-
-
 @pytest.mark.parametrize(
-    ("names", "marks", "count"), [(("9", "11"), 2, 128), (("13", "14"), 2, 97), (("10", "12"), 1, 128)]
+    ("names", "sign", "red", "blue"),
+    [(("9", "11"), 1, 128, 28), (("13", "14"), -1, 97, 197), (("10", "12"), 1, 128, 28)],
 )
-def test_roots_without_sign_are_grey_and_hollow(names: tuple[str, str], marks: int, count: int) -> None:
+def test_signed_roots(names: tuple[str, str], sign: int, red: int, blue: int) -> None:
+    """The first and the other root of each node, with one sign of R; with exact coefficients blue has none."""
+    values = "10" in names
+    published, exact = ([space_of(name, coefficients=kind) for name in names] for kind in ("published", "exact"))
+    count = 0
+    for space in published:
+        assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
+        points = by_label(space)
+        if values:
+            tops = points["red sheet"]
+            alpha = np.column_stack([tops[:, :2], tops[:, :2]])
+            np.testing.assert_allclose(tops[:, 2], gg.invertibility.level_determinant(alpha, PUBLISHED))
+            assert 0 < points["blue sheet"][:, 2].max() < 3e-4
+            count += sum(map(len, points.values()))
+        else:
+            third, fourth = points.values()
+            np.testing.assert_allclose(third[:, :2], fourth[:, :2])
+            alpha = np.column_stack([third, fourth[:, 2]])
+            assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
+            count += len(alpha)
+        assert (np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == sign).all()
+    assert count == red + blue
     grey, signed = 0, 0
-    for name in names:
-        space = space_of(name, coefficients="exact")
+    for space in exact:
         for one in scatters(space):
             if to_hex(one.get_edgecolor()[0]) == GREY:
                 assert not len(np.asarray(one.get_facecolor()))
@@ -171,7 +156,7 @@ def test_roots_without_sign_are_grey_and_hollow(names: tuple[str, str], marks: i
             else:
                 signed += len(points_of(one))
         assert "R = 0 to rounding: singular" in legend_of(space)
-    assert (grey, signed) == (225 * marks, count * marks)
+    assert (grey, signed) == ((225, red) if values else (450, 2 * red))
 
 
 # Types and the rule
@@ -181,13 +166,10 @@ def test_roots_without_sign_are_grey_and_hollow(names: tuple[str, str], marks: i
 def test_the_lines_of_the_rule_are_the_rule(ax: Axes, of: Any) -> None:
     assert plots.adjacency_rule(of, ax=ax) is ax
     drawn = {frozenset(str(line.get_gid()).split()) for line in ax.lines}
-    if of == "angle":
-        assert drawn == {frozenset("+?"), frozenset("-?")}
-    else:
-        types = [label for label in PLANE_TYPES if label != "(?,?)"]
-        pairs = combinations(types, 2)
-        assert drawn == {frozenset(pair) for pair in pairs if gg.surface.types_may_be_adjacent(*pair)}
-        assert len(drawn) == len(ax.lines) == 8
+    pairs = combinations([label for label in PLANE_TYPES if label != "(?,?)"], 2)
+    rule = {frozenset(pair) for pair in pairs if gg.surface.types_may_be_adjacent(*pair)}
+    assert drawn == ({frozenset("+?"), frozenset("-?")} if of == "angle" else rule)
+    assert len(drawn) == len(ax.lines) == (2 if of == "angle" else 8)
     places = {text.get_text().replace("−", "-"): text.get_position() for text in ax.texts}
     for line in ax.lines:
         ends = [tuple(point) for point in np.asarray(line.get_xydata())]
@@ -226,11 +208,7 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
     for kind, colors in (("yes yes", ("red", "blue")), ("no yes", ("blue",)), ("no no", ())):
         for node in marks[kind]:
             assert tuple(color for color in ("red", "blue") if (*node, color) in graph) == colors
-
-
-def test_half_and_half_marks_are_a_red_and_a_blue_half(ax: Axes) -> None:
-    plots.type_map(ax=ax)
-    left, right = (one for one in scatters(ax) if one.get_gid() == "yes yes")
+    left, right = (one for one in scatters(ax) if one.get_gid() == "yes yes")  # the halves of a mark
     assert (faces(left), faces(right)) == ({RED}, {BLUE})
     x = [np.asarray(one.get_paths()[0].vertices)[:, 0] for one in (left, right)]
     assert x[0].max() <= 1e-12 < -x[0].min()
@@ -245,6 +223,7 @@ def test_type_map_with_exact_coefficients_has_no_blue(ax: Axes) -> None:
     assert sum(map(len, marks.values())) + len(written) == 225
     assert set().union(*map(faces, scatters(ax))) == {RED, "#ffffff"}
     assert {to_hex(str(text.get_color())) for text in ax.texts} == {RED, GREY}
+    assert legend_of(ax) == ["(+,+): $R < 0$, (−,−): $R = 0$", "(−,−): $R = 0$"]
 
 
 # Gaits
@@ -264,12 +243,10 @@ def test_gait_loop_is_the_projection(ax: Axes, angles: tuple[int, int]) -> None:
 
 def test_gait_loops_of_other_kinds(ax: Axes) -> None:
     plots.gait_loop(gg.lift([(0.4, -0.4)], "red"), ax=ax)
-    assert (ax.lines[0].get_marker(), ax.lines[0].get_color()) == ("s", RED)
-    mixed = gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "blue"])
-    plots.gait_loop(mixed, ax=ax)
-    assert [line.get_color() for line in ax.lines[-2:]] == [RED, BLUE]
+    plots.gait_loop(gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "blue"]), ax=ax)
     plots.gait_loop(GAIT3.biased(0.8), ax=ax)
-    assert ax.lines[-1].get_color() == "black"
+    assert ax.lines[0].get_marker() == "s"
+    assert [line.get_color() for line in ax.lines] == [RED, RED, RED, BLUE, "black"]
     plots.gait_loop(GAIT3, band=True, width=8, ax=ax)
     assert ax.lines[-1].get_zorder() < 2
 
@@ -290,19 +267,17 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
 
 
 def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
-    exact, published, printed = (Figure().add_subplot() for _ in range(3))
     points = np.array(GAITS[0].angles)
-    plots.roll_pitch_diagram(gg.lift(points, "blue", coefficients=EXACT), ax=exact)
-    (square,) = exact.patches
-    assert (square.get_gid(), square.get_hatch()) == ("singular", "xxx")
-    assert legend_of(exact) == ["gait:\nsingular at every attitude"]
-    plots.roll_pitch_diagram(gg.lift(points, "blue"), ax=published)
-    assert legend_of(published) == ["gait:\nno singular attitude"]
-    assert not lines_of(published, "singular")
     three = gg.Gait(alpha=np.column_stack([points, GAITS[0].printed]), coefficients=EXACT)
-    plots.roll_pitch_diagram(three, ax=printed)
-    assert legend_of(printed) == ["gait:\nlevel flight singular at times"]
-    assert len(lines_of(printed, "singular")) == 48
+    for gait, verdict, curves in (
+        (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
+        (gg.lift(points, "blue"), "no singular attitude", 0),
+        (three, "level flight singular at times", 48),
+    ):
+        ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
+        assert legend_of(ax) == [f"gait:\n{verdict}"]
+        assert len(lines_of(ax, "singular")) == curves
+        assert [patch.get_hatch() for patch in ax.patches] == ["xxx"] * ("every" in verdict)
 
 
 def test_gait_in_four_dimensions() -> None:
@@ -353,15 +328,12 @@ def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     named = {text.get_text(): text.get_position() for text in ax.texts if text.get_text().startswith("$R")}
     for text, place in named.items():
         assert (float(gg.invertibility.level_determinant(np.tile(place, 2), exact)) > 0) == (">" in text)
-
-
-def test_thrust_contours_carry_their_level(ax: Axes) -> None:
-    plots.regions_map(ax=ax)
-    labels = [text for text in ax.texts if text.get_text()[0] == "0"]
-    assert sorted(text.get_text() for text in labels) == ["0.3", "0.3", "0.4", "0.4", "0.6", "0.6"]
-    for text in labels:
-        shares = gg.invertibility.hover_thrust_shares(np.tile(text.get_position(), 2))
-        np.testing.assert_allclose(shares, float(text.get_text()), atol=1e-12)
+    labels = sorted((text.get_text(), text.get_position()) for text in ax.texts if text.get_text()[0] == "0")
+    assert [text for text, _ in labels] == ["0.3", "0.3", "0.4", "0.4", "0.6", "0.6"]
+    for text, place in labels:  # of contours of the largest thrust
+        np.testing.assert_allclose(
+            gg.invertibility.hover_thrust_shares(np.tile(place, 2), vehicle), float(text), atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.25)], ids=lambda v: v.name)
@@ -439,22 +411,6 @@ def test_wrong_values_are_refused(ax: Axes) -> None:
     for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):
             draw(*values, **options)
-
-
-def test_tick_labels() -> None:
-    texts = {-HALF_PI: r"$-\pi/2$", 0.0: "$0$", 3 * math.pi / 8: r"$3\pi/8$", 2 * math.pi: r"$2\pi$", 1.0: "$1$"}
-    assert {angle: text_of_multiple(angle) for angle in texts} == texts
-
-
-def test_the_style_holds_inside_alone() -> None:
-    before = dict(mpl.rcParams)
-    with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0}):
-        mine = dict(mpl.rcParams)
-        with paper_style():
-            assert (mpl.rcParams["lines.linewidth"], mpl.rcParams["font.size"]) == (1.0, 8.0)
-            assert all(mpl.rcParams[name] == value for name, value in STYLE.items())
-        assert dict(mpl.rcParams) == mine
-    assert dict(mpl.rcParams) == before
 
 
 PICTURES: dict[str, Callable[[Axes], Any]] = {

@@ -22,28 +22,17 @@ ROOT = Path(__file__).parent.parent
 GENERATED = ("_build", "_examples", "gallery")  # figures too, but those that are newer than the code are kept
 DRAWN = "15"
 NOWHERE = "http://127.0.0.1:9"  # nothing listens there
-RUN = (
-    "plan_a_gait",
-    "draw_a_gait",
-)  # examples that this site runs: one that prints, one that draws; all of them are tested
+RUN = ("plan_a_gait", "draw_a_gait")  # examples that this site runs: one prints, one draws; all of them are tested
 
 # What makes a browser load something, by element; links that a reader clicks are not among them.
 LOADED = {
-    "script": ("src",),
-    "link": ("href",),
-    "img": ("src", "srcset"),
-    "source": ("src", "srcset"),
-    "iframe": ("src",),
-    "object": ("data",),
-    "embed": ("src",),
-    "video": ("src", "poster"),
-    "audio": ("src",),
-    "track": ("src",),
-    "input": ("src",),
-    "image": ("href", "xlink:href"),
-    "use": ("href", "xlink:href"),
-    "base": ("href",),
+    **dict.fromkeys(("script", "iframe", "embed", "audio", "track", "input"), ("src",)),
+    **dict.fromkeys(("img", "source"), ("src", "srcset")),
+    **dict.fromkeys(("image", "use"), ("href", "xlink:href")),
+    **dict.fromkeys(("link", "base"), ("href",)),
     "form": ("action",),
+    "object": ("data",),
+    "video": ("src", "poster"),
 }
 
 
@@ -82,22 +71,17 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for figure in figures.FIGURES.values():
         if figure.name != DRAWN:
             shutil.copyfile(ROOT / "docs" / "images" / "type_map.png", there / f"{figure.stem}.png")
-    proxies = dict.fromkeys(
-        ("http_proxy", "https_proxy", "all_proxy", "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"), NOWHERE
-    )
+    names = ("http_proxy", "https_proxy", "all_proxy")
+    proxies = dict.fromkeys((*names, *map(str.upper, names)), NOWHERE)
     # Coverage would trace every example of the gallery again.
     own = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
     run = ("-D", f"sphinx_gallery_conf.filename_pattern={'|'.join(RUN)}")
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", *run, "docs", "html"],
-        cwd=tree,
-        env={**own, **proxies, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+        cwd=tree, env={**own, **proxies, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
     return tree / "html"
 
 

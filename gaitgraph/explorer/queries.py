@@ -11,7 +11,7 @@ import math
 import threading
 from dataclasses import asdict, dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,15 +19,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, checked_choice, shown
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
-from gaitgraph.invertibility.matrices import (
-    Coefficients,
-    coefficients_of,
-    hover_thrust_shares,
-    least_singular_value,
-    least_singular_value_on_red,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility import matrices
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.plots.vehicles import vehicle_view
@@ -38,9 +30,10 @@ from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Coefficients
     from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.robustness.biased import Robustness
     from gaitgraph.validation.report import Report
@@ -60,36 +53,28 @@ LIMITS: dict[str, int] = {
 """The explorer's largest counts and sizes; the library itself allows more."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Range:
-    """The range of a number; `above` excludes `low` itself."""
+class Range(NamedTuple):
+    """The range of a number, also in words; `above` excludes `low` itself."""
 
     low: float
     high: float
+    allowed: str
     whole: bool = False
     above: bool = False
-    noun: str = "a number"
 
     def contains(self, value: object) -> bool:
         """Return whether a value is one of these numbers."""
         number, kind = number_of(value), isinstance(value, int) or not self.whole
         return kind and self.low <= number <= self.high and not (self.above and number == self.low)
 
-    @property
-    def allowed(self) -> str:
-        """The range in words."""
-        low, high = (f"{end:g}".replace("e-0", "e-").replace("e+0", "e") for end in (self.low, self.high))
-        noun = "a whole number" if self.whole else self.noun
-        return f"{noun} above {low}, up to {high}" if self.above else f"{noun} from {low} to {high}"
-
 
 RANGES: dict[str, Range] = {
-    "divisions": Range(low=2, high=64, whole=True),
-    "drag_ratio": Range(low=0.02, high=1.0),
-    "accuracy": Range(low=1e-5, high=0.1),
-    "period": Range(low=1e-6, high=1e9, noun="a number of seconds"),
-    "samples": Range(low=1, high=10_000, whole=True),
-    "eta": Range(low=0.0, high=1.0, above=True),
+    "divisions": Range(2, 64, "a whole number from 2 to 64", whole=True),
+    "drag_ratio": Range(0.02, 1.0, "a number from 0.02 to 1"),
+    "accuracy": Range(1e-5, 0.1, "a number from 1e-5 to 0.1"),
+    "period": Range(1e-6, 1e9, "a number of seconds from 1e-6 to 1e9"),
+    "samples": Range(1, 10_000, "a whole number from 1 to 10000", whole=True),
+    "eta": Range(0.0, 1.0, "a number above 0, up to 1", above=True),
 }
 """The ranges of the state's numbers; the library itself allows more divisions and samples, and a finer accuracy."""
 
@@ -116,6 +101,7 @@ DEFAULTS: dict[str, Any] = {
 """The state of an empty page."""
 
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
+_VERDICTS = ("valid", "two_color", "flyable", "reachable_from_hover")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of series; more than there are pixels
 _MOST_FRAMES = 101
@@ -142,13 +128,13 @@ class State:
     key: str  # two states share it if and only if their plans are the same
 
 
-def state_of(content: object) -> State:
+def state_of(content: Any) -> State:
     """Return the state of an object with any of the names of :data:`DEFAULTS`, the others at their defaults.
 
     ``view`` is ignored. InputError if a name is unknown or a value is not allowed.
     """
-    values = DEFAULTS | checked_object(content, (*DEFAULTS, "view"))
-    values.pop("view", None)
+    check_fields("request", content, (*DEFAULTS, "view"))
+    values = {name: content.get(name, default) for name, default in DEFAULTS.items()}
     _check_count("waypoints", values["waypoints"], LIMITS["waypoints"])
     for name in ("keep_out", "keep_in"):
         _check_count(name, values[name], LIMITS["polygons"])
@@ -178,12 +164,6 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
     if not allowed.contains(drag_ratio):
         raise InputError(f"drag_ratio must be {allowed.allowed}, or null for the preset's, got {shown(drag_ratio)}")
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
-
-
-def checked_object(content: Any, known: Iterable[str]) -> dict[str, Any]:
-    """Return a copy of an object; InputError if it is none, or has a name that is not known."""
-    check_fields("request", content, tuple(known))
-    return dict(content)
 
 
 def _check_count(name: str, value: object, most: int) -> None:
@@ -216,7 +196,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     answer: dict[str, Any] = {
         "status": "empty",
         **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "scene")),
-        **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
+        **dict.fromkeys(_VERDICTS, False),
         **{name: [] for name in lists.split()},
     }
     if state.empty:
@@ -228,14 +208,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
         "warnings": list(result.warnings),
         "alternatives": [
-            {
-                "color": loop.color,
-                "sign": loop.sign,
-                "length": loop.length,
-                "valid": loop.report.valid if loop.is_judged else None,
-                "flyable": loop.report.flyable if loop.is_judged else None,
-                "path": _closed_path(loop),
-            }
+            _outline(loop) | {name: getattr(loop.report, name) if loop.is_judged else None for name in _VERDICTS[::2]}
             for loop in result.alternatives
         ],
     }
@@ -247,15 +220,12 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     alpha, rates, _ = timed.at(t)
     return answer | {
         "status": "planned",
-        "color": loop.color,
-        "sign": loop.sign,
-        "length": loop.length,
+        **_outline(loop),
         "lower_bound": loop.lower_bound,
         **verdict_answer(report),
         "corners": gait.alpha.tolist(),
         "types": list(gait.types),
         "colors": list(gait.colors),
-        "path": _closed_path(loop),
         "vertices": loop.path.vertices().tolist(),
         "order": list(loop.order),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
@@ -263,8 +233,9 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     }
 
 
-def _closed_path(loop: Loop) -> list[list[float]]:
-    return rounded(loop.gait.alpha[[*range(len(loop.gait.alpha)), 0], :2])
+def _outline(loop: Loop) -> dict[str, Any]:
+    path = rounded(loop.gait.alpha[[*range(len(loop.gait.alpha)), 0], :2])
+    return {"color": loop.color, "sign": loop.sign, "length": loop.length, "path": path}
 
 
 def rounded(values: FloatArray, digits: int = 6) -> list[Any]:
@@ -281,8 +252,7 @@ def verdict_answer(report: Report) -> dict[str, Any]:
             place |= {f"alpha{k}": angle for k, angle in enumerate(place.pop("alpha"), start=1)}
         title = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
         checks.append(check.as_mapping() | title)
-    names = ("valid", "two_color", "flyable", "reachable_from_hover")
-    return {name: getattr(report, name) for name in names} | {"checks": checks}
+    return {name: getattr(report, name) for name in _VERDICTS} | {"checks": checks}
 
 
 def series_answer(
@@ -293,17 +263,17 @@ def series_answer(
     R has the gait's coefficients, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
     """
     vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
-    shares = hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
+    shares = matrices.hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
     if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # on the red sheet in closed form, which is quicker
-        least = np.asarray(least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
+        least = np.asarray(matrices.least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
     else:
-        least = np.asarray(least_singular_value(alpha, vehicle))
+        least = np.asarray(matrices.least_singular_value(alpha, vehicle))
     return {
         **({} if t is None else {"t": rounded(t, 9)}),
         "alpha": rounded(alpha.T),
         **({} if rates is None else {"rates": rounded(rates.T)}),
-        "R": rounded(np.asarray(level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
+        "R": rounded(np.asarray(matrices.level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
         "least_singular_value": rounded(least, _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
@@ -368,7 +338,7 @@ _ROUNDED_BLUE = (
 )
 
 
-def map_answer(content: object, progress: Progress = quiet) -> dict[str, Any]:
+def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     """Return the shading, the regions and the plane types of one sheet, for the map below the loop, as plain values.
 
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
@@ -376,11 +346,11 @@ def map_answer(content: object, progress: Progress = quiet) -> dict[str, Any]:
     rings in the plane [rad], holes too, to be filled by the even-odd rule; the plane types of the nodes of the paper's
     grid, None where R has no sign; and a note, or None.
     """
-    query = checked_object(content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
-    vehicle = vehicle_of(query.get("vehicle", "paper"), query.get("drag_ratio"))
-    sheet: Color = checked_choice("sheet", query.get("sheet", "red"), COLORS)
-    shading: str = checked_choice("shading", query.get("shading", "none"), SHADINGS)
-    coefficients = coefficients_of(vehicle, query.get("coefficients"))
+    check_fields("request", content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
+    vehicle = vehicle_of(content.get("vehicle", "paper"), content.get("drag_ratio"))
+    sheet: Color = checked_choice("sheet", content.get("sheet", "red"), COLORS)
+    shading: str = checked_choice("shading", content.get("shading", "none"), SHADINGS)
+    coefficients = matrices.coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
     values, extent = _shading(vehicle, coefficients, sheet, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
@@ -415,10 +385,9 @@ def _shading(
     if shading == "none":
         return None, None
     alpha = _on_grid(_POINTS, coefficients, sheet)
-    signed = shading == "R"
-    values = np.asarray(level_determinant(alpha, coefficients) if signed else least_singular_value(alpha, vehicle))
-    short = [float(f"{value:.5g}") for value in values.ravel().tolist()]
-    return short, [float(values.min()), float(values.max())]
+    function: Any = matrices.level_determinant if shading == "R" else matrices.least_singular_value
+    values = np.asarray(function(alpha, coefficients if shading == "R" else vehicle)).ravel().tolist()
+    return [float(f"{value:.5g}") for value in values], [min(values), max(values)]
 
 
 @lru_cache(maxsize=32)
@@ -426,7 +395,7 @@ def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     """Return the types of the nodes of the paper's grid, row by row; None where R has no sign."""
     alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
     third, fourth = types_of(sheet, alpha[..., 0], alpha[..., 1], coefficients, math.pi / (2 * DEFAULT_DIVISIONS))
-    signed = np.abs(level_determinant(alpha, coefficients)) > noise_of(coefficients)
+    signed = np.abs(matrices.level_determinant(alpha, coefficients)) > matrices.noise_of(coefficients)
     rows = zip(third.ravel().tolist(), fourth.ravel().tolist(), signed.ravel().tolist(), strict=True)
     return [text_from_types(a, b) if there else None for a, b, there in rows]
 

@@ -9,25 +9,14 @@ import socket
 import sys
 import threading
 import time
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gaitgraph import __version__
-from gaitgraph.errors import GaitgraphError, InputError, needs_extra, shown
-from gaitgraph.explorer.queries import (
-    DEFAULTS,
-    LIMITS,
-    RANGES,
-    SHADINGS,
-    checked_object,
-    diagram_answer,
-    map_answer,
-    plan_answer,
-    state_of,
-)
+from gaitgraph.errors import GaitgraphError, InputError, check_fields, needs_extra, shown
+from gaitgraph.explorer import queries
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -174,21 +163,22 @@ def application(token: str, port: int) -> Starlette:
             return _refusal(404, f"no such page: {shown(name)}")
         return Response(files[name].read_bytes(), media_type=_TYPES.get(files[name].suffix, "text/plain"))
 
-    def post(name: str, work: Work, most: int = LIMITS["request_bytes"], kind: str = "application/json") -> Route:
-        return Route(f"/{token}/api/{name}", _handler(work, slots, most, kind), methods=["POST"])
+    def post(name: str, work: Work, size: str = "request_bytes", kind: str = "application/json") -> Route:
+        handler = _handler(work, slots, queries.LIMITS[size], kind)
+        return Route(f"/{token}/api/{name}", handler, methods=["POST"])
 
     app = Starlette(
         routes=[
             Route(f"/{token}/", page),
             Route(f"/{token}/page/{{name:path}}", page),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
-            post("plan", lambda _, body, check: plan_answer(state_of(_content(body)), check)),
-            post("diagram", lambda _, body, check: diagram_answer(state_of(_content(body)), check)),
-            post("map", lambda _, body, check: map_answer(_content(body), check)),
+            post("plan", lambda _, body, check: queries.plan_answer(queries.state_of(_content(body)), check)),
+            post("diagram", lambda _, body, check: queries.diagram_answer(queries.state_of(_content(body)), check)),
+            post("map", lambda _, body, check: queries.map_answer(_content(body), check)),
             post(
                 "table",
                 lambda request, body, check: table_answer(request.query_params.get("name", ""), body, check),
-                LIMITS["table_bytes"],
+                "table_bytes",
                 "application/octet-stream",
             ),
             post("download", _download),
@@ -251,8 +241,9 @@ def _content(body: bytes) -> Any:
 
 
 def _download(_: Request, body: bytes, check: Check) -> Any:
-    query = checked_object(_content(body), ("state", "suffix"))
-    name, content = file_answer(state_of(query.get("state", {})), query.get("suffix", ".csv"), check)
+    query = _content(body)
+    check_fields("request", query, ("state", "suffix"))
+    name, content = file_answer(queries.state_of(query.get("state", {})), query.get("suffix", ".csv"), check)
     headers = {"content-disposition": f"attachment; filename={quote(name)}"}
     return Response(content, media_type="application/octet-stream", headers=headers)
 
@@ -266,11 +257,11 @@ def setup_answer() -> dict[str, Any]:
         "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],
         "laws": list(LAWS),
         **{f"{name}s": list(CHOICES[name]) for name in ("objective", "color", "sign", "method")},
-        "shadings": list(SHADINGS),
+        "shadings": list(queries.SHADINGS),
         "formats": formats_answer(),
-        "defaults": DEFAULTS,
-        "limits": LIMITS,
-        "ranges": {name: asdict(one) | {"allowed": one.allowed} for name, one in RANGES.items()},
+        "defaults": queries.DEFAULTS,
+        "limits": queries.LIMITS,
+        "ranges": {name: one._asdict() for name, one in queries.RANGES.items()},
         "paper_gaits": [
             {
                 "name": name,
@@ -329,8 +320,8 @@ def _warm_up() -> None:
     """Plan once and prepare the regions of the paper's vehicle, so that the first click need not wait."""
     setup_answer()
     for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned, the second has a nearest point
-        state = state_of({"waypoints": waypoints})
-        plan_answer(state)
-        diagram_answer(state)
+        state = queries.state_of({"waypoints": waypoints})
+        queries.plan_answer(state)
+        queries.diagram_answer(state)
     for sheet in ("red", "blue"):
-        map_answer({"sheet": sheet, "shading": "R"})
+        queries.map_answer({"sheet": sheet, "shading": "R"})

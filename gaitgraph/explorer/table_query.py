@@ -15,30 +15,9 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_choice, needs_extra, shown
-from gaitgraph.explorer.queries import (
-    DEFAULTS,
-    LIMITS,
-    RANGES,
-    State,
-    planned,
-    quiet,
-    rounded,
-    scene_answer,
-    series_answer,
-    spread_rows,
-    state_of,
-    vehicle_of,
-    verdict_answer,
-)
+from gaitgraph.explorer import queries
 from gaitgraph.gait.table import closed_rows, merged
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    hover_thrust_shares,
-    least_singular_value,
-    level_determinant,
-    pitch_sensitivity,
-    roll_sensitivity,
-)
+from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import FORMATS, known_format, read_pieces, write_tables
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.timing.timed_gait import table_of
@@ -46,7 +25,7 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.gait import Gait
@@ -58,7 +37,7 @@ FloatArray = npt.NDArray[np.float64]
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
 _FILM = ".gif"
-_NOT_SHOWN = {"sheets": "planes", "floor": DEFAULT_FLOOR}  # fields of requests without a control on the page
+_NOT_SHOWN = {"sheets": "planes", "floor": matrices.DEFAULT_FLOOR}  # fields of requests without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
@@ -72,7 +51,7 @@ def formats_answer() -> list[dict[str, Any]]:
     ]
 
 
-def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[str, Any]:
+def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) -> dict[str, Any]:
     """Return the report of a gait file's bytes, and where it breaks a rule; InputError or FileProblem if it is none.
 
     The suffix of the name is the format; the rest is used in messages alone.
@@ -97,9 +76,9 @@ def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
     closed = np.vstack([rows.alpha, rows.alpha[:1]])
-    some = spread_rows(len(closed), _MOST_ROWS)
+    some = queries.spread_rows(len(closed), _MOST_ROWS)
     alpha, t = closed[some], None if times is None else times[some]
-    verdict = verdict_answer(report)
+    verdict = queries.verdict_answer(report)
     broken = [check for check in verdict["checks"] if check["mark"] != "ok" and check["where"] is not None]
     worst = [{**{k: one["where"][k] for k in ("alpha1", "alpha2")}, "message": one["message"]} for one in broken]
     return {
@@ -107,10 +86,10 @@ def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[
         "rows": report.rows,
         **verdict,
         "warnings": list(report.warnings),
-        "path": rounded(alpha[:, :2]),
-        "series": series_answer(alpha, rows, report, t=t),
-        "scene": scene_answer(alpha, rows.vehicle, t=t),
-        "corners": rounded(rows.merged().alpha[:_MOST_ROWS]),
+        "path": queries.rounded(alpha[:, :2]),
+        "series": queries.series_answer(alpha, rows, report, t=t),
+        "scene": queries.scene_answer(alpha, rows.vehicle, t=t),
+        "corners": queries.rounded(rows.merged().alpha[:_MOST_ROWS]),
         "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
@@ -119,22 +98,20 @@ def table_answer(name: str, content: bytes, progress: Progress = quiet) -> dict[
 def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
     """Return the worst row of each run of rows that break a rule which a report names, but for a check's own place."""
     alpha, vehicle, coefficients = rows.alpha, rows.vehicle, rows.coefficients
+    R = np.asarray(matrices.level_determinant(alpha, coefficients))
+    tilts = (matrices.roll_sensitivity, matrices.pitch_sensitivity)
+    measures: dict[str, tuple[int, Callable[[], Any]]] = {  # of each row; 1 where a limit is the most, −1 the least
+        "on_surface": (1, lambda: np.abs([one(alpha, coefficients) for one in tilts]).max(axis=0)),
+        "R_sign": (1, lambda: -R * np.sign(R[np.argmax(np.abs(R))])),
+        "least_singular_value": (-1, lambda: np.asarray(matrices.least_singular_value(alpha, vehicle))),
+        "hover_thrust": (-1, lambda: np.nan_to_num(matrices.hover_thrust_shares(alpha, vehicle), nan=-9).min(axis=1)),
+    }
     found = []
     for check in report.checks:
-        if check.ok or check.where is None or check.limit is None:
+        if check.ok or check.where is None or check.limit is None or check.name not in measures:
             continue
-        if check.name == "on_surface":
-            both = np.abs([roll_sensitivity(alpha, coefficients), pitch_sensitivity(alpha, coefficients)])
-            over = both.max(axis=0) - check.limit
-        elif check.name == "R_sign":  # how far beyond zero from the largest of them
-            R = np.asarray(level_determinant(alpha, coefficients))
-            over = -R * np.sign(R[np.argmax(np.abs(R))]) - check.limit
-        elif check.name == "least_singular_value":
-            over = check.limit - np.asarray(least_singular_value(alpha, vehicle))
-        elif check.name == "hover_thrust":
-            over = check.limit - np.nan_to_num(hover_thrust_shares(alpha, vehicle), nan=-9.0).min(axis=1)
-        else:
-            continue
+        sign, measure = measures[check.name]
+        over = sign * (measure() - check.limit)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
         title, row = check.name.replace("_", " "), check.where["row"]  # the place is at this row, or behind it
         for first, end in edges.reshape(-1, 2).tolist():
@@ -152,8 +129,9 @@ def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
     rows = 0
     for piece in pieces:
         rows += len(piece)
-        if rows > LIMITS["rows"]:
-            raise InputError(f"a table must have at most {LIMITS['rows']} rows here; 'gaitgraph validate' has no limit")
+        if rows > queries.LIMITS["rows"]:
+            most = queries.LIMITS["rows"]
+            raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")
         yield piece
 
 
@@ -162,51 +140,47 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
-    if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in DEFAULTS):
+    if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in queries.DEFAULTS):
         return None
-    state = {name: value for name, value in request.items() if name in DEFAULTS}
-    if "t" in table and 2 <= len(table) <= RANGES["samples"].high + 1:
+    state = {name: value for name, value in request.items() if name in queries.DEFAULTS}
+    if "t" in table and 2 <= len(table) <= queries.RANGES["samples"].high + 1:
         state["samples"] = len(table) - 1
     if state.get("method") == "exact":
         state.pop("divisions", None)  # not used, and perhaps beyond the page's range
-    if number_of(state.get("accuracy")) < RANGES["accuracy"].low:
-        state["accuracy"] = RANGES["accuracy"].low  # the finest that a page can wait for
-    stated = request.get("vehicle", DEFAULTS["vehicle"])
+    if number_of(state.get("accuracy")) < queries.RANGES["accuracy"].low:
+        state["accuracy"] = queries.RANGES["accuracy"].low  # the finest that a page can wait for
+    stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
         pairs: list[tuple[Any, float | None]] = [(stated, None)]
         if isinstance(stated, dict):  # a preset, with another drag ratio at most
             vehicle = vehicle_from_mapping(stated)
             pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
-            pairs = [pair for pair in pairs if vehicle == vehicle_of(*pair)]
+            pairs = [pair for pair in pairs if vehicle == queries.vehicle_of(*pair)]
         state["vehicle"], state["drag_ratio"] = pairs[0]
-        state_of(state)
+        queries.state_of(state)
     except (GaitgraphError, IndexError):
         return None
     return state
 
 
-def file_answer(state: State, suffix: object, progress: Progress = quiet) -> tuple[str, bytes]:
+def file_answer(state: queries.State, suffix: object, progress: Progress = queries.quiet) -> tuple[str, bytes]:
     """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip."""
     suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM))
     if state.empty:
         raise InputError("waypoints must be at least one, got none")
-    result = planned(state, progress)
+    result = queries.planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
     progress(f"writing {suffix}")
     table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
-        if suffix == _FILM:
-            write_films(table, [path])
-        else:
-            write_tables(table, [path])
+        (write_films if suffix == _FILM else write_tables)(table, [path])
         if not path.is_dir():
             return path.name, path.read_bytes()
         stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        with zipfile.ZipFile(stream, "w") as archive:
             for one in sorted(path.iterdir()):
                 entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # without a date, so that the bytes are the same
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                archive.writestr(entry, one.read_bytes())
+                archive.writestr(entry, one.read_bytes(), zipfile.ZIP_DEFLATED)
         return f"{path.name}.zip", stream.getvalue()

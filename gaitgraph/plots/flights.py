@@ -17,6 +17,7 @@ from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io.formats import FILMS, FORMATS, FormatOptions
+from gaitgraph.plots import vehicles
 from gaitgraph.plots.axes import (
     FORMATS as PICTURES,
     GREY,
@@ -31,22 +32,7 @@ from gaitgraph.plots.axes import (
     require_matplotlib,
 )
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
-from gaitgraph.plots.vehicles import (
-    DEFAULT_VIEW,
-    FILM_HEIGHT,
-    FILM_WIDTH,
-    INK,
-    LINE_GREY,
-    PALE,
-    blank_film,
-    check_films,
-    draw_chart,
-    draw_vehicle,
-    frame_delays,
-    screen_axes,
-    vehicle_view,
-    write_frames,
-)
+from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -55,20 +41,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.flight import Flight
-    from gaitgraph.plots.vehicles import VehicleView
 
 FloatArray = npt.NDArray[np.float64]
 
 # Height [mm], label, columns of the legend, and what the axis reaches at least, lest rounding be drawn large.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
-    "attitude": (40.0, "attitude (°)", 4, 1.0),
-    "place": (38.0, "place (m)", 4, 0.01),
-    "thrusts": (42.0, "thrust\n(weight / 4)", 5, 0.0),
-    "tilts": (38.0, "tilt (°)", 4, 0.0),
-    "singular_value": (38.0, "least singular\nvalue (1)", 2, 0.0),
+    "attitude": (32.0, "attitude (°)", 4, 1.0),
+    "place": (30.0, "place (m)", 4, 0.01),
+    "thrusts": (34.0, "thrust\n(weight / 4)", 5, 0.0),
+    "tilts": (30.0, "tilt (°)", 4, 0.0),
+    "singular_value": (30.0, "least singular\nvalue (1)", 2, 0.0),
 }
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
-_LEGEND = 8.0  # above each panel, part of its height
+_LEGEND = 8.0  # above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
 _MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
 
@@ -126,18 +111,13 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
 
     Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
     """
-    top = height = _TOP + _BOTTOM + sum(_PANELS[name][0] for name in panels)
+    heights = [_PANELS[name][0] for name in panels]
+    height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
     figure.set_layout_engine("none")
     figure.set_size_inches(_WIDTH / INCH, height / INCH)
-    axes: list[Any] = []
-    top -= _TOP
-    for name in panels:
-        low = top - _PANELS[name][0]
-        box = (_LEFT / _WIDTH, low / height, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, (_PANELS[name][0] - _LEGEND) / height)
-        axes.append(figure.add_axes(box, sharex=axes[0] if axes else None))
-        axes[-1].tick_params(labelbottom=name == panels[-1])
-        top = low
-    return np.array(axes, dtype=object)
+    places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
+    places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
+    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
 
 
 def _name_of(flight: Flight) -> str:
@@ -180,11 +160,12 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     if name == "attitude":
         for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
             ax.plot(t, np.degrees(column(wanted)), **_WANTED)
-        for angle, color, dash, width in (
-            ("roll", INK, "-", 1.4),
-            ("pitch", "#0072b2", "-", 1.4),
-            ("yaw", GREY, (0, (1, 1)), 1.1),
-        ):
+        drawn: dict[str, Any] = {
+            "roll": (INK, "-", 1.4),
+            "pitch": ("#0072b2", "-", 1.4),
+            "yaw": (GREY, (0, (1, 1)), 1.1),
+        }
+        for angle, (color, dash, width) in drawn.items():
             values = np.degrees(column(angle))
             values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
             ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
@@ -239,7 +220,7 @@ _CURVE_POINTS = 400
 
 def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
     """Return when the frames of a film are [s], how long each is shown [1/100 s], and whether arms are slowed down."""
-    delays = frame_delays(max(flight.flown, 1e-6))
+    delays = vehicles.frame_delays(max(flight.flown, 1e-6))
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
     period = flight.course.timed.period
     slowed = bool(times[-1] > (len(times) - 1) * period / 2)
@@ -259,7 +240,7 @@ def flight_view(flight: Flight, row: int) -> VehicleView:
     angles = [float(flight.column(name)[row]) for name in ("yaw", "pitch", "roll")]
     attitude = Rotation.from_euler("ZYX", angles).as_matrix()
     alpha = [float(flight.column(f"alpha{k + 1}")[row]) for k in range(4)]
-    return vehicle_view(alpha, flight.vehicle, attitude=attitude, thrusts=shares)
+    return vehicles.vehicle_view(alpha, flight.vehicle, attitude=attitude, thrusts=shares)
 
 
 def quarter_of_weight(flight: Flight) -> float:
@@ -276,19 +257,19 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
     tracks = flight.settings.reference != "attitude"
     wanted = np.stack([flight.column(f"{name}_wanted") for name in "xyz"], axis=-1) if tracks else place
     every = np.unique(np.linspace(0, len(place) - 1, min(len(place), _CURVE_POINTS)).astype(int))
-    screen = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
+    screen = np.stack(vehicles.screen_axes(vehicles.DEFAULT_VIEW), axis=-1)
 
     head = f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait"
     roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in flight.attitude)
     title = f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−")
-    figure, picture, chart = blank_film(title, vehicle_view(np.zeros(4), flight.vehicle), 0.68)
+    figure, picture, chart = vehicles.blank_film(title, vehicles.vehicle_view(np.zeros(4), flight.vehicle), 0.68)
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
-    cursor = draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
+    cursor = vehicles.draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
     path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
     look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5}
     box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    words = figure.text(16 / FILM_WIDTH, 1 - 38 / FILM_HEIGHT, "", bbox=box, **look)
+    words = figure.text(16 / vehicles.FILM_WIDTH, 1 - 38 / vehicles.FILM_HEIGHT, "", bbox=box, **look)
 
     def frame(k: int) -> list[Any]:
         row = int(np.clip(np.searchsorted(t, times[k] + 1e-12) - 1, 0, len(place) - 1))
@@ -303,7 +284,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
         if tracks:
             ring: dict[str, Any] = {"markersize": 6.0, "markerfacecolor": "white", "markeredgecolor": LINE_GREY}
             drawn += picture.plot(*seen(wanted[row]), "o", zorder=0.8, **ring)
-        drawn += draw_vehicle(picture, flight_view(flight, row))
+        drawn += vehicles.draw_vehicle(picture, flight_view(flight, row))
         shares = flight.thrusts[row] / quarter
         x, y, z = np.round(here, 2) + 0.0
         words.set_text(
@@ -319,7 +300,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
             text = "\n".join(wrap(verdict, 52, max_lines=2, placeholder=" …"))
             bold: dict[str, Any] = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom"}
             bold["bbox"] = box | {"facecolor": PALE, "pad": 4}
-            drawn.append(figure.text(16 / FILM_WIDTH, 118 / FILM_HEIGHT, text, **bold))
+            drawn.append(figure.text(16 / vehicles.FILM_WIDTH, 118 / vehicles.FILM_HEIGHT, text, **bold))
         return drawn
 
     return figure, frame
@@ -375,7 +356,7 @@ def check_flight_outputs(
             hint = did_you_mean(suffix, known) if suffix and not why else ""
             raise InputError(f"output: {str(path)!r}{why}; the suffixes for a {of} are {', '.join(known)}{hint}")
         if suffix in FILMS:
-            check_films([path], force=force)
+            vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:
             require_matplotlib()
         else:
@@ -416,7 +397,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     def film(path: Path) -> None:
         times, delays, slowed = flight_frame_times(flight)
         with paper_style():
-            write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
+            vehicles.write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
 
     _write(paths, flight.table, figure, film, force=force)
 

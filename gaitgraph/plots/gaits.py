@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
@@ -144,8 +144,7 @@ def roll_pitch_diagram(
         Plane axes; by default those of a new figure. Singular curves have "singular" as their ``gid``, borders
         "acceptable".
     """
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
-        raise InputError(f"count must be a whole number from 1, got {shown(count)}")
+    whole_number("count", count, 1, 10_000)
     ax = axes_or_new(ax, size=(85, 95))
     numbers = at_face_value(gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]

@@ -13,14 +13,8 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
-from gaitgraph.invertibility.matrices import (
-    Coefficients,
-    coefficients_of,
-    hover_thrust_shares,
-    least_singular_value_on_red,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility import matrices
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
@@ -48,6 +42,7 @@ Which = Literal["first", "other", "both"]
 
 FINE = 201
 """Points along each axis of a contoured region; curves and borders themselves are drawn in closed form."""
+_FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
 _SINGULAR = "R = 0 to rounding: singular"  # roots that have no sign of R, in legends
@@ -71,7 +66,7 @@ def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArra
     order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
     at = np.arange(len(order))[:, None], order
     found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
-    signed = (np.abs(found.R) > noise_of(coefficients)) & (found.sheet != 0)
+    signed = (np.abs(found.R) > matrices.noise_of(coefficients)) & (found.sheet != 0)
     if coefficients.kind == "exact":
         signed &= found.sheet > 0  # R = 0 on blue: floating-point noise is not a sign
     return found, np.where(signed, np.sign(found.R), 0).astype(np.int8)
@@ -298,8 +293,8 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    a1, a2 = _fine_grid()
-    value = level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
+    a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
+    value = matrices.level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
     ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[_NEGATIVE, _POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
@@ -332,17 +327,13 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _fine_grid() -> list[FloatArray]:
-    return list(np.meshgrid(*[np.linspace(-HALF_PI, HALF_PI, FINE)] * 2, indexing="ij"))
-
-
 def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, float], vehicle: Vehicle) -> None:
     """Draw contours of the largest hover thrust within one rectangle of the (α1, α2) plane."""
     inside = np.linspace(0.0, 1.0, FINE // 2)[1:-1]
     inside = inside**2 * (3 - 2 * inside)  # denser at the ends: all contours meet in one corner
     a1, a2 = (low + (high - low) * inside for low, high in (first, second))
     b1, b2 = np.meshgrid(a1, a2, indexing="ij")
-    largest = hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
+    largest = matrices.hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
     levels = [0.3, 0.4, 0.6]
     ax.contour(b1, b2, largest, levels=levels, colors="black", linewidths=0.7)
     # Where all four thrusts are equal, 1/(4·cos α1) of the weight, each contour has a corner: space for its label.
@@ -364,10 +355,9 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
         if abs(edge) <= HALF_PI:
             ax.plot(np.full(2, edge), end, **look, gid="cos(alpha1 - delta) = 0")
             ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
-    a1 = np.linspace(-HALF_PI, HALF_PI, FINE)
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
-    a2 = np.arctan2(np.sin(a1) - 2 * kappa * np.cos(a1), np.cos(a1))
-    ax.plot(a1, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
+    a2 = np.arctan2(np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS))
+    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
 
 
 def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -376,8 +366,8 @@ def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> A
     `ax` are plane axes, by default those of a new figure; a color bar is drawn beside them.
     """
     ax = axes_or_new(ax, size=(95, 85))
-    a1, a2 = _fine_grid()
-    value = least_singular_value_on_red(a1, a2, vehicle)
+    a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
+    value = matrices.least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
     filled = ax.contourf(a1, a2, value, levels=levels, cmap="cividis")
     ink = ["white" if level < 0.65 else "black" for level in levels[2::2]]
