@@ -102,7 +102,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
     if not flight.refused and not flight.settled:
         verdict = f"{'stopped' if flight.failed else 'not settled'}: {verdict}"
-    axes[0].set_title("\n".join([*wrap(_name_of(flight), 96), *wrap(verdict, 96)]), pad=20.0)
+    axes[0].set_title("\n".join([*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(verdict, 96)]), pad=20.0)
     return axes
 
 
@@ -120,8 +120,8 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
     return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
 
 
-def _name_of(flight: Flight) -> str:
-    """Return what was flown in a line: the gait's color, the vehicle, T, the reference, the attitude at the start."""
+def _what_was_flown(flight: Flight) -> list[str]:
+    """Return the gait's color, the vehicle, T, the reference and the like, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     reference = settings.reference
     if reference in ("step", "line", "circle"):
@@ -135,7 +135,7 @@ def _name_of(flight: Flight) -> str:
         *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
         f"from roll {roll}, pitch {pitch}",
     ]
-    return " · ".join(parts).replace("-", "−")
+    return [part.replace("-", "−") for part in parts]
 
 
 def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
@@ -252,17 +252,17 @@ def quarter_of_weight(flight: Flight) -> float:
 def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
     """Return the figure of a flight's film, and what draws a frame of it."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
-    t, timed, quarter = flight.column("t"), flight.course.timed, quarter_of_weight(flight)
+    t, quarter = flight.column("t"), quarter_of_weight(flight)
     place = np.stack([flight.column(name) for name in "xyz"], axis=-1)
     tracks = flight.settings.reference != "attitude"
     wanted = np.stack([flight.column(f"{name}_wanted") for name in "xyz"], axis=-1) if tracks else place
     every = np.unique(np.linspace(0, len(place) - 1, min(len(place), _CURVE_POINTS)).astype(int))
     screen = np.stack(vehicles.screen_axes(vehicles.DEFAULT_VIEW), axis=-1)
 
-    head = f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait"
-    roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in flight.attitude)
-    title = f"{head}, T = {timed.period:g} s · from roll {roll}, pitch {pitch}".replace("-", "−")
-    figure, picture, chart = vehicles.blank_film(title, vehicles.vehicle_view(np.zeros(4), flight.vehicle), 0.68)
+    gait, _, period, *_, start = _what_was_flown(flight)
+    figure, picture, chart = vehicles.blank_film(
+        f"{gait}, {period} · {start}", vehicles.vehicle_view(np.zeros(4), flight.vehicle), 0.68
+    )
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
     cursor = vehicles.draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
