@@ -253,10 +253,9 @@ class TestTables:
 
         answer = answered()
         runs = [one for one in answer["broken"] if one["message"].startswith("on surface broken")]
-        assert [one["message"].partition(": ")[2] for one in runs] == [
-            "rows 101 to 130, the worst row 118",
-            next(one["message"].partition(": ")[2] for one in runs if "401" in one["message"]),
-        ]
+        assert len(runs) == 2
+        assert runs[0]["message"].endswith(": rows 101 to 130, the worst row 118")
+        assert "401" in runs[1]["message"]
         assert runs[0]["alpha1"] == pytest.approx(alpha[117, 0], abs=1e-6)
         first = next(check for check in answer["checks"] if check["name"] == "on_surface")["where"]
         assert first["row"] in (300, 301)  # the third run has the check's own mark

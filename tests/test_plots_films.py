@@ -151,17 +151,10 @@ def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(tmp_path: Path)
         assert sum(durations_of(image)) == 400
         image.seek(0)
         pixels = np.asarray(image.convert("RGB")).astype(int)
-    # Where discs are, their colors are, up to what is in front of them: rotor 1 leans most at the start.
     seen = vehicle_view(table.alpha[:1])
-    low, high = seen.limits()
-    scale = min(np.array([480, 272]) / (high - low))
-    for rotor in (1, 3):
-        disc = seen.discs[0, rotor]
-        spot = disc[4:] + 0.6 * disc[:2]
-        x, y = np.array([240, 36 + 136]) + scale * (spot - (low + high) / 2) * [1, -1]
-        color = ROTOR_COLORS[rotor] if seen.facing[0, rotor] else underside(ROTOR_COLORS[rotor])
-        shown = pixels[round(y), round(x)]
-        assert np.abs(shown - [int(color[k : k + 2], 16) for k in (1, 3, 5)]).max() <= 12, (rotor, shown, color)
+    for color, facing in zip(ROTOR_COLORS, seen.facing[0], strict=True):
+        disc = color if facing else underside(color)
+        assert (np.abs(pixels - [int(disc[k : k + 2], 16) for k in (1, 3, 5)]).max(axis=-1) <= 12).sum() > 300
 
 
 def test_frames_last_as_long_as_the_period_where_the_format_can() -> None:
@@ -171,8 +164,8 @@ def test_frames_last_as_long_as_the_period_where_the_format_can() -> None:
     ):  # fmt: skip
         delays = frame_delays(period)
         assert (len(delays), sum(delays)) == (frames, total)
-        assert 2 <= min(delays) <= max(delays) <= min(delays) + 1 <= 65536  # browsers take less for a tenth of a second
-        assert max(delays) <= 65535
+        # Browsers take less than 2 for a tenth of a second.
+        assert 2 <= min(delays) <= max(delays) <= min(min(delays) + 1, 65535)
 
 
 def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -226,10 +226,8 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
         span = re.fullmatch(r"([0-9]{1,3})(?:\s*-\s*([0-9]{1,3}))?", part)
         names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
         if not names or not set(names) <= set(FIGURES):
-            hint = did_you_mean(part, ["regions", "gait"])
-            raise InputError(
-                f"only must be some of 1 to 22, ranges such as 9-14, regions and gait, got {shown(part)}{hint}"
-            )
+            got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait'])}"
+            raise InputError(f"only must be some of 1 to 22, ranges such as 9-14, regions and gait, got {got}")
         asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
 
@@ -317,18 +315,17 @@ def write_figures(
         checked_choice("format", kind, FORMATS)
     coefficients_of(vehicle or PAPER, coefficients)
     folder = Path(out)
-    paths = {name: [folder / f"{FIGURES[name].stem}.{kind}" for kind in kinds] for name in names}
+    files = {name: [(folder / f"{FIGURES[name].stem}.{kind}", kind) for kind in kinds] for name in names}
+    paths = [path for targets in files.values() for path, _ in targets]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileProblem(f"out must be a folder that can be written, got {shown(str(folder))}: {reason}") from error
-    check_new_files([path for targets in paths.values() for path in targets], force=force)
-    for name, targets in paths.items():
+    check_new_files(paths, force=force)
+    for name, targets in files.items():
         if progress is not None:
-            progress(f"drawing {targets[0].stem}")
+            progress(f"drawing {FIGURES[name].stem}")
         figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=gait)
-        write_whole(
-            [(path, picture_bytes(figure, kind)) for path, kind in zip(targets, kinds, strict=True)], force=force
-        )
-    return [path for targets in paths.values() for path in targets]
+        write_whole([(path, picture_bytes(figure, kind)) for path, kind in targets], force=force)
+    return paths
