@@ -187,7 +187,7 @@ def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0,
 
 def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     """Write a text centred on a place."""
-    ax.text(*place, text, color=color, ha="center", va="center", zorder=6)
+    ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
 def picture_bytes(figure: Figure, kind: Format) -> bytes:
