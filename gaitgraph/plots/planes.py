@@ -258,7 +258,7 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
     """Scatter nodes by the state of their roots on the red and on the blue sheet."""
     from matplotlib.markers import MarkerStyle
 
-    gid = " ".join(("no", "singular", "yes")[one] for one in state)
+    (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
     look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3}
     texts = [
         f"{kind}: ${('', 'R = 0', sign)[one]}$" for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one
@@ -268,13 +268,13 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
     if not texts:
         label = f"no root with ${sign}$"
-        ax.scatter(*places.T, s=size / 12, marker="o", facecolor=GREY, label=label, **(look | {"linewidth": 0.0}))
+        ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, label=label, **(look | {"linewidth": 0.0}))
     halves: tuple[Any, Any] = ("left", "right")
     for color, one, half in zip(COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
             marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
             face, edge = (COLOR_OF[color],) * 2 if one == 2 else ("white", GREY)
-            ax.scatter(*places.T, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
+            ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
 
 
 # ---------------------------------------------------------------- regions

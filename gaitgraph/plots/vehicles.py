@@ -188,7 +188,7 @@ _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 def _rims(seen: VehicleView, sample: int) -> FloatArray:
     """Return the rims of the discs, shape (4, 2, 73)."""
     discs = seen.discs[sample]
-    return discs[:, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE + discs[:, 4:, None]
+    return np.asarray(discs[:, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE + discs[:, 4:, None])
 
 
 def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
