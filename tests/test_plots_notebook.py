@@ -134,7 +134,12 @@ def test_without_matplotlib_there_is_the_text(monkeypatch: pytest.MonkeyPatch) -
 def drawn(monkeypatch: pytest.MonkeyPatch, one: Any) -> Any:
     """Return the axes of the picture in an object's page."""
     kept: list[Any] = []
-    monkeypatch.setattr(notebook, "_picture", lambda draw, _: kept.append(draw) or "")
+
+    def keep(draw: Any, _: object) -> str:
+        kept.append(draw)
+        return ""
+
+    monkeypatch.setattr(notebook, "_picture", keep)
     one._repr_html_()
     ax = Figure().add_subplot()
     kept[0](ax)

@@ -282,9 +282,10 @@ def write_figures(
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Draw figures and write them to files named figure_01.png and so on, each whole or not at all.
+    """Draw figures and write them to files named figure_01.png and so on, each whole or not at all; return their paths.
 
-    The same request gives the same bytes, with the same version of matplotlib.
+    The same request gives the same bytes, with the same version of matplotlib. Paths are in the order of FIGURES, then
+    of `formats`.
 
     Parameters
     ----------
@@ -300,11 +301,6 @@ def write_figures(
         Overwrite files that exist. Otherwise OutputExists if there is one, and none is written.
     progress
         Called with a few words before each figure.
-
-    Returns
-    -------
-    list of paths
-        In the order of FIGURES, then of `formats`.
     """
     require_matplotlib()
     names = tuple(FIGURES) if only is None else names_of_figures(only)

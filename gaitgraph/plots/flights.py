@@ -64,17 +64,12 @@ PANELS = tuple(_PANELS)
 def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS) -> Any:
     """Draw what happened in a flight over time, and return the axes; the title says what was flown, and the verdict.
 
-    Parameters
-    ----------
-    flight
-        What :func:`gaitgraph.flight.simulation.fly` returns. The panels of a refused one are empty. A red line at the
-        time of a stop has "stop" as its ``gid``.
-    axes
-        As many plane axes as there are panels; by default those of a new figure, one below another.
-    panels
-        Which of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter
-        of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
-        scaled decoupling matrix, with the value at which flight stops. References are dashed.
+    `panels` are some of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a
+    quarter of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
+    scaled decoupling matrix, with the value at which flight stops. References are dashed. Panels of a refused flight
+    are empty; a red line at the time of a stop has "stop" as its ``gid``.
+
+    `axes` are as many plane axes as there are panels, by default those of a new figure, one below another.
     """
     for name in panels:
         if name not in PANELS:
@@ -365,16 +360,10 @@ def check_flight_outputs(
 
 
 def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a flight to files, each whole or not at all; the suffix says what.
+    """Write a flight that has rows to files, each whole or not at all; `force` overwrites files that exist.
 
-    Parameters
-    ----------
-    flight
-        One with rows.
-    paths
-        Tables (.csv, .json, .npz, .mat, .parquet), plots over time (.png, .svg, .pdf), or films (.gif, .mp4).
-    force
-        Overwrite files that exist.
+    The suffix says what: a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
+    (.gif, .mp4).
 
     Notes
     -----

@@ -73,16 +73,9 @@ def gait_loop(
 
     Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted; a point is a mark.
 
-    Parameters
-    ----------
-    gait, angles
-        The closed polyline, and which two angles, 1 to 4.
-    label, width
-        Of the line: a text for a legend, and points.
-    band
-        Draw a pale solid band below all marks instead, for a map with labels.
-    ax
-        Plane axes, such as those of :func:`type_map`; by default those of a new figure.
+    `angles` are two of 1 to 4; `label` and `width` the line's text in a legend and its points; with `band` it is a pale
+    solid band below all marks, for a map with labels. `ax` are plane axes, such as those of :func:`type_map`; by
+    default those of a new figure.
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
         raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
@@ -132,17 +125,9 @@ def roll_pitch_diagram(
     coefficients are taken at face value, as if all their further digits were zero: published ones then give the blue
     sheet a sign of R.
 
-    Parameters
-    ----------
-    gait, name
-        The closed polyline, and what the legend calls it.
-    eta
-        The biased gait's η, equations (14) and (15); without it there is none.
-    count
-        Number of singular curves of each gait.
-    ax
-        Plane axes; by default those of a new figure. Singular curves have "singular" as their ``gid``, borders
-        "acceptable".
+    `eta` is the biased gait's η, equations (14) and (15), without which there is none; `name` is what the legend calls
+    the gait; `count` the number of singular curves of each. `ax` are plane axes, by default those of a new figure.
+    Singular curves have "singular" as their ``gid``, borders "acceptable".
     """
     whole_number("count", count, 1, 10_000)
     ax = axes_or_new(ax, size=(85, 95))

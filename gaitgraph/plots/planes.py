@@ -215,17 +215,12 @@ def type_map(
     A red square is (+,+), a blue disc (−,−), a mark half of each both; other types are written. A root that has no sign
     of R is grey and hollow, and its type is written in grey; a dot is a node without any of these.
 
-    Parameters
-    ----------
-    sign, divisions
-        "positive" or "negative", the sign of R; and the pieces n into which [−π/2, π/2] is cut.
-    coefficients
-        Those of formula (1); by default the paper's published ones, whose plain sign of R counts.
-    labels
-        Write the types with a ? in; otherwise they are marked as their sheet, all marks smaller, for small axes.
-    ax
-        Plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node is one
-        scatter; a written type has the node's (i, j) as its ``gid``.
+    `sign` is the sign of R, "positive" or "negative"; `coefficients` are those of formula (1), by default the paper's
+    published ones, whose plain sign of R counts; `divisions` the pieces n into which [−π/2, π/2] is cut. Without
+    `labels` the types with a ? in are not written but marked as their sheet, all marks smaller, for small axes.
+
+    `ax` are plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node
+    is one scatter; a written type has the node's (i, j) as its ``gid``.
     """
     checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients or coefficients_of(), divisions)

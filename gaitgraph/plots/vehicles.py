@@ -326,14 +326,8 @@ def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
 def write_films(table: Table, paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Write films of a gait, one period at its own pace, each whole or not at all.
 
-    Parameters
-    ----------
-    table
-        The gait's rows. Without times a period lasts a second.
-    paths
-        Files with the suffix .gif (by Pillow) or .mp4 (where ffmpeg is installed).
-    force
-        Overwrite files that exist.
+    `table` has the gait's rows; without times a period lasts a second. `paths` have the suffix .gif (by Pillow) or .mp4
+    (where ffmpeg is installed); `force` overwrites files that exist.
     """
     check_films(paths, force=force)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
