@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from gaitgraph.timing.timed_gait import TimedGait
-
 SECOND = 1_000_000_000
 STORE = get_typestore(Stores.LATEST)  # gaitgraph writes with that of an older distribution
 TYPES = STORE.types
@@ -209,34 +207,31 @@ def test_times_increase_whatever_the_period(rows: int, periods: int, period: flo
     assert np.abs(points["positions"] - exact).max() <= 1e-8 * (1 + timed.peak_rates().max())
 
 
+OPEN = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
+
+
 @pytest.mark.parametrize(
-    ("timed", "periods", "message"),
+    ("table", "periods", "message"),
     [
-        (TIMED, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
+        (TABLE, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
         (
-            replace(TIMED, period=1e9, samples=10),
+            table_of(replace(TIMED, period=1e9, samples=9)),
             3,
-            "time must be at most 2147483646 s in all, got 3 periods of 1e+09 s",
+            "time must be at most 2147483646 s .*, got 3 periods",
         ),
-        (replace(TIMED, period=1e-6, samples=1000), 1, "t must have steps of at least 2 ns"),
+        (table_of(replace(TIMED, period=1e-6, samples=1000)), 1, "t must have steps of at least 2 ns"),
+        (OPEN, 2, "periods must be 1 for a table that does not end where it starts, got 2"),
+        (Table(columns={name: OPEN[name] for name in ANGLES}), 1, "column 't' is missing"),
     ],
+    ids=["points", "time", "steps", "open", "still"],
 )
-def test_what_ros_cannot_hold_is_refused(timed: TimedGait, periods: int, message: str, tmp_path: Path) -> None:
+def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: str, tmp_path: Path) -> None:
     for suffix in (".mcap", ".yaml"):
-        with pytest.raises(gg.InputError, match=message.replace("+", r"\+")):
-            timed.write(tmp_path / f"g{suffix}", options=FormatOptions(periods=periods))
+        with pytest.raises(gg.InputError, match=message):
+            write_tables(table, [tmp_path / f"g{suffix}"], options=FormatOptions(periods=periods))
     assert not list(tmp_path.iterdir())
-
-
-def test_a_table_needs_a_clock_and_an_end(tmp_path: Path) -> None:
-    table = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
-    write_tables(table, [tmp_path / "open.mcap"])
-    assert (read_table(tmp_path / "open.mcap").alpha == table.alpha).all()
-    with pytest.raises(gg.InputError, match="periods must be 1 for a table that does not end where it starts, got 2"):
-        write_tables(table, [tmp_path / "twice.mcap"], options=FormatOptions(periods=2))
-    still = Table(columns={name: table[name] for name in ANGLES})
-    with pytest.raises(gg.InputError, match="column 't' is missing"):
-        write_tables(still, [tmp_path / "still.yaml"])
+    write_tables(OPEN, [tmp_path / "open.mcap"])
+    assert (read_table(tmp_path / "open.mcap").alpha == OPEN.alpha).all()
 
 
 @pytest.mark.parametrize(
@@ -284,15 +279,14 @@ def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> No
         assert str(problem.value).count("gait file") == 1
 
 
-def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path) -> None:
-    names = ["w", "x", "y", "z"]
-    path = bag_of(tmp_path / "theirs.mcap", [("/anything", 5, trajectory(names, ROWS))])
+@pytest.mark.parametrize("packed", [None, CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
+def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path, packed: CompressionMode | None) -> None:
+    path = bag_of(tmp_path / "theirs.mcap", [("/anything", 5, trajectory(["w", "x", "y", "z"], ROWS))], packed)
     table = read_table(path)
     assert table.about == {}
     assert (table.alpha == TIMED.alpha).all()
     assert (table["t"] == np.arange(21) / 4).all()
-    assert RATES[0] in table
-    assert ACCELERATIONS[0] not in table
+    assert list(table.columns) == ["t", *ANGLES, *RATES]
     assert gg.validate(path).valid
 
 
@@ -333,12 +327,6 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
     (whole / names[5]).unlink()
     assert "files are missing" in refusal(whole)
     assert ", a folder without a .mcap file" in refusal(tmp_path / "p3")  # its file is gone
-
-
-@pytest.mark.parametrize("how", [CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
-def test_compressed_bags(tmp_path: Path, how: CompressionMode) -> None:
-    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, trajectory(FOUR, ROWS))], how)
-    assert (read_table(path).alpha == TIMED.alpha).all()
 
 
 @pytest.mark.parametrize(
