@@ -148,11 +148,9 @@ def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -
         for piece in _regrouped(pieces):
             if writer is None:
                 made = {_OURS: provenance_text(piece), _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(piece)})}
-                fields = []
+                texts, fields = pa.dictionary(pa.int32(), pa.string()), []
                 for name, unit in piece.units.items():
-                    kind = (
-                        pa.float64() if isinstance(piece[name], np.ndarray) else pa.dictionary(pa.int32(), pa.string())
-                    )
+                    kind = pa.float64() if isinstance(piece[name], np.ndarray) else texts
                     fields.append(pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None))
                 schema = pa.schema(fields, metadata=made)
                 writer = pq.ParquetWriter(path, schema, write_page_checksum=True)

@@ -80,9 +80,8 @@ class FormatOptions:
 
     def __post_init__(self) -> None:
         names: Any = ANGLES if self.joint_names is None else self.joint_names
-        are_names = isinstance(names, tuple) and all(
-            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names
-        )
+        names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
+        are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
         c_name = "up to 60 letters, digits and underscores, a letter first"
         four = "four different printable texts of up to 100 characters"
         for name, holds, allowed in (
@@ -99,12 +98,8 @@ class FormatOptions:
 
     def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
-        names: tuple[str, ...] = ANGLES
-        rotors: tuple[int, ...] = (1, 2, 3, 4)
-        if "servos" in table.about:
-            servo_map = servo_map_from_mapping(table.about["servos"])
-            names, rotors = servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
-        return names if self.joint_names is None else self.joint_names, rotors
+        servo_map = servo_map_from_mapping(table.about.get("servos", {}))
+        return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
 
 
 def _is_topic(value: object) -> bool:
@@ -188,7 +183,7 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     if is_folder and any(path.glob("*.mcap")):
         suffix = ".mcap"
     if suffix not in known:
-        which = f"{str(path)!r}, a folder without a .mcap file" if is_folder else repr(str(path))
+        which = repr(str(path)) + ", a folder without a .mcap file" * is_folder
         hint = "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]

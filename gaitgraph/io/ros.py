@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from rosbags.interfaces import Connection
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 
@@ -189,16 +188,16 @@ def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
         progress(1.0)
 
 
-def _messages(bag: Reader, connections: list[Connection]) -> list[tuple[int, Any]]:
-    """Return the messages of some topics, each with the time of its record [ns]."""
+def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
+    """Return the messages of a kind in some topics, each with the time of its record [ns]."""
+    connections = [one for one in bag.connections if one.msgtype == kind and one.topic in topics]
     found = bag.messages(connections) if connections else ()  # no connections would mean all
-    return [(time, _store().deserialize_cdr(content, connection.msgtype)) for connection, time, content in found]
+    return [(time, _store().deserialize_cdr(content, kind)) for _, time, content in found]
 
 
 def _provenance(bag: Reader) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what made a bag and which options it was written with; nothing, twice, of somebody else's."""
-    ours = [one for one in bag.connections if (one.topic, one.msgtype) == (PROVENANCE_TOPIC, STRING)]
-    for _, message in _messages(bag, ours)[:1]:
+    for _, message in _messages(bag, STRING, [PROVENANCE_TOPIC])[:1]:
         about = about_from_text(message.data, required=True)
         chosen = json.loads(message.data).get("bag")
         return about, chosen if isinstance(chosen, dict) else {}
@@ -222,7 +221,7 @@ def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tupl
         if len(topics) > 1 and topic not in topics:
             raise InputError(f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}")
         topics = [topic] if len(topics) > 1 else topics
-        messages = _messages(bag, [one for one in bag.connections if one.msgtype == kind and one.topic in topics])
+        messages = _messages(bag, kind, topics)
         if not messages:
             continue
         first = messages[0][1]
