@@ -38,6 +38,7 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
 TIMED = lift(GAITS[2].angles, "red").parametrize(0.7, samples=20)
 TABLE = table_of(TIMED)
 ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
+OPEN = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
 OPTIONS = FormatOptions(periods=3, joint_names=NAMES)
 
 
@@ -187,8 +188,8 @@ def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
 
 def test_numbers_and_names_of_the_yaml_are_kept_as_they_are(tmp_path: Path) -> None:
     numbers, names = [1e-05, -2e-17, 1e5], ('a"b\\c', "it's: #1", "ä", "[x]")
-    columns = {"t": np.arange(3.0), **{name: np.zeros(3) for name in ANGLES}, "alpha3": np.array(numbers)}
-    write_tables(Table(columns=columns), [tmp_path / "g.yaml"], options=FormatOptions(joint_names=names))
+    table = Table(columns={**OPEN.columns, "alpha3": np.array(numbers)})
+    write_tables(table, [tmp_path / "g.yaml"], options=FormatOptions(joint_names=names))
     content = yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]
     assert [point["positions"][2] for point in content["points"]] == numbers
     assert "velocities" not in content["points"][0]
@@ -205,9 +206,6 @@ def test_times_increase_whatever_the_period(rows: int, periods: int, period: flo
     assert abs(int(times[-1]) - periods * period * 1e9) <= periods
     exact = timed.at(times / 1e9)[0]
     assert np.abs(points["positions"] - exact).max() <= 1e-8 * (1 + timed.peak_rates().max())
-
-
-OPEN = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
 
 
 @pytest.mark.parametrize(
@@ -241,11 +239,9 @@ def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: st
         ("number", "fixed", "g.mcap", "number needs an output .h, got 'fixed' without one"),
         ("periods", "0", "g.mcap", "periods must be a whole number from 1 to 100000, got 0"),
         ("joint-names", "a,b,c", "g.mcap", "joint_names must be four different printable texts"),
-        ("joint-names", "a,b,c,b", "g.mcap", "joint_names must be four different"),
         ("joint-names", "a,b,c,", "g.mcap", "joint_names must be four different"),
         ("states-topic", "a b", "g.mcap", "states_topic must be a topic such as '/arm/joint_states'"),
         ("trajectory-topic", "/joint_states", "g.mcap", "states_topic must be another topic than trajectory_topic"),
-        ("trajectory-topic", "/gaitgraph", "g.mcap", "trajectory_topic must be a topic such as"),
         ("number", "flaot", "g.h", "number must be float, double or fixed, got 'flaot'"),
         ("c-name", "3a", "g.h", "c_name must be up to 60 letters, digits and underscores, a letter first"),
     ],
