@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim
+from scipy.spatial.transform import Rotation
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.course import repeated, servo_response
@@ -34,31 +37,18 @@ class TestServos:
     T = np.linspace(0.0, 1.0, 401)
     COMMAND = np.sin(2 * math.pi * T)[:, None] * [1.0, 0.5, 0.2, -1.0] + [0.0, 0.1, 0.0, 0.3]
 
-    def integrated(self, lag: float, rate: float, parts: int = 20) -> FloatArray:
-        """Return the solution of lag·α̇ = commanded − α, its rate limited, by Runge–Kutta in parts of a step."""
-
-        def slope(commanded: FloatArray, angle: FloatArray) -> FloatArray:
-            return np.asarray(np.clip((commanded - angle) / lag, -rate, rate))
-
-        h, angle = 0.0025 / parts, self.COMMAND[0]
-        out = [angle]
-        for before, after in zip(self.COMMAND[:-1], self.COMMAND[1:], strict=True):
-            for k in range(parts):
-                first, middle, last = (before + (after - before) * (k + part) / parts for part in (0, 0.5, 1))
-                k1 = slope(first, angle)
-                k2 = slope(middle, angle + h / 2 * k1)
-                k3 = slope(middle, angle + h / 2 * k2)
-                k4 = slope(last, angle + h * k3)
-                angle = angle + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-            out.append(angle)
-        return np.array(out)
-
     def test_a_lag_is_exact(self) -> None:
-        exact = self.integrated(0.05, math.inf, 2)
-        np.testing.assert_allclose(servo_response(self.COMMAND, 0.0025, lag=0.05), exact, atol=1e-9)
+        off = servo_response(self.COMMAND, 0.0025, lag=0.05) - self.COMMAND[0]
+        for angles, commanded in zip(off.T, (self.COMMAND - self.COMMAND[0]).T, strict=True):
+            _, expected, _ = lsim(([1.0], [0.05, 1.0]), commanded, self.T)
+            np.testing.assert_allclose(angles, expected, atol=1e-9)
 
     def test_a_lag_with_a_limit_is_right_to_first_order(self) -> None:
-        exact = self.integrated(0.05, 3.0)
+        def rate(t: float, angles: FloatArray) -> FloatArray:
+            commanded = [np.interp(t, self.T, column) for column in self.COMMAND.T]
+            return np.asarray(np.clip((commanded - angles) / 0.05, -3.0, 3.0))
+
+        exact = solve_ivp(rate, (0.0, 1.0), self.COMMAND[0], t_eval=self.T, max_step=0.0025, rtol=1e-6).y.T
         found = [servo_response(self.COMMAND[::k], 0.0025 * k, lag=0.05, rate=3.0) for k in (4, 1)]
         coarse, fine = (np.abs(one - exact[::k]).max() for one, k in zip(found, (4, 1), strict=True))
         assert 2 * fine < coarse < 0.01
@@ -164,14 +154,6 @@ def test_each_error_obeys_its_own_linear_equation(monkeypatch: pytest.MonkeyPatc
         assert fine / 0.3 < coarse < 2e-3, name
 
 
-def turned(roll: float, pitch: float, yaw: float) -> FloatArray:
-    (cr, cp, cy), (sr, sp, sy) = ([f(a) for a in (roll, pitch, yaw)] for f in (math.cos, math.sin))
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return np.asarray(about_z @ about_y @ about_x)
-
-
 class TestDecoupler:
     def test_the_force_points_where_it_is_wanted(self) -> None:
         rng = np.random.default_rng(8)
@@ -179,12 +161,12 @@ class TestDecoupler:
             ax, ay, yaw = *rng.uniform(-5, 5, 2), rng.uniform(-3, 3)
             force = rng.normal(size=3) * 0.3 + [0, 0, 2]
             roll, pitch = wanted_attitude(ax, ay, 9.8, yaw, tuple(force))
-            pushed = turned(roll, pitch, yaw) @ force
+            pushed = Rotation.from_euler("ZYX", [yaw, pitch, roll]).apply(force)
             np.testing.assert_allclose(pushed / pushed[2] * 9.8, [ax, ay, 9.8], rtol=1e-9, atol=1e-9)
 
         # It leans by 45° at most.
         roll, pitch = wanted_attitude(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0))
-        pushed = turned(roll, pitch, 0.0) @ [0, 0, 1.0]
+        pushed = Rotation.from_euler("ZYX", [0.0, pitch, roll]).apply([0, 0, 1.0])
         np.testing.assert_allclose(pushed, np.array([0.6, -0.8, 1.0]) / math.sqrt(2), atol=1e-12)
 
     @pytest.mark.parametrize("eta", [1.0, 0.9])

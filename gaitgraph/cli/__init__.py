@@ -231,7 +231,8 @@ def pair_of(text: str) -> list[str]:
 
 _KINDS: dict[str, Any] = {
     "ANGLE": Kind("an angle ≥ 0, such as 0.3, pi/8 or 20deg", _angle),
-    "A1,A2": Kind("A1,A2, two angles", pair_of),
+    **{name: Kind(f"{name}, two angles", pair_of) for name in ("A1,A2", "ROLL,PITCH")},
+    "X,Y[,Z]": Kind("two or three numbers (m/s)", lambda text: tuple(map(float, text.split(",")))),
     "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [pair_of(corner) for corner in text.split()]),
     "N": Kind("a whole number", int),
     "SECONDS": Kind("a number of seconds", float),
@@ -425,12 +426,7 @@ def print_text(text: str) -> None:
 
 
 def show(
-    found: Any,
-    *,
-    as_json: bool,
-    more: Mapping[str, Any] | None = None,
-    lines: Iterable[str] = (),
-    ok: bool | None = None,
+    found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None
 ) -> int:
     """Print a result: its mapping with some more keys as JSON, or its text with some more lines.
 

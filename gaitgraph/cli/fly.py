@@ -8,20 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import (
-    LAWS,
-    Kind,
-    Paths,
-    Working,
-    command,
-    file,
-    flag,
-    named_in_errors,
-    one_of,
-    option,
-    pair_of,
-    show,
-)
+from gaitgraph.cli import LAWS, Paths, Working, command, file, flag, named_in_errors, one_of, option, show
 from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
@@ -30,11 +17,6 @@ if TYPE_CHECKING:
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # From which of the references on a setting has an effect.
 _SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
-
-
-def _wind(text: str) -> tuple[float, ...]:
-    return tuple(map(float, text.split(",")))
-
 
 GAIT_FILE = file("gait_file", "GAIT_FILE", "gait1", "gait2", "gait3", "gait4")  # of Section 5
 CLOCK = (
@@ -64,12 +46,7 @@ SETTINGS = (
 @command(
     "Fly a gait in a physics engine.",
     GAIT_FILE,
-    option(
-        "--attitude",
-        "ROLL,PITCH",
-        "At the start.  [default: 0.3,-0.2 to level out, else level]",
-        type=Kind("ROLL,PITCH, two angles", pair_of),
-    ),
+    option("--attitude", "ROLL,PITCH", "At the start.  [default: 0.3,-0.2 to level out, else level]"),
     *CLOCK,
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
     click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back."),
@@ -86,7 +63,7 @@ SETTINGS = (
     option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
     option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
     option("--seed", "N", "Of noise and gusts.  [default: 0]"),
-    option("--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]", type=Kind("two or three numbers (m/s)", _wind)),
+    option("--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]"),
     *SETTINGS,
     "outputs force",
     "json",
