@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
+import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import pytest
+import shapely
 
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -99,3 +102,15 @@ def closed(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 def along(corners: FloatArray, count: int) -> FloatArray:
     """Return points all along a closed polyline, shape (m, 4)."""
     return points_of(*closed(corners), count).reshape(-1, 4)
+
+
+def visibility_graph(region: Any, points: set[tuple[float, float]]) -> nx.Graph[Any]:
+    """Join every two points between which a region holds the straight line, one by one."""
+    # What is on the border but for rounding counts as inside.
+    shell = region.buffer(1e-11, join_style="mitre")
+    shapely.prepare(shell)
+    graph: nx.Graph[Any] = nx.Graph()
+    graph.add_nodes_from(sorted(points))
+    lines = ((a, b) for a, b in combinations(graph, 2) if shell.covers(shapely.LineString([a, b])))
+    graph.add_edges_from((a, b, {"length": math.dist(a, b)}) for a, b in lines)
+    return graph

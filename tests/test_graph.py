@@ -91,22 +91,18 @@ def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
 
 def test_jumps(negative: nx.Graph[Any]) -> None:
     """Colors meet only at (?,?), 0.0585 rad apart or more; a wrap of blue at the border is π."""
-    delta = coefficients_of().delta
-    sizes = []
-    for a, b, data in negative.edges(data=True):
-        first, second = negative.nodes[a], negative.nodes[b]
-        if first["color"] != second["color"]:
-            sizes.append(data["jump"])
-            assert not data["continuous"]
-            assert not data["flyable"]
-        elif not data["continuous"]:
-            assert data["jump"] == pytest.approx(pi)
-            assert first["color"] == "blue"
-            assert {first["cell"][0], second["cell"][0]} >= {1} or {first["cell"][1], second["cell"][1]} >= {15}
-    assert min(sizes) == pytest.approx(2 * (pi / 16 - delta))
+    least = 2 * (pi / 16 - coefficients_of().delta)
+    across = [
+        edge for a, b, edge in negative.edges(data=True) if negative.nodes[a]["color"] != negative.nodes[b]["color"]
+    ]
+    assert not any(edge["continuous"] or edge["flyable"] for edge in across)
+    assert min(edge["jump"] for edge in across) == pytest.approx(least)
     same_cell = negative.edges[(9, 7, "red"), (9, 7, "blue")]
-    assert same_cell["length"] == 0
-    assert same_cell["jump"] == pytest.approx(2 * (pi / 16 - delta))
+    assert (same_cell["length"], same_cell["jump"]) == (0, pytest.approx(least))
+    wraps = [{a, b} for a, b, edge in negative.edges(data=True) if not edge["continuous"] and edge not in across]
+    for pair in wraps:
+        assert {name[2] for name in pair} == {"blue"}
+        assert 1 in {name[0] for name in pair} or 15 in {name[1] for name in pair}
 
 
 def surface_arrays(*args: Any, **options: Any) -> SimpleNamespace:
@@ -315,50 +311,33 @@ def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
         assert not (0.6 < middle[0] < 0.95 and -0.9 < middle[1] < -0.6)
 
 
-def breakages() -> list[tuple[str, Any]]:
-    first, second = (14, 2, "red"), (14, 3, "red")
-
-    def node(key: str, value: object) -> Any:
-        return lambda graph: graph.nodes[first].__setitem__(key, value)
-
-    def edge(key: str, value: object) -> Any:
-        return lambda graph: graph.edges[first, second].__setitem__(key, value)
-
-    def meta(key: str, value: object) -> Any:
-        return lambda graph: graph.graph.__setitem__(key, value)
-
-    return [
-        ("contract is 'x', computed is", meta("contract", "x")),
-        ("divisions must be .* got 1.5", meta("divisions", 1.5)),
-        ("it is no root with the graph's sign of R", meta("sign", "positive")),
-        ("vehicle has no field", meta("vehicle", {"x": 1})),
-        ("floor is 'x', computed is nan", meta("floor", "x")),
-        ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
-        ("'R' is missing", lambda graph: graph.nodes[first].pop("R")),
-        ("color is 'green', computed is 'red'", node("color", "green")),
-        ("cell is \\(1, 1\\)", node("cell", (1, 1))),
-        ("it is no root", lambda graph: nx.relabel_nodes(graph, {first: (14, 99, "red")}, copy=False)),
-        ("alpha1 is 0.3", node("alpha1", 0.3)),
-        ("R is 'x'", node("R", "x")),
-        ("'jump' is missing", lambda graph: graph.edges[first, second].pop("jump")),
-        ("keeps_sign is 1", edge("keeps_sign", 1)),
-        ("flyable is False", edge("flyable", False)),
-        ("least_singular_value is 2.0", edge("least_singular_value", 2.0)),
-        ("not neighbours", lambda graph: graph.add_edge(first, (9, 2, "red"), **graph.edges[first, second])),
-        ("not neighbours", lambda graph: graph.add_edge(first, first, **graph.edges[first, second])),
-        (
-            "not neighbours that Figure 15 allows",
-            lambda graph: graph.add_edge(first, (14, 3, "blue"), **graph.edges[first, second]),
-        ),
-        ("it is no root", lambda graph: _foreign(graph, first)),
-    ]
+FIRST, SECOND, FAR = (14, 2, "red"), (14, 3, "red"), (9, 2, "red")
+BREAKAGES: list[tuple[str, Any]] = [
+    ("contract is 'x', computed is", lambda graph: graph.graph.update(contract="x")),
+    ("divisions must be .* got 1.5", lambda graph: graph.graph.update(divisions=1.5)),
+    ("it is no root with the graph's sign of R", lambda graph: graph.graph.update(sign="positive")),
+    ("vehicle has no field", lambda graph: graph.graph.update(vehicle={"x": 1})),
+    ("floor is 'x', computed is nan", lambda graph: graph.graph.update(floor="x")),
+    ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
+    ("'R' is missing", lambda graph: graph.nodes[FIRST].pop("R")),
+    ("color is 'green', computed is 'red'", lambda graph: graph.nodes[FIRST].update(color="green")),
+    ("cell is \\(1, 1\\)", lambda graph: graph.nodes[FIRST].update(cell=(1, 1))),
+    ("it is no root", lambda graph: nx.relabel_nodes(graph, {FIRST: (14, 99, "red")}, copy=False)),
+    ("it is no root", lambda graph: graph.add_node(("w", 0, 0), **{**graph.nodes[FIRST], "cell": (1, 1)})),
+    ("alpha1 is 0.3", lambda graph: graph.nodes[FIRST].update(alpha1=0.3)),
+    ("R is 'x'", lambda graph: graph.nodes[FIRST].update(R="x")),
+    ("'jump' is missing", lambda graph: graph.edges[FIRST, SECOND].pop("jump")),
+    ("keeps_sign is 1", lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign=1)),
+    ("flyable is False", lambda graph: graph.edges[FIRST, SECOND].update(flyable=False)),
+    ("least_singular_value is 2.0", lambda graph: graph.edges[FIRST, SECOND].update(least_singular_value=2.0)),
+    *(
+        ("not neighbours that Figure 15", lambda graph, b=b: graph.add_edge(FIRST, b, **graph.edges[FIRST, SECOND]))
+        for b in (FAR, FIRST, (14, 3, "blue"))
+    ),
+]
 
 
-def _foreign(graph: nx.Graph[Any], node: Any) -> None:
-    graph.add_node(("w", 0, 0), **{**graph.nodes[node], "cell": (1, 1)})
-
-
-@pytest.mark.parametrize(("message", "break_it"), breakages())
+@pytest.mark.parametrize(("message", "break_it"), BREAKAGES)
 def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> None:
     graph = surface_graph("negative")
     break_it(graph)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import combinations, pairwise, permutations
+from itertools import pairwise, permutations
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +22,9 @@ from gaitgraph.planning.planner import _preference
 from gaitgraph.planning.refusal import Case
 from gaitgraph.planning.request import PlanRequest
 from tests.published import GAITS
+from tests.samples import visibility_graph
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gaitgraph.planning.planner import Loop, Plan
 
 Point = tuple[float, float]
@@ -74,17 +73,8 @@ def bending_corners(region: Any) -> list[Point]:
     return found
 
 
-def visibility(region: Any, points: list[Point], length: Callable[[Point, Point], float] = math.dist) -> nx.Graph[Any]:
-    """Every pair of bending corners and points between which the region holds the straight line, one by one."""
-    nodes = sorted({*bending_corners(region), *points})
-    shell = region.buffer(1e-11, join_style="mitre")
-    shapely.prepare(shell)
-    graph: nx.Graph[Any] = nx.Graph()
-    graph.add_nodes_from(nodes)
-    for a, b in combinations(nodes, 2):
-        if shell.covers(shapely.LineString([a, b])):
-            graph.add_edge(a, b, length=length(a, b))
-    return graph
+def visibility(region: Any, points: list[Point]) -> nx.Graph[Any]:
+    return visibility_graph(region, {*bending_corners(region), *points})
 
 
 def shortest(graph: nx.Graph[Any], points: list[Point]) -> float:
@@ -173,17 +163,6 @@ def test_shortest_of_all_in_the_region(seed: int, name: str, sign: Any, keep_in:
     assert loop.length > perimeter(points)  # something was in the way
 
 
-def test_beside_what_flies_the_shorter_valid_loop_is_told() -> None:
-    """Straight between these two the least singular value dips under the floor."""
-    points = [(3 * pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)]
-    plan = exact(points, color="red", sign="negative", vehicle=STRONG, floor=0.9, accuracy=1e-4)
-    (other,) = plan.alternatives
-    assert plan.report.flyable
-    assert other.report.valid
-    assert not other.report.flyable
-    assert planned(plan).length > other.length == perimeter(points) == other.lower_bound
-
-
 def string_under(curve: Any, start: Point, end: Point) -> float:
     """Length of a string from start to end, pulled up against a curve: the lower hull of the three, finely sampled."""
     x = np.linspace(start[0], end[0], 200_001)[1:-1]
@@ -215,21 +194,6 @@ def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float
         assert loop.lower_bound - 1e-9 <= 2 * length <= loop.length + 1e-9
         assert loop.length - loop.lower_bound < 8 * accuracy
         assert len(loop.path.alpha) > 10
-
-
-def test_the_lower_bound_closes_in_on_the_length() -> None:
-    """Between the two the border of the floor, beside the corner (δ, −δ), is in the way."""
-    bounds, lengths = [], []
-    for accuracy in (1e-2, 1e-4, 1e-6):
-        plan = exact([(0.169, -0.656), (0.656, -0.169)], color="red", sign="negative", floor=0.5, accuracy=accuracy)
-        loop = planned(plan)
-        assert plan.report.flyable
-        assert loop.lower_bound is not None
-        bounds.append(loop.lower_bound)
-        lengths.append(loop.length)
-        assert loop.lower_bound < loop.length < loop.lower_bound + 8 * accuracy
-        assert loop.length > perimeter(plan.waypoints) + 1e-4
-    assert max(bounds) <= min(lengths)
 
 
 def test_between_straight_borders_the_bound_is_the_length() -> None:
@@ -269,15 +233,6 @@ def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
     assert best < shortest(graph, points) - 1e-6
     again = exact(**(asked | {"waypoints": [points[k] for k in planned(plan).order], "any_order": False}))
     assert planned(again).length == pytest.approx(best, abs=1e-12)
-
-
-def test_reverse_runs_the_same_loop_backwards() -> None:
-    asked = some_request(50, "published", "negative")
-    there, back = exact(**asked), exact(**asked, reverse=True)
-    np.testing.assert_array_equal(there.gait.reversed().alpha, back.gait.alpha)
-    assert planned(there).lower_bound == planned(back).lower_bound
-    assert [loop.length for loop in there.alternatives] == [loop.length for loop in back.alternatives]
-    assert back.waypoints == (there.waypoints[0], *there.waypoints[:0:-1])
 
 
 def test_mirroring_the_vehicle_mirrors_the_loop() -> None:

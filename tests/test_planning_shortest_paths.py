@@ -14,28 +14,16 @@ from hypothesis import given, settings, strategies as st
 
 from gaitgraph.errors import InputError
 from gaitgraph.planning.shortest_paths import ShortestPaths, orientation
+from tests.samples import visibility_graph
 
 
 def length_of(path: Any) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(path.tolist()))
 
 
-def full_graph(region: Any, points: list[tuple[float, float]]) -> nx.Graph[Any]:
-    """Every pair of corners and points that the region covers, one by one."""
-    corners = {tuple(corner) for corner in shapely.get_coordinates(region).tolist()}
-    nodes = sorted(corners | set(points))
-    graph: nx.Graph[Any] = nx.Graph()
-    graph.add_nodes_from(nodes)
-    # What is on the border but for rounding counts as covered.
-    shell = region.buffer(1e-12, join_style="mitre")
-    for a, b in combinations(nodes, 2):
-        if shell.covers(shapely.LineString([a, b])):
-            graph.add_edge(a, b, length=math.dist(a, b))
-    return graph
-
-
 def same_as_the_full_graph(region: Any, points: list[tuple[float, float]]) -> None:
-    paths, graph = ShortestPaths(region), full_graph(region, points)
+    corners = {(x, y) for x, y in shapely.get_coordinates(region).tolist()}
+    paths, graph = ShortestPaths(region), visibility_graph(region, corners | set(points))
     shell = region.buffer(1e-9)
     for a, b in combinations(points, 2):
         found = paths.path(a, b)
@@ -122,7 +110,7 @@ def test_each_bend_touches_the_border_and_turns_around_it() -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)
     paths = ShortestPaths(region)
-    corners = {tuple(corner) for corner in paths.corners.tolist()}
+    corners = {tuple(corner) for corner in shapely.get_coordinates(region).tolist()}
     bends = 0
     for _ in range(60):
         found = paths.path(rng.uniform(-1.5, 1.5, 2), rng.uniform(-1.5, 1.5, 2))
@@ -134,22 +122,6 @@ def test_each_bend_touches_the_border_and_turns_around_it() -> None:
             shortcut = [bend + step * (end - bend) / np.linalg.norm(end - bend) for end in (before, after)]
             assert not region.covers(shapely.LineString(shortcut))
     assert bends > 20
-
-
-def test_the_visibility_graph_holds_every_way_from_bend_to_bend() -> None:
-    rng = np.random.default_rng(11)
-    region = random_region(rng, 9)
-    paths = ShortestPaths(region)
-    graph = paths.graph()
-    assert set(graph) == {tuple(corner) for corner in paths.corners.tolist()}
-    steps = 0
-    for _ in range(100):
-        found = paths.path(rng.uniform(-1.5, 1.5, 2), rng.uniform(-1.5, 1.5, 2))
-        bends = [tuple(bend) for bend in found[1:-1].tolist()] if found is not None else []
-        for a, b in pairwise(bends):
-            steps += 1
-            assert graph.edges[a, b]["length"] == math.dist(a, b)
-    assert steps > 20
 
 
 @given(st.lists(st.floats(-1, 1), min_size=2, max_size=2), st.integers(-3, 3), st.floats(-2, 3))

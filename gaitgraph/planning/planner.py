@@ -19,7 +19,7 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
 from gaitgraph.planning.refusal import FoundPath, Obstacle, cases_of
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import LAWS, TimedGait
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
@@ -301,6 +301,8 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
+    options = locals()
+    asked: dict[str, Any] = {name: options[name] for name in REQUEST_FIELDS}
     if graph is not None:
         stated: dict[str, Any] = {
             "sign": sign != "auto",
@@ -314,28 +316,10 @@ def plan_loop(
         }
         for name in (name for name, value in stated.items() if value):
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
-        vehicle, numbers = vehicle_and_coefficients(graph)
-        coefficients, method = numbers.kind, "grid"
-        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
-    request = PlanRequest(
-        waypoints,
-        color=color,
-        sign=sign,
-        objective=objective,
-        divisions=divisions,
-        vehicle=vehicle,
-        coefficients=coefficients,
-        keep_out=keep_out,
-        keep_in=keep_in,
-        any_order=any_order,
-        reverse=reverse,
-        method=method,
-        accuracy=accuracy,
-        period=period,
-        law=law,
-        floor=floor,
-    )
-    return plan(request, graph=graph, progress=progress)
+        asked |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
+        fixed, numbers = vehicle_and_coefficients(graph)
+        asked |= {"vehicle": fixed, "coefficients": numbers.kind, "method": "grid"}
+    return plan(PlanRequest(**asked), graph=graph, progress=progress)
 
 
 def plan(

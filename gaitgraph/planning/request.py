@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import is_closed, merged, setting_of
@@ -29,7 +29,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
-from gaitgraph.surface.region import Zones
+from gaitgraph.surface.region import Zones, checked_accuracy, checked_number
 from gaitgraph.timing.timed_gait import LAWS, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
@@ -120,11 +120,7 @@ class PlanRequest:
                 raise InputError(f"{name} must be true or false, got {shown(flag)}")
         divisions = checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions)
         checked_clock(period, law)
-        if not 0 <= number_of(floor) < math.inf:
-            raise InputError(f"floor must be a finite number ≥ 0 (a singular value), got {shown(floor)}")
-        if not 1e-9 <= number_of(accuracy) <= 0.1:
-            raise InputError(f"accuracy must be between 1e-9 and 0.1 rad, got {shown(accuracy)}")
-        accuracy, period, floor = float(accuracy), float(period), float(floor)
+        accuracy, period, floor = checked_accuracy(accuracy), float(period), checked_number("floor", floor)
         if isinstance(vehicle, Mapping):
             vehicle = vehicle_from_mapping(dict(vehicle))
         elif not isinstance(vehicle, Vehicle):

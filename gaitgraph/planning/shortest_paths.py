@@ -24,7 +24,6 @@ from gaitgraph.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    import networkx as nx
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.surface.region import Discs
@@ -154,11 +153,6 @@ class ShortestPaths:
                         sides[number] = (before, after)
                     met.add(number)
         return sides
-
-    @property
-    def corners(self) -> FloatArray:
-        """The reflex corners, the only places where a shortest path can bend, shape (k, 2)."""
-        return self._around[:, 0].copy()
 
     def _containers(self, point: Point) -> list[int]:
         """Return the triangles that hold a point, to within the tolerance."""
@@ -322,20 +316,6 @@ class ShortestPaths:
             chain.append(parent[chain[-1]])
         bends = [points[corner] for corner in reversed(chain)]
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
-
-    def graph(self) -> nx.Graph[Any]:
-        """Return the visibility graph of the reflex corners: nodes (x, y), edges with their `length`.
-
-        Only edges along which a shortest path may run are in it: those that touch the border at both ends.
-        """
-        import networkx as nx
-
-        graph: nx.Graph[Any] = nx.Graph()
-        graph.add_nodes_from(self._points[corner] for corner in self._reflex)
-        for corner in self._reflex:
-            for other, length in self._view(corner):
-                graph.add_edge(self._points[corner], self._points[other], length=length)
-        return graph
 
 
 def shortest_loop(discs: Discs, region: BaseGeometry | None = None) -> tuple[FloatArray, float]:

@@ -27,6 +27,7 @@ from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Case
 from gaitgraph.planning.request import PlanRequest
+from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -249,8 +250,7 @@ def transition(
         raise InputError(f"duration must be between 1e-6 and {_LONGEST:g} s, got {shown(duration)}")
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
-    if not 0 <= number_of(floor) < math.inf:
-        raise InputError(f"floor must be a finite number ≥ 0, got {shown(floor)}")
+    floor = checked_number("floor", floor)
 
     refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
     reason, proof = _refusal(first, last)
@@ -267,12 +267,12 @@ def transition(
         count = _checked_samples(seconds, law, samples, rate)
     timed = gait.parametrize(2 * seconds, law=law)
     report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
-    return Transition(
+    return replace(
+        refused,
         there_and_back=gait,
         reason=None if report.flyable else report.reason,
         corners=(None if isinstance(start, str) else corners[0], None if isinstance(end, str) else corners[1]),
         duration=seconds,
-        law=law,
         samples=count,
         report=report,
     )
@@ -337,14 +337,8 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
-            request = PlanRequest(
-                ends,
-                color=color,
-                sign=sign,
-                vehicle=first.vehicle,
-                coefficients=first.coefficients.kind,
-                floor=floor,
-            )
+            setting: Any = {"vehicle": first.vehicle, "coefficients": first.coefficients.kind, "floor": floor}
+            request = PlanRequest(ends, color=color, sign=sign, **setting)
             leg = shortest_path(Case(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
             if leg is not None and (best is None or leg.length < best[0]):
                 bends = leg.points[1:-1]
@@ -370,11 +364,9 @@ def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:
 def _needed(gait: Gait, law: str) -> float:
     """Return one second, or how long one way takes within the vehicle's limits if that is more."""
     timed, vehicle = gait.parametrize(2.0, law=law), gait.vehicle
+    limits = (vehicle.max_tilt_rate, vehicle.max_tilt_acceleration, vehicle.max_tilt_jerk)
     needed = [_DURATION]
-    if vehicle.max_tilt_rate is not None:
-        needed.append(float(timed.peak_rates().max()) / vehicle.max_tilt_rate)
-    if vehicle.max_tilt_acceleration is not None and np.isfinite(peak := float(timed.peak_accelerations().max())):
-        needed.append(math.sqrt(peak / vehicle.max_tilt_acceleration))
-    if vehicle.max_tilt_jerk is not None and np.isfinite(peak := float(timed.peaks(3).max())):
-        needed.append(math.cbrt(peak / vehicle.max_tilt_jerk))
+    for order, limit in enumerate(limits, start=1):
+        if limit is not None and np.isfinite(peak := float(timed.peaks(order).max())):
+            needed.append((peak / limit) ** (1 / order))
     return min(math.ceil(max(needed) * 1000) / 1000, _LONGEST)

@@ -137,10 +137,10 @@ def keep_outs() -> list[list[tuple[float, float]]]:
 
 @pytest.fixture(scope="module")
 def ground() -> PreparedRegion:
-    """Return the admissible region, triangulated, with what each corner sees."""
+    """Return the admissible region, triangulated, with what the corners on the way see."""
     request = PlanRequest(ACROSS, color="red", keep_out=keep_outs())
     prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
-    prepared.paths.graph()
+    legs_of(prepared)
     return prepared
 
 
