@@ -51,8 +51,11 @@ def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> N
 
 @settings(deadline=None, max_examples=30)
 @given(points=loops, color=st.sampled_from(COLORS), numbers=kinds, fraction=st.floats(0, 1))
-def test_points_between_corners_are_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
+def test_corners_are_roots_and_points_between_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
     gait = lift(points, color, coefficients=numbers)
+    for lifted in gait.alpha:
+        (root,) = (root for root in roots(*lifted[:2], coefficients=numbers) if root.color == color)
+        np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
     along = gait.alpha + fraction * (gait.ends - gait.alpha)
     # α3 ∓ α1 and α4 ∓ α2 are constant on a sheet; where they are not, an angle wraps by π.
     sign = 1 if color == "red" else -1
@@ -60,14 +63,6 @@ def test_points_between_corners_are_on_their_sheet(points, color, numbers, fract
     wraps = np.abs(np.roll(constant, -1, axis=0) - constant).max(axis=1) > 1
     for residual in (gg.invertibility.roll_sensitivity, gg.invertibility.pitch_sensitivity):
         assert np.abs(residual(along[~wraps], numbers)).max(initial=0) < 1e-12
-
-
-@settings(deadline=None, max_examples=30)
-@given(points=loops, color=st.sampled_from(COLORS))
-def test_lifting_agrees_with_the_roots(points: list[tuple[float, float]], color: str) -> None:
-    for (a1, a2), lifted in zip(points, lift(points, color).alpha, strict=True):
-        (root,) = (root for root in roots(a1, a2) if root.color == color)
-        np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
 
 
 @settings(deadline=None, max_examples=30)
@@ -85,23 +80,16 @@ def test_reversing_and_restarting_are_permutations(points: list[tuple[float, flo
     assert {(tuple(b), tuple(a)) for a, b in zip(back.alpha, back.ends, strict=True)} == pairs
 
 
-def test_bias_scales_the_last_two_angles_only() -> None:
-    gait = lift(GAITS[3].angles, "red")
-    biased = gait.biased(0.8)
-    np.testing.assert_array_equal(biased.alpha[:, :2], gait.alpha[:, :2])
-    np.testing.assert_allclose(biased.alpha[:, 2:], 0.8 * gait.alpha[:, 2:])
-    assert biased.colors == ()
-    assert biased.types == ()
-    np.testing.assert_array_equal(gait.biased(1.0).alpha, gait.alpha)
-    assert gait.biased(1.0).colors == gait.colors
-
-
-def test_scaling_all_four_keeps_red_on_its_plane_and_not_blue() -> None:
-    red, blue = lift(GAITS[2].angles, "red").scaled(0.5), lift(GAITS[1].angles, "blue").scaled(0.5)
-    assert red.check()["on_surface"].ok
-    assert red.color == "red"
-    assert not blue.check()["on_surface"].ok
-    assert blue.color is None
+def test_bias_scales_the_last_two_angles_and_scaling_keeps_red_on_its_plane_and_not_blue() -> None:
+    red, blue = lift(GAITS[3].angles, "red"), lift(GAITS[1].angles, "blue").scaled(0.5)
+    biased = red.biased(0.8)
+    np.testing.assert_allclose(biased.alpha, red.alpha * [1, 1, 0.8, 0.8])
+    assert biased.colors == biased.types == ()
+    np.testing.assert_array_equal(red.biased(1.0).alpha, red.alpha)
+    assert red.biased(1.0).colors == red.colors
+    np.testing.assert_allclose(red.scaled(0.5).alpha, 0.5 * red.alpha)
+    for gait, color in ((red.scaled(0.5), "red"), (blue, None)):
+        assert (gait.check()["on_surface"].ok, gait.color) == (color == "red", color)
 
 
 def test_straight_runs_merge_and_turns_stay() -> None:
@@ -166,16 +154,10 @@ def test_malformed_values_are_refused(function: Any, arguments: dict[str, Any], 
 
 def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:
     """Equations (16) to (19) word by word: every angle is the least or the largest over the curve."""
-    found = set()
-    low, high = points.min(axis=0), points.max(axis=0)
+    found, ends = set(), (points.min(axis=0), points.max(axis=0))
     for point in points:
-        sides = []
-        for k in range(4):
-            if abs(point[k] - low[k]) <= tolerance:
-                sides.append(low[k])
-            elif abs(point[k] - high[k]) <= tolerance:
-                sides.append(high[k])
-        if len(sides) == 4:
+        sides = [next((end[k] for end in ends if abs(point[k] - end[k]) <= tolerance), None) for k in range(4)]
+        if None not in sides:
             found.add(tuple(sides))
     return found
 
@@ -236,14 +218,9 @@ def test_a_last_row_of_another_color_is_a_row_of_its_own() -> None:
 
 
 def test_an_open_table_closes_after_one_mean_step() -> None:
-    assert closing_time(2.0, 5.0, 4) == 6.0
-    assert closing_time(2.0, 2.0, 1) == 2.0
-    _, times = closed_rows(table(CORNERS, t=[1.0, 1.5, 4.0]))
-    assert times is not None
-    assert times.tolist() == [1.0, 1.5, 4.0, 5.5]
-    _, times = closed_rows(table([*CORNERS, CORNERS[0]], t=[1.0, 1.5, 4.0, 9.0]))
-    assert times is not None
-    assert times.tolist() == [1.0, 1.5, 4.0, 9.0]
+    assert (closing_time(2.0, 5.0, 4), closing_time(2.0, 2.0, 1)) == (6.0, 2.0)
+    for corners, stated, end in ((CORNERS, [1.0, 1.5, 4.0], [5.5]), ([*CORNERS, CORNERS[0]], [1.0, 1.5, 4.0, 9.0], [])):
+        np.testing.assert_array_equal(closed_rows(table(corners, t=stated))[1], [*stated, *end])
     assert closed_rows(table(CORNERS))[1] is None
 
 

@@ -1,4 +1,4 @@
-"""Curves: closed and smooth, on their sheet, within their chords' tolerance, and checked between samples."""
+"""Curves: smooth, on their sheet, near their chords, checked between samples; and gaits with rounded corners."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
-from gaitgraph.timing.curve import Curve
+from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, values_of
+from tests.published import GAITS
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(
@@ -32,8 +33,10 @@ def curve_through(plane: npt.ArrayLike, color: str = "red", **options: Any) -> C
 
 
 @settings(deadline=None, max_examples=20)
-@given(loop=points, color=st.sampled_from(["red", "blue"]))
-def test_a_spline_closes_and_is_smooth_at_every_break(loop: list[tuple[float, float]], color: str) -> None:
+@given(loop=points, color=st.sampled_from(["red", "blue"]), tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]))
+def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
+    loop: list[tuple[float, float]], color: str, tolerance: float
+) -> None:
     curve = curve_through(loop, color)
     np.testing.assert_allclose(curve.at(curve.breaks[:-1])[:, :2], loop, atol=1e-12)
     h = 1e-7 * curve.span
@@ -44,43 +47,23 @@ def test_a_spline_closes_and_is_smooth_at_every_break(loop: list[tuple[float, fl
         assert np.abs(before - after).max() <= 4 * h * size + 1e-9
     s = np.linspace(0, 3 * curve.span, 100)
     np.testing.assert_allclose(curve.at(s), curve.at(np.mod(s, curve.span)), atol=1e-12)
-
-
-@settings(deadline=None, max_examples=20)
-@given(loop=points, color=st.sampled_from(["red", "blue"]))
-def test_a_curve_stays_on_its_sheet_without_wrapping(loop: list[tuple[float, float]], color: str) -> None:
-    curve = curve_through(loop, color)
-    alpha = curve.at(np.linspace(0, curve.span, 501))
+    alpha = curve.at(np.linspace(0, curve.span, 5001))
     assert np.abs(gg.invertibility.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
     assert np.abs(gg.invertibility.pitch_sensitivity(alpha, curve.coefficients)).max() < 1e-12
     # No wrap: opposite angles change by as much as the first pair.
     step = np.diff(alpha, axis=0)
     np.testing.assert_allclose(np.abs(step[:, 2:]), np.abs(step[:, :2]), atol=1e-12)
-
-
-@settings(deadline=None, max_examples=15)
-@given(loop=points, tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]))
-def test_chords_are_within_the_tolerance(loop: list[tuple[float, float]], tolerance: float) -> None:
-    curve = curve_through(loop)
+    for found, sampled, sense in zip(curve.extremes(), (alpha.min(axis=0), alpha.max(axis=0)), (-1, 1), strict=True):
+        assert (sense * (found - sampled) >= -1e-12).all()
+        np.testing.assert_allclose(sampled, found, atol=1e-3)
     s = np.append(curve.chord_parameters(tolerance), curve.span)
     share = np.linspace(0, 1, 9)[:, None]
-    between = curve.at(s[:-1] + share * np.diff(s))[..., :2]
-    ends = curve.at(s)[:, :2]
+    between, ends = curve.at(s[:-1] + share * np.diff(s))[..., :2], curve.at(s)[:, :2]
     chord = ends[:-1] + share[..., None] * (ends[1:] - ends[:-1])
     assert np.linalg.norm(between - chord, axis=-1).max() <= tolerance * (1 + 1e-9) + 1e-14
     gait = curve.polyline(tolerance)
     assert gait.length <= curve.length + 1e-9
     np.testing.assert_allclose(gait.alpha, curve.at(s[:-1]), atol=0)
-
-
-@settings(deadline=None, max_examples=15)
-@given(loop=points)
-def test_extremes_are_those_of_a_dense_sampling(loop: list[tuple[float, float]]) -> None:
-    curve = curve_through(loop)
-    alpha = curve.at(np.linspace(0, curve.span, 5001))
-    for found, sampled, sense in zip(curve.extremes(), (alpha.min(axis=0), alpha.max(axis=0)), (-1, 1), strict=True):
-        assert (sense * (found - sampled) >= -1e-12).all()
-        np.testing.assert_allclose(sampled, found, atol=1e-3)
 
 
 def test_a_ring_has_its_length() -> None:
@@ -164,7 +147,9 @@ def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], wid
         ([0.0, 1.0], np.ones((2, 1, 2)), "pieces must be .* the position jumps"),
         ([0.0, 1.0, 2.0], [[[1.0, 0], [-1.0, 0]], [[0, 0], [1.0, 0]]], "the first derivative jumps by 2 at the seam"),
         ([0.0], np.zeros((1, 0, 2)), "breaks must be"),
+        (0.0, np.zeros((1, 0, 2)), "breaks must be"),
         ([0.0, 1.0, 1.0], np.zeros((1, 2, 2)), "breaks must be"),
+        ([0.0, 1.0, np.inf], np.zeros((1, 2, 2)), "breaks must be"),
         ([0.5, 1.0], np.zeros((1, 1, 2)), "breaks must be"),
         ([0.0, 1.0], np.zeros((1, 2, 2)), "pieces must be finite, of the shape"),
         ([0.0, 1.0], [[[np.nan, 0.0]]], "pieces must be finite"),
@@ -176,6 +161,9 @@ def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:
         Curve(breaks=breaks, pieces=pieces)
 
 
+SQUARE = gg.lift(GAITS[2].angles, "red")
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -184,8 +172,89 @@ def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:
         (lambda: curve_through(RING).polyline(0.0), "tolerance must be .* got 0.0"),
         (lambda: curve_through(RING).polyline(1e-18), "tolerance must be so large"),
         (lambda: curve_through(RING).check(floor=-1.0), "floor must be .* got -1.0"),
+        *((lambda size=size: rounded(SQUARE, size), "tolerance must be") for size in (0.0, 0.9e-5, np.nan, "big")),
+        (lambda: rounded(SQUARE.biased(0.8), 0.01), "color"),
+        (lambda: rounded(gg.lift(GAITS[2].angles, ["red", "blue", "red", "blue"]), 0.01), "color"),
     ],
 )
 def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(gg.InputError, match=message):
         call()
+
+
+# -- Rounded gaits
+
+
+def distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the distance of points from a closed polyline."""
+    step = np.roll(corners, -1, axis=0) - corners
+    size = np.maximum((step**2).sum(axis=1), 1e-300)
+    along = np.clip(((points[:, None] - corners) * step).sum(axis=2) / size, 0, 1)
+    return np.asarray(np.linalg.norm(corners + along[..., None] * step - points[:, None], axis=2).min(axis=1))
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    loop=st.lists(st.tuples(angle, angle), min_size=1, max_size=6),
+    tolerance=st.floats(1e-4, 0.5),
+    color=st.sampled_from(["red", "blue"]),
+)
+def test_curve_and_polyline_are_within_the_tolerance_both_ways(
+    loop: list[tuple[float, float]], tolerance: float, color: str
+) -> None:
+    gait = gg.lift(loop, color)
+    rounding = rounded(gait, tolerance)
+    curve = rounding.curve  # which refuses jumps of its first two derivatives
+    corners = np.array(gait.alpha[:, :2])
+    points = curve.at(np.linspace(0, curve.span, 1501))[:, :2]
+    assert rounding.deviation <= tolerance * (1 + 1e-12)
+    # Corners nearer than 1e-5 rad to the one before count as the same.
+    assert distances(points, corners).max() <= rounding.deviation + 3e-5
+    spacing = np.linalg.norm(np.diff(points, axis=0), axis=1).max()
+    assert distances(corners, points).max() <= rounding.deviation + spacing + 3e-5
+    assert curve.length <= gait.length + 1e-9
+    for corner in rounding.corners:
+        # The deviation of a corner is that of the middle of its blend.
+        nearest = np.linalg.norm(points - rounding.gait.alpha[corner.corner, :2], axis=1).min()
+        assert nearest <= corner.deviation + spacing
+        assert corner.shrunk or corner.deviation in (0.0, pytest.approx(tolerance))
+
+
+def test_a_corner_passes_at_the_stated_distance() -> None:
+    for turn in (0.3, 1.0, pi / 2, 2.5, 3.1):
+        legs = np.array([[-0.5, 0.0], [0.0, 0.0], [0.5 * np.cos(turn), 0.5 * np.sin(turn)]])
+        rounding = rounded(gg.lift(legs, "red"), 1e-3)
+        corner = next(one for one in rounding.corners if one.corner == 1)
+        assert corner.turn == pytest.approx(turn)
+        points = rounding.curve.at(np.linspace(0, rounding.curve.span, 40_001))[:, :2]
+        assert np.linalg.norm(points, axis=1).min() == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_turning_back_stays_on_the_line_and_reaches_the_tip() -> None:
+    gait = gg.lift([(0.4, -1.2), (1.2, -0.4)], "red")
+    rounding = rounded(gait, 0.02)
+    assert rounding.deviation == 0
+    assert [corner.turn for corner in rounding.corners] == [pytest.approx(pi)] * 2
+    s = np.linspace(0, rounding.curve.span, 10_001)
+    points = rounding.curve.at(s)[:, :2]
+    np.testing.assert_allclose(points[:, 0] - points[:, 1], 1.6, atol=1e-12)
+    low, high = rounding.curve.extremes()
+    np.testing.assert_allclose([low[0], high[0]], [0.4, 1.2], atol=1e-15)
+    # Forth once and back once, at rest in the parameter only at the tips.
+    assert rounding.curve.length == pytest.approx(gait.length)
+    speed = np.linalg.norm(rounding.curve.at(s, 1)[:, :2], axis=1)
+    assert (speed < 1e-3).sum() <= 8
+
+
+def test_straight_runs_need_no_blend_and_legs_are_shared() -> None:
+    gait = gg.lift([(0.4, -0.4), (0.6, -0.4), (0.8, -0.4), (0.8, -1.2)], "red")
+    rounding = rounded(gait, 1.0)
+    assert (len(rounding.gait.alpha), rounding.merged) == (3, (0, 1, 2))
+    assert "shrunk to share a leg" in str(rounding)
+    leg = np.linalg.norm((rounding.gait.ends - rounding.gait.alpha)[:, :2], axis=1)
+    reach = np.array([corner.reach for corner in rounding.corners])
+    left = leg - reach - np.roll(reach, -1)
+    assert (left >= -1e-12 * leg).all()
+    assert left.min() < 1e-12
+    # A small tolerance needs no shrinking.
+    assert rounded(gait, 1e-5).as_mapping()["shrunk"] == []

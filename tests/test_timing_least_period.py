@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 from math import pi, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -54,30 +54,21 @@ def assert_lawful(found: LeastPeriod) -> LimitedGait:
     return timed
 
 
-def forth_and_back(distance: float, rate: float, acceleration: float) -> float:
-    """Return the period of a law that speeds up and slows down as it may, there and back."""
-    if distance * acceleration > rate**2:
-        return 2 * (distance / rate + rate / acceleration)
-    return 4 * sqrt(distance / acceleration)
-
-
-@pytest.mark.parametrize("rate", [None, 6.0, 1.0])
-@pytest.mark.parametrize("acceleration", [60.0, 3.0])
 @pytest.mark.parametrize("gait", [FORTH_AND_BACK, SLANTED], ids=["along", "slanted"])
-def test_forth_and_back_takes_the_time_of_the_closed_form(
-    gait: gg.Gait, rate: float | None, acceleration: float
-) -> None:
-    found = least_period(gait, Limits(rate=rate, acceleration=acceleration))
-    exact = forth_and_back(0.8, rate or 1e9, acceleration)
-    assert found.lower_bound == pytest.approx(exact)
-    assert found.least is not None
-    assert exact <= found.least <= exact * 1.002
-
-
-def test_forth_and_back_under_a_jerk_limit_tends_to_the_extremal_of_kolmogorov() -> None:
-    # The periodic motion of largest extent for a given jerk has a jerk of constant size: T³ = 96·extent/jerk.
-    found = least_period(FORTH_AND_BACK, Limits(jerk=800.0))
-    exact = (96 * 0.8 / 800) ** (1 / 3)
+@pytest.mark.parametrize(
+    ("limits", "exact"),
+    [
+        # Over 0.8 rad the rate is reached or not: 2(d/v + v/a), or 4√(d/a).
+        *(({"rate": v, "acceleration": 60.0}, 2 * (0.8 / v + v / 60)) for v in (6.0, 1.0)),
+        ({"rate": 1.0, "acceleration": 3.0}, 2 * (0.8 + 1 / 3)),
+        ({"rate": 6.0, "acceleration": 3.0}, 4 * sqrt(0.8 / 3)),
+        *(({"acceleration": a}, 4 * sqrt(0.8 / a)) for a in (60.0, 3.0)),
+        # The periodic motion of largest extent for a given jerk has a jerk of constant size: T³ = 96·extent/jerk.
+        ({"jerk": 800.0}, (96 * 0.8 / 800) ** (1 / 3)),
+    ],
+)
+def test_forth_and_back_takes_the_time_of_the_closed_form(gait: gg.Gait, limits: dict[str, Any], exact: float) -> None:
+    found = least_period(gait, Limits(**limits))
     assert found.lower_bound == pytest.approx(exact)
     assert found.least is not None
     assert exact <= found.least <= exact * 1.003
@@ -174,67 +165,59 @@ def test_least_periods_to_six_digits(points, limits, rounding, least, bound, str
 
 
 @settings(deadline=None, max_examples=60)
-@given(
-    distance=st.floats(1e-4, 3),
-    rate=st.floats(0.05, 20),
-    acceleration=st.floats(0.5, 500),
-    jerk=st.floats(5, 50_000),
-)
+@given(d=st.floats(1e-4, 3), rate=st.floats(0.05, 20), acceleration=st.floats(0.5, 500), jerk=st.floats(5, 50_000))
 def test_a_leg_from_rest_to_rest_covers_its_distance_within_limits(
-    distance: float, rate: float, acceleration: float, jerk: float
+    d: float, rate: float, acceleration: float, jerk: float
 ) -> None:
     s = v = total = fastest = highest = 0.0
-    for duration, start, end in phases(distance, rate, acceleration, jerk):
+    for duration, start, end in phases(d, rate, acceleration, jerk):
         assert abs(end - start) <= jerk * duration * (1 + 1e-6) + 1e-9
         highest = max(highest, abs(start), abs(end))
         s += v * duration + duration**2 * (2 * start + end) / 6
         v += duration * (start + end) / 2
         fastest = max(fastest, v)
         total += duration
-    assert s == pytest.approx(distance, rel=1e-6)
+    assert s == pytest.approx(d, rel=1e-6)
     assert v == pytest.approx(0, abs=1e-6 * fastest)
-    assert fastest <= rate * (1 + 1e-9)
-    assert highest <= acceleration * (1 + 1e-9)
+    assert (fastest <= rate * (1 + 1e-9)) & (highest <= acceleration * (1 + 1e-9))
     # The fastest motion meets a limit throughout: speed, acceleration or jerk.
-    with_jerk = 4 * (distance / (2 * jerk)) ** (1 / 3)
-    without = (
-        distance / rate + rate / acceleration
-        if distance * acceleration > rate**2
-        else 2 * sqrt(distance / acceleration)
-    )
-    assert total >= max(with_jerk, without) * (1 - 1e-6)
-    assert total <= without + with_jerk + acceleration / jerk
+    with_jerk = 4 * (d / (2 * jerk)) ** (1 / 3)
+    without = d / rate + rate / acceleration if d * acceleration > rate**2 else 2 * sqrt(d / acceleration)
+    assert max(with_jerk, without) * (1 - 1e-6) <= total <= without + with_jerk + acceleration / jerk
 
 
 @pytest.mark.parametrize(
-    ("limits", "each"),
+    ("limits", "each", "rel"),
     [
         # The rate is reached: d/v + v/a + a/j.
-        ({"rate": 6.0, "acceleration": 60.0, "jerk": 3000.0}, lambda d: d / 6 + 6 / 60 + 60 / 3000),
+        ({"rate": 6.0, "acceleration": 60.0, "jerk": 3000.0}, lambda d: d / 6 + 6 / 60 + 60 / 3000, 1e-11),
         # The acceleration is, the rate is not: 2√((a/2j)² + d/a) + a/j.
-        ({"acceleration": 60.0, "jerk": 3000.0}, lambda d: 2 * sqrt(0.01**2 + d / 60) + 0.02),
+        ({"acceleration": 60.0, "jerk": 3000.0}, lambda d: 2 * sqrt(0.01**2 + d / 60) + 0.02, 1e-11),
         # Neither is: 4∛(d/2j). The rate is, the acceleration is not: d/v + 2√(v/j).
-        ({"jerk": 800.0}, lambda d: 4 * (d / 1600) ** (1 / 3)),
-        ({"rate": 2.0, "jerk": 800.0}, lambda d: d / 2 + 2 * sqrt(2 / 800)),
+        ({"jerk": 800.0}, lambda d: 4 * (d / 1600) ** (1 / 3), 1e-11),
+        ({"rate": 2.0, "jerk": 800.0}, lambda d: d / 2 + 2 * sqrt(2 / 800), 1e-11),
         # Without a jerk limit the acceleration takes a thousandth of the time to rise.
-        ({"rate": 6.0, "acceleration": 60.0}, lambda d: 1.001 * (d / 6 + 6 / 60)),
+        ({"rate": 6.0, "acceleration": 60.0}, lambda d: 1.001 * (d / 6 + 6 / 60), 1e-11),
+        # Limits far apart: what is brief beyond floats takes a millionth of the time.
+        ({"rate": 1e-8, "acceleration": 1e12}, lambda d: d * 1e8, 1e-5),
+        ({"rate": 1e-8, "jerk": 1e12}, lambda d: d * 1e8, 1e-5),
+        ({"acceleration": 1e-9, "jerk": 1e12}, lambda d: 2 * sqrt(d * 1e9), 1e-5),
     ],
 )
-def test_legs_from_rest_to_rest_have_their_closed_form(limits, each) -> None:  # type: ignore[no-untyped-def]
-    exact = 4 * each(pi / 4)
+def test_legs_from_rest_to_rest_have_their_closed_form(limits, each, rel) -> None:  # type: ignore[no-untyped-def]
     found = least_period(SQUARE, Limits(**limits))
-    assert found.least == pytest.approx(exact, rel=1e-11)
-    timed = assert_lawful(found)
+    assert found.least == pytest.approx(4 * each(pi / 4), rel=rel)
+    timed = assert_lawful(found) if rel == 1e-11 else found.timed
+    assert timed is not None
     assert timed.vertices().shape == (4, 4)
-    angles, rates, _ = timed.at(np.arange(4) * exact / 4)
-    np.testing.assert_allclose(angles, SQUARE.alpha, atol=1e-9)
+    angles, rates, _ = timed.at(np.arange(4) * timed.period / 4)
+    np.testing.assert_allclose(angles, SQUARE.alpha, atol=max(rel / 10, 1e-9))
     np.testing.assert_allclose(rates, 0, atol=1e-6)
 
 
 def test_turning_the_loop_round_or_over_changes_nothing() -> None:
     base = least_period(SQUARE, LIMITS, rounding=0.05).least
-    swapped = lift(-SQUARE.alpha[:, [1, 0]], "red")
-    for gait in (SQUARE.reversed(), SQUARE.started_at(2), swapped):
+    for gait in (SQUARE.reversed(), SQUARE.started_at(2), lift(-SQUARE.alpha[:, [1, 0]], "red")):
         assert least_period(gait, LIMITS, rounding=0.05).least == pytest.approx(base, rel=2e-3)
 
 
@@ -304,36 +287,16 @@ def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding
     assert "below 1e-06 s" in tiny.reason
 
 
-@pytest.mark.parametrize(
-    ("limits", "closed_form"),
-    [
-        (Limits(rate=1e-8, acceleration=1e12), pi * 1e8),
-        (Limits(rate=1e-8, jerk=1e12), pi * 1e8),
-        (Limits(acceleration=1e-9, jerk=1e12), 4 * sqrt(pi * 1e9)),
-    ],
-)
-def test_limits_far_apart_keep_their_closed_form(limits: Limits, closed_form: float) -> None:
-    found = least_period(SQUARE, limits)
-    assert found.least == pytest.approx(closed_form, rel=1e-5)
-    assert found.timed is not None
-    np.testing.assert_allclose(found.timed.at(found.timed.period / 4)[0], SQUARE.alpha[1], atol=1e-6)
-
-
-def test_a_limit_of_zero_on_a_moving_joint_is_met_by_no_period() -> None:
+def test_a_limit_of_zero_is_met_by_joints_that_stand_still() -> None:
     found = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60), rounding=0.03)
     assert (found.status, found.limit, found.where is None) == ("no period", "rate", False)
     assert "limit 0 of α3" in found.reason
-    # A joint that stands still may have it.
     assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
-
-
-def test_a_point_stands_still() -> None:
     point = lift([(0.5, -0.5)], "red")
     assert least_period(point, LIMITS).status == "still"
-    found = paced(point, LIMITS, 2.0)
-    assert found.timed is not None
-    assert found.timed.peak_rates().max() == 0
-    assert found.timed.check().flyable
+    timed = paced(point, LIMITS, 2.0).timed
+    assert timed is not None
+    assert (timed.peak_rates().max(), timed.check().flyable) == (0, True)
 
 
 def test_touched_limits_are_where_the_law_runs_at_them() -> None:
@@ -356,20 +319,16 @@ def test_touched_limits_are_where_the_law_runs_at_them() -> None:
 def test_a_paced_gait_is_a_timed_gait() -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0, max_tilt_jerk=1e4)
     found = least_period(lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40)
-    timed = found.timed
+    timed, answer = found.timed, found.as_mapping()
     assert isinstance(timed, gg.TimedGait)
-    table = table_of(timed)
-    assert (len(table), table.about["law"]) == (41, "least-period")
+    table, report = table_of(timed), timed.check()
+    assert (len(table), table.about["law"], answer["status"]) == (41, "least-period", "ok")
     np.testing.assert_array_equal(table.alpha, timed.alpha)
-    report = timed.check()
     assert report.flyable
     assert [check.name for check in report.checks][-3:] == ["tilt_rate", "tilt_acceleration", "tilt_jerk"]
-    faster = replace(timed, period=0.9 * timed.period, widths=0.9 * timed.widths)
-    assert not faster.check().flyable
-    answer = found.as_mapping()
-    assert answer["status"] == "ok"
+    assert not replace(timed, period=0.9 * timed.period, widths=0.9 * timed.widths).check().flyable
     assert answer["peak_rate"] <= 6.0 * (1 + 1e-9)
-    assert answer["touched"]
+    assert set(answer["touched"][0]) == {"limit", "joints", "value", "share", "where"}
     # Vertices need corners: a rounded loop has none, and the gait itself has four.
     assert len(timed.vertices()) == 0
 
@@ -408,14 +367,11 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
         (lambda: Limits(acceleration=-1.0), "acceleration must be .* got -1.0"),
         (lambda: Limits(acceleration=float("nan")), "acceleration must be .* got nan"),
         (lambda: Limits(acceleration=[1, 2]), r"acceleration must be .* got \[1, 2\]"),
-        (lambda: Limits(acceleration="fast"), "acceleration must be .* got 'fast'"),
         (lambda: Limits(acceleration=1e20), "acceleration must be .* got 1e"),
-        (lambda: limits_of(gg.PAPER), "limits must have an acceleration or a jerk, got neither"),
         (lambda: least_period(3, LIMITS), "path must be .* got 3"),  # type: ignore[arg-type]
         (lambda: least_period(rounded(SQUARE, 0.1), LIMITS, rounding=0.1), "rounding must be None .* got 0.1"),
         (lambda: least_period(SQUARE, LIMITS, nodes=5), "nodes must be .* got 5"),
         (lambda: least_period(SQUARE, {"rate": 5}), "limits must be .* got {'rate': 5}"),  # type: ignore[arg-type]
-        (lambda: paced(SQUARE, 60.0), "limits must be .* got 60.0"),  # type: ignore[arg-type]
         (lambda: least_period(SQUARE, LIMITS, samples=3, rate=5.0), "samples and rate must not both"),
         (lambda: least_period(SQUARE.biased(0.8), LIMITS), "color"),
         (lambda: paced(SQUARE, LIMITS, 0.0), "period must be .* got 0.0"),

@@ -341,13 +341,6 @@ _LOOPS = {
     3: ("red", _AROUND_3),
     4: ("red", ((-2, 2), (-2, 6), (-6, 6), (-6, 2))),
 }
-# (α3, α4) at those corners as the paper prints them [rad].
-_PRINTED = {
-    1: ((-0.648, -0.727), (-0.648, -1.512), (0.138, -1.512), (0.138, -0.727)),
-    2: ((-0.844, 0.844), (-0.844, 0.059), (-0.059, 0.059), (-0.059, 0.844)),
-    3: ((1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)),
-    4: ((-0.393, 0.393), (-0.393, 1.178), (-1.178, 1.178), (-1.178, 0.393)),
-}
 
 PAPER_GAITS = tuple(_LOOPS)
 """The numbers of the gaits."""
@@ -361,6 +354,6 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
 
 
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:
-    """Return the polyline through a gait's vertices as printed, three decimals each, which is off the surfaces."""
-    plane = np.array(_LOOPS[number][1]) * (math.pi / 16)
-    return Gait(alpha=np.column_stack([plane, _PRINTED[number]]), vehicle=PAPER, coefficients=coefficients)
+    """Return the polyline through a gait's vertices as printed, α3 and α4 to three decimals: off the surfaces."""
+    alpha = np.array(paper_gait(number, PAPER, coefficients_of(PAPER)).alpha)
+    return Gait(alpha=np.column_stack([alpha[:, :2], alpha[:, 2:].round(3)]), coefficients=coefficients)

@@ -381,7 +381,8 @@ def completed_pieces(
             end = closing_time(0.0, end, count)
         yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
 
-    return lambda: _with_rates(closed())
+    stated_rates = all(name in first for name in (*RATES, *ACCELERATIONS))
+    return closed if stated_rates else lambda: _with_rates(closed())
 
 
 def _in_order(columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
@@ -398,18 +399,13 @@ def _overlapping(pieces: Iterable[Table]) -> Iterator[Table]:
 
 
 def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield closed pieces with rates and accelerations: as stated, or those of straight segments between the rows."""
+    """Yield closed pieces with the rates of straight segments between the rows, and accelerations of zero."""
 
     def moving(table: Table, rates: dict[str, FloatArray]) -> Table:
         return _in_order(table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}, table.about)
 
-    pieces = iter(pieces)
-    first = next(pieces)
-    if all(name in first for name in (*RATES, *ACCELERATIONS)):
-        yield from chain([first], pieces)
-        return
     first_rates: dict[str, FloatArray] = {}
-    for joined in _overlapping(chain([first], pieces)):
+    for joined in _overlapping(pieces):
         if len(joined) > 1:
             step = np.diff(joined["t"])
             rates = {rate: np.diff(joined[name]) / step + 0.0 for name, rate in zip(ANGLES, RATES, strict=True)}

@@ -456,9 +456,8 @@ def _lifted(
 
     Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
     """
-    if color == "red":
-        return np.concatenate([plane, plane], axis=-1)
-    if derivative:
-        return np.concatenate([plane, -plane], axis=-1)
-    third, fourth = sheet_angles("blue", first[0], first[1], coefficients)
-    return np.concatenate([plane, np.array([third, fourth]) + first - plane], axis=-1)
+    sign = 1.0 if color == "red" else -1.0
+    other = sign * plane
+    if not derivative:
+        other = np.array(sheet_angles(color, first[0], first[1], coefficients)) - sign * first + other
+    return np.concatenate([plane, other], axis=-1)

@@ -389,8 +389,8 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
     """
     rise = np.append(acceleration, acceleration[0])
     width = np.diff(s).tolist()
-
-    def run(constant: float) -> tuple[list[float], list[float]] | None:
+    before = constant = left = 0.0
+    for turn in range(_SECANTS + 1):
         v, speeds, times = speed, [speed], []
         starts, ends = (rise[:-1] - constant).tolist(), (rise[1:] - constant).tolist()
         for ds, a0, a1 in zip(width, starts, ends, strict=True):
@@ -403,22 +403,13 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
                 return None
             times.append(h)
             speeds.append(v)
-        return speeds, times
-
-    found = run(0.0)
-    if found is None:
-        return None
-    # What is left over at the end, as half a squared speed, goes down by the constant times the span.
-    before, constant, left = 0.0, (found[0][-1] ** 2 - speed**2) / (2 * float(s[-1])), found[0][-1] - speed
-    for _ in range(_SECANTS):
-        found = run(constant)
-        if found is None:
-            return None
-        more, left = left, found[0][-1] - speed
-        if abs(left) <= 1e-14 * speed or left == more:
-            t = np.concatenate([[0.0], np.cumsum(found[1])])
-            return TimingLaw(t=t, s=s, speed=np.array([*found[0][:-1], speed]), acceleration=rise - constant)
-        before, constant = constant, constant - left * (constant - before) / (left - more)
+        more, left = left, v - speed
+        if turn and (abs(left) <= 1e-14 * speed or left == more):
+            t = np.concatenate([[0.0], np.cumsum(times)])
+            return TimingLaw(t=t, s=s, speed=np.array([*speeds[:-1], speed]), acceleration=rise - constant)
+        # At first: what is left over, as half a squared speed, goes down by the constant times the span.
+        change = left * (constant - before) / (left - more) if turn else (speed**2 - v**2) / (2 * float(s[-1]))
+        before, constant = constant, constant - change
     return None
 
 

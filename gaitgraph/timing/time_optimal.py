@@ -115,11 +115,10 @@ class Limits:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the limits as plain values: a number where all joints share it."""
-        values = {kind: getattr(self, kind) for kind in RATE_UNITS}
         return {
             kind: float(value[0]) if np.ptp(value) == 0 else value.tolist()
-            for kind, value in values.items()
-            if value is not None
+            for kind in RATE_UNITS
+            if (value := getattr(self, kind)) is not None
         }
 
 

@@ -108,8 +108,11 @@ class TimedGait:
     @property
     def t(self) -> FloatArray:
         """Sample times, shape (N + 1,) [s]."""
-        t = np.arange(self.samples + 1) * (self.period / self.samples)
-        t[-1] = self.period
+        return self._times(range(self.samples + 1))
+
+    def _times(self, rows: range) -> FloatArray:
+        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
+        t[self.samples - rows.start :] = self.period
         return np.asarray(t)
 
     @property
@@ -159,9 +162,7 @@ class TimedGait:
         counted from 0; by default all N + 1.
         """
         rows = range(self.samples + 1) if rows is None else rows
-        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
-        if rows.stop > self.samples:
-            t[self.samples - rows.start :] = self.period
+        t = self._times(rows)
         angles, rates, accelerations = self.at(t)
         columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
         gait = self.gait
@@ -302,12 +303,9 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
     if samples is not None and rate is not None:
         raise InputError(f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}")
     if rate is not None:
-        if not 0 < number_of(rate) < math.inf:
-            raise InputError(f"rate must be a positive finite number (Hz), got {shown(rate)}")
-        if period * rate > MOST_SAMPLES:
-            raise InputError(
-                f"rate must give at most {MOST_SAMPLES} samples, got {shown(rate)} Hz over {shown(period)} s"
-            )
+        if not 0 < period * number_of(rate) <= MOST_SAMPLES:
+            rule = f"positive and give at most {MOST_SAMPLES} samples"
+            raise InputError(f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s")
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
     return whole_number("samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES)
 
