@@ -288,7 +288,8 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
             kept.append(corner)
     while len(kept) > 1 and np.linalg.norm(kept[-1][:2] - kept[0][:2]) <= SMALLEST:
         kept.pop()
-    merged = replace(merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]).merged()
+    if len(kept) < len(merged.alpha):
+        merged = replace(merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]).merged()
     plane = merged.alpha[:, :2]
     breaks, pieces, corners = _blended(plane, size) if len(plane) > 1 else (np.array([0.0, 1.0]), plane[None], ())
     curve = Curve(
