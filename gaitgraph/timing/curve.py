@@ -460,5 +460,6 @@ def _lifted(
     sign = 1.0 if color == "red" else -1.0
     other = sign * plane
     if not derivative:
-        other = np.array(sheet_angles(color, first[0], first[1], coefficients)) - sign * first + other
+        above = sheet_angles("red" if color == "red" else "blue", first[0], first[1], coefficients)
+        other = np.array(above) - sign * first + other
     return np.concatenate([plane, other], axis=-1)
