@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
 import gaitgraph as gg
@@ -25,41 +24,6 @@ from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Place, Report, limit_check
 from gaitgraph.validation.rules import segments_of
 from tests.published import GAITS
-
-
-@pytest.mark.no_cover
-@settings(deadline=None, max_examples=30)
-@given(
-    points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=4),
-    spin=st.sampled_from(["clockwise", "counterclockwise"]),
-)
-def test_flyable_means_what_dense_sampling_shows(points: list[tuple[float, float]], spin: str) -> None:
-    vehicle = gg.PAPER.replace(first_rotor_spin=spin)
-    gait = lift(points, "red", vehicle=vehicle)
-    report = gait.check()
-    s = np.linspace(0, 1, 801)[:, None, None]
-    along = gait.alpha + s * (gait.ends - gait.alpha)
-    exact = coefficients_of(vehicle, "exact")
-    R = level_determinant(along, exact)
-    if report.flyable:
-        assert least_singular_value(along, vehicle).min() >= 0.05
-        assert hover_thrust_shares(along, vehicle).min() > 0
-        assert R.min() * R.max() > 0
-        assert report["hover_thrust"].value == pytest.approx(hover_thrust_shares(along, vehicle).min(), abs=2e-3)
-    elif R.min() * R.max() > 0 and least_singular_value(along, vehicle).min() > 0.0505:
-        # The only other reason is a thrust that is not positive somewhere, or a factor of R that vanishes.
-        assert hover_thrust_shares(along, vehicle).min() < 1e-3
-    # The published coefficients of the paper's vehicle carry R to about 1e-3.
-    if R.min() * R.max() < 0 and min(abs(R.min()), abs(R.max())) > 5e-3:
-        assert not report.valid
-        assert not report["R_sign"].ok
-
-
-@pytest.mark.parametrize("name", ["tolerance", "floor", "angle_rounding"])
-@pytest.mark.parametrize("value", [float("nan"), -1.0, float("inf"), "x"])
-def test_limits_are_checked(name: str, value: Any) -> None:
-    with pytest.raises(gg.InputError, match=f"{name} must be a finite number ≥ 0, got "):
-        lift(GAITS[2].angles, "red").check(**{name: value})
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -281,31 +245,6 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
     assert other.reachability.startswith("off the red sheet with R > 0")
 
 
-def test_all_that_is_said_of_a_change_of_sign() -> None:
-    gait = lift([(-1.2, 1.2), (1.35, 1.2), (-1.5, -1.0)], "red")
-    report = gait.check()
-    sign, sigma, thrust = (report[name] for name in ("R_sign", "least_singular_value", "hover_thrust"))
-    along = gait.alpha + np.linspace(0, 1, 4001)[:, None, None] * (gait.ends - gait.alpha)
-    R = level_determinant(along, gait.coefficients)
-    assert sign.where is not None
-    assert (sign.ok, sign.decided, sign.where["segment"]) == (False, True, 1)
-    # The sign of the largest |R| at a corner is the gait's; the value is the farthest on the other side of zero.
-    largest = gait.R[np.argmax(np.abs(gait.R))]
-    assert sign.value == pytest.approx(R.max() if largest < 0 else R.min(), abs=1e-4)
-    assert sign.message.startswith(f"R changes its sign at {place_of(sign)} (published coefficients): ")
-    assert level_determinant(sign.where["alpha"], gait.coefficients) == pytest.approx(sign.value, rel=1e-12)
-    assert not sigma.ok
-    assert sigma.message.endswith(f"least singular value {sigma.value:.2g}, floor 0.05, at {place_of(sigma)}")
-    assert (thrust.kind, thrust.ok, thrust.limit) == ("flyable", False, 0.0)
-    assert thrust.where is not None
-    assert thrust.value == pytest.approx(hover_thrust_shares(thrust.where["alpha"]).min())
-    assert (thrust.value or 0.0) < 0
-    # The first segment with a share that is not positive, and the worse one of its ends.
-    segment = int(np.argmax(hover_thrust_shares(along).min(axis=(0, 2)) <= 0))
-    assert thrust.where["segment"] in (segment, segment + 1)
-    assert f"on the segment after corner {segment + 1}: stay where β1 and β2 have opposite signs" in thrust.message
-
-
 @pytest.mark.parametrize(
     ("points", "colors", "value", "limit", "cause"),
     [
@@ -382,25 +321,6 @@ def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
     assert limits[0] > limits[2] > limits[3]  # type: ignore[operator]
     bent = Gait(alpha=gait.alpha + np.outer([0, 1, 0, 0], [0, 0, 0, 0.1]), colors=gait.colors)
     assert bent.check()["R_sign"].limit == bent.check(angle_rounding=0.0)["R_sign"].limit
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("block", [1, 2, 3, 7])
-def test_rules_see_blocks_of_a_long_gait_as_one(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
-    gait = lift(np.tile(GAITS[2].angles, (2, 1)), "red", vehicle=gg.PAPER.replace(max_tilt=1.1, max_thrust=2.0))
-    for bad in range(len(gait.alpha)):
-        alpha = gait.alpha.copy()
-        alpha[bad, 2] += 0.1
-        bent = Gait(alpha=alpha, colors=gait.colors, vehicle=gait.vehicle)
-        whole = bent.check()
-        with monkeypatch.context() as small:
-            small.setattr(validating, "_BLOCK", block)
-            pieces = bent.check()
-        assert not whole.valid
-        assert found_by(pieces) == found_by(whole)
-        for one, other in zip(whole.checks, pieces.checks, strict=True):
-            assert one.value == pytest.approx(other.value, rel=1e-3), one.name
-        assert (pieces.reachable_from_hover, pieces.reachability) == (whole.reachable_from_hover, whole.reachability)
 
 
 @pytest.mark.parametrize("block", [1, 2, 1 << 14])

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table, closed_rows
@@ -235,8 +235,7 @@ def robustness_of(
     tilt = checked_tilt(tilt)
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
-    if type(curves) is not int or not 0 <= curves <= _MOST_CURVES:
-        raise InputError(f"curves must be a whole number from 0 to {_MOST_CURVES}, got {shown(curves)}")
+    curves = whole_number("curves", curves, 0, _MOST_CURVES)
     checked_limits(angle_rounding=angle_rounding)
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
         raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
