@@ -241,27 +241,29 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
     return shapely.transform(shape, lambda at: -at[:, ::-1])
 
 
-def _leaning(u: FloatArray, kappa: float, size: float = 1.0) -> FloatArray:
-    """Return κ cos u − size·sin u; D = κw + κ cos u − sin u."""
-    return np.asarray(kappa * np.cos(u) - size * np.sin(u))
+def _bracket_waves(kappa: float) -> Waves:
+    """Return D as a function of (u, v)."""
+    return cosine(1, 0, size=kappa) + cosine(0, 1, size=kappa) + cosine(1, 0, HALF_PI, -1.0)
 
 
-def _leaning_waves(kappa: float, size: float = 1.0) -> Waves:
-    return cosine(1, 0, size=kappa) + cosine(1, 0, HALF_PI, -size)
+def _bracket_at(u: FloatArray, kappa: float) -> FloatArray:
+    """Return D less its term in w."""
+    return np.asarray(kappa * np.cos(u) - np.sin(u))
 
 
 def _bands_in_w(
-    border: Border,
     kappa: float,
     middle: Function,
     discriminant: Function,
     scale: float,
-    holds: Callable[[float, float, float], bool],
+    height: Callable[[FloatArray, float], FloatArray],
+    holds: Callable[[float, float], bool],
+    border: Border,
     tolerance: float,
 ) -> BaseGeometry:
-    """Return where a condition on u, w and the height h(u, w) of its border holds, in the (α1, α2) plane.
+    """Return where a condition on (u, w) holds, in the (α1, α2) plane.
 
-    As a function of (u, v) the border is a quadratic in w with the roots (±√discriminant − sgn κ·middle)/(2|κ|) and
+    Its border is where `height` vanishes, a quadratic in w with the roots (±√discriminant − sgn κ·middle)/(2|κ|) and
     trigonometric polynomials of degree two as coefficients. A discriminant above −1e-9·`scale` is not negative.
     """
 
@@ -274,23 +276,13 @@ def _bands_in_w(
 
         return at
 
-    def height(u: npt.ArrayLike, w: float) -> FloatArray:
-        return border.at(np.stack(np.broadcast_arrays(u, math.acos(w)), axis=-1).reshape(-1, 2))
-
     end = math.pi + _BEYOND
     functions: list[Function] = [discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0)]
     zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
     zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
     breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
-    shape = bands_between(
-        breaks,
-        (root(-1.0), root(1.0)),
-        lambda u, w: holds(u, w, float(height(u, w)[0])),
-        border,
-        math.sqrt(2.0) * tolerance,
-        ends=(-1.0, 1.0),
-        ordinate=np.arccos,
-    )
+    roots, wide = (root(-1.0), root(1.0)), math.sqrt(2.0) * tolerance
+    shape = bands_between(breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos)
     # From 0 ≤ v ≤ π, continued by cos v, to the (α1, α2) plane.
     beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]]))
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
@@ -303,43 +295,54 @@ def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
 
     Around the curve R = 0 this is a band, as narrow as the floor; `tolerance` must not be much above it.
     """
-    half, mean = floor**2 / 2, 2 + kappa**2
+    half = floor**2 / 2
+
+    def lean(u: FloatArray) -> FloatArray:
+        return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
 
     def middle(u: FloatArray) -> FloatArray:
-        return 2 * _leaning(u, kappa) - half * _leaning(u, kappa, 2.0)
+        return 2 * _bracket_at(u, kappa) - half * lean(u)
 
     def discriminant(u: FloatArray) -> FloatArray:
-        lean = _leaning(u, kappa, 2.0)
-        return half * (-4 * _leaning(u, kappa) * lean + half * lean**2 + 4 * (mean - half))
+        return half * (-4 * _bracket_at(u, kappa) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
 
-    def weak(u: float, w: float, height: float) -> bool:
-        return height < 0 or mean + kappa * w * float(_leaning(np.array(u), kappa, 2.0)) < 2 * half
+    def height(u: FloatArray, w: float) -> FloatArray:
+        determinant = kappa * w + _bracket_at(u, kappa)
+        return np.asarray(determinant**2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2)
 
-    rest = _leaning_waves(kappa, 2.0) * cosine(0, 1, size=-half * kappa) + half * (half - mean)
-    border = Border(rest=rest, squared=_leaning_waves(kappa) + cosine(0, 1, size=kappa))
-    return _bands_in_w(border, kappa, middle, discriminant, half * (8 + 12 * kappa**2 + half), weak, tolerance)
+    def weak(u: float, w: float) -> bool:
+        at = np.array([u])
+        return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(lean(at)[0]) < 2 * half
+
+    squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
+    rest = squares * -half + (half**2 - half * (2 + kappa**2))
+    scale = half * (8 + 12 * kappa**2 + half)
+    border = Border(rest=rest, squared=_bracket_waves(kappa))
+    return _bands_in_w(kappa, middle, discriminant, scale, height, weak, border, tolerance)
 
 
 def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
     """Return where sign·R is below a positive level on the red sheet, exact coefficients."""
     delta = math.atan(kappa)
-    small = sign * level * kappa * math.cos(delta) ** 2
+    small = sign * level * math.cos(delta) ** 2
 
     def line(u: FloatArray) -> FloatArray:
-        return kappa * np.cos(u - 2 * delta)
+        return np.cos(u - 2 * delta)
 
     def middle(u: FloatArray) -> FloatArray:
-        return line(u) + _leaning(u, kappa)
+        return kappa * line(u) + _bracket_at(u, kappa)
 
     def discriminant(u: FloatArray) -> FloatArray:
-        return (line(u) - _leaning(u, kappa)) ** 2 + 4 * small * kappa
+        return (kappa * line(u) - _bracket_at(u, kappa)) ** 2 + 4 * small * kappa**2
 
-    bracket = _leaning_waves(kappa) + cosine(0, 1, size=kappa)
-    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * bracket + -small)
-    side = sign * math.copysign(1, kappa)
-    return _bands_in_w(
-        border, kappa, middle, discriminant, 4 * (1 + kappa**2), lambda _u, _w, height: side * height < 0, tolerance
-    )
+    def height(u: FloatArray, w: float) -> FloatArray:
+        return (w + line(u)) * (kappa * w + _bracket_at(u, kappa)) - small * kappa
+
+    def below(u: float, w: float) -> bool:
+        return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
+
+    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_waves(kappa) + -small * kappa)
+    return _bands_in_w(kappa, middle, discriminant, 4 * (1 + kappa**2), height, below, border, tolerance)
 
 
 def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
