@@ -90,12 +90,12 @@ def minus_largest_share(start: FloatArray, end: FloatArray, **options: Any) -> L
 STRONG_NUMBERS = coefficients_of(STRONG)
 QUANTITIES = {
     "R": Quantity(
-        lambda *ends, **options: range_of_level_determinant(*ends, PUBLISHED, **options)[0],
+        lambda start, end, **options: range_of_level_determinant(start, end, PUBLISHED, **options)[0],
         partial(level_determinant, coefficients=PUBLISHED),
         1e-6,
     ),
     "minus R, strong drag": Quantity(
-        lambda *ends, **options: range_of_level_determinant(*ends, STRONG_NUMBERS, **options)[1],
+        lambda start, end, **options: range_of_level_determinant(start, end, STRONG_NUMBERS, **options)[1],
         lambda at: -level_determinant(at, STRONG_NUMBERS),
         1e-4,
     ),
@@ -311,7 +311,7 @@ class TestThrusts:
         delta, side = math.atan(vehicle.signed_drag_ratio), math.copysign(1.0, vehicle.signed_drag_ratio)
         ends = np.array([[[delta - side * (HALF_PI + x), side * 0.4] * 2] for x in (-1e-2, 1e-2)])
         assert (hover_thrust_shares(ends, vehicle) > 0).all()
-        assert not thrusts_push_up(*ends, vehicle)[0]
+        assert not thrusts_push_up(ends[0], ends[1], vehicle)[0]
 
     @three_vehicles
     def test_without_any_cut_the_bracket_holds_on_long_segments(
