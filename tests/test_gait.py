@@ -54,7 +54,7 @@ def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> N
 def test_corners_are_roots_and_points_between_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
     gait = lift(points, color, coefficients=numbers)
     for lifted in gait.alpha:
-        (root,) = (root for root in roots(*lifted[:2], coefficients=numbers) if root.color == color)
+        (root,) = (root for root in roots(lifted[0], lifted[1], numbers) if root.color == color)
         np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
     along = gait.alpha + fraction * (gait.ends - gait.alpha)
     # α3 ∓ α1 and α4 ∓ α2 are constant on a sheet; where they are not, an angle wraps by π.
@@ -154,11 +154,12 @@ def test_malformed_values_are_refused(function: Any, arguments: dict[str, Any], 
 
 def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:
     """Equations (16) to (19) word by word: every angle is the least or the largest over the curve."""
-    found, ends = set(), (points.min(axis=0), points.max(axis=0))
+    found: set[tuple[float, ...]] = set()
+    ends = points.min(axis=0), points.max(axis=0)
     for point in points:
-        sides = [next((end[k] for end in ends if abs(point[k] - end[k]) <= tolerance), None) for k in range(4)]
-        if None not in sides:
-            found.add(tuple(sides))
+        near = [[float(end[k]) for end in ends if abs(point[k] - end[k]) <= tolerance] for k in range(4)]
+        if all(near):
+            found.add(tuple(sides[0] for sides in near))
     return found
 
 

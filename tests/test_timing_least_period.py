@@ -179,7 +179,8 @@ def test_a_leg_from_rest_to_rest_covers_its_distance_within_limits(
         total += duration
     assert s == pytest.approx(d, rel=1e-6)
     assert v == pytest.approx(0, abs=1e-6 * fastest)
-    assert (fastest <= rate * (1 + 1e-9)) & (highest <= acceleration * (1 + 1e-9))
+    assert fastest <= rate * (1 + 1e-9)
+    assert highest <= acceleration * (1 + 1e-9)
     # The fastest motion meets a limit throughout: speed, acceleration or jerk.
     with_jerk = 4 * (d / (2 * jerk)) ** (1 / 3)
     without = d / rate + rate / acceleration if d * acceleration > rate**2 else 2 * sqrt(d / acceleration)
