@@ -81,7 +81,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         cwd=tree, env={**own, **proxies, "PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return tree / "html"
 
 
