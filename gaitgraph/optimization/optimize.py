@@ -130,7 +130,7 @@ class OptimalGait:
         return _TimedCurve(gait=gait, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
-        """Return even samples with exact rates, as :func:`gaitgraph.timing.timed_gait.parametrize` counts them."""
+        """Return even samples with exact rates, as :meth:`gaitgraph.gait.gait.Gait.parametrize` counts them."""
         return merged(self.pieces(samples=samples, rate=rate))
 
     def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:

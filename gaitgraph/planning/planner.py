@@ -274,7 +274,7 @@ def plan_loop(
     accuracy
         With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
     period, law
-        The clock with which tilt rates are judged; see :func:`gaitgraph.timing.timed_gait.parametrize`.
+        The clock with which tilt rates are judged; see :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     floor
         Least singular value that a flyable loop keeps, dimensionless.
     graph

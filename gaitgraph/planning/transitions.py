@@ -195,7 +195,7 @@ def transition(
         How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
         is more.
     law, samples, rate
-        As for :func:`gaitgraph.timing.timed_gait.parametrize`, over the duration.
+        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`, over the duration.
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients

@@ -214,7 +214,7 @@ def least_period(
         the law rests at every corner; only a gait that does nothing but turn back on its line is run without a rest.
         With it, where resting is quicker, as it can be with tiny blends, that law is the answer, with a note.
     samples, rate
-        Of tables, as for :func:`gaitgraph.timing.timed_gait.parametrize`.
+        Of tables, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     nodes, progress
         Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and what is
         called with lines of text, since under a jerk limit it may take a minute in all.
