@@ -2,7 +2,7 @@
 
 import { byId, html } from "./elements.js";
 import { problem, say } from "./lines.js";
-import { download, tableReport } from "./server.js";
+import { download, tableReport } from "./queries.js";
 
 /** Take a file from the button or dropped on the page; `onReport` gets what the server says of it. */
 export function bindFile(mostBytes, { onReport, onError }) {

@@ -9,7 +9,7 @@ import { byId, html } from "./elements.js";
 import { allowDownloads, bindDownloads, bindFile } from "./files.js";
 import { bindLines, gone, notice, problem, say } from "./lines.js";
 import { mapIn } from "./map.js";
-import { Gone, latest, setupOf, waitForServer } from "./server.js";
+import { Gone, latest, setupOf, waitForServer } from "./queries.js";
 import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
 import { vehicleIn } from "./vehicle.js";
 import { sentenceOf, showReport, verdictOf } from "./verdict.js";
