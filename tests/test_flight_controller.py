@@ -13,10 +13,11 @@ from scipy.signal import lsim
 from scipy.spatial.transform import Rotation
 
 from gaitgraph.errors import InputError
+from gaitgraph.flight.controller import allocation_of, wanted_attitude
 from gaitgraph.flight.course import repeated, servo_response
 from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import REFERENCES, FlightSettings, reference_at
-from gaitgraph.flight.simulation import Simulation, allocation_of, wanted_attitude
+from gaitgraph.flight.simulation import Simulation
 from gaitgraph.invertibility.matrices import body_vertical, scaled_decoupling_matrix, thrust_signs
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.samples import ASCENDING, BEETLE, RED, flown_by
