@@ -143,7 +143,7 @@ class TestPlan:
         worst = next(check for check in answer["checks"] if check["name"] == "least_singular_value")
         assert [worst["where"][f"alpha{k}"] for k in (1, 2, 3, 4)] == plan.report["least_singular_value"].where["alpha"]  # type: ignore[index]
 
-    def test_the_series_is_the_table_and_the_scene_its_vehicle(self, client: Client) -> None:
+    def test_the_series_is_the_table_and_the_view_its_vehicle(self, client: Client) -> None:
         answer = client("plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"})
         timed = gg.plan_loop(GAIT3.angles, period=2.0, law="equal-time").timed(samples=40)
         series, alpha = answer["series"], timed.alpha
@@ -153,7 +153,7 @@ class TestPlan:
             ("hover_thrusts", matrices.hover_thrust_shares(alpha).T, 1e-5),
         ):  # fmt: skip
             assert np.allclose(series[name], values, rtol=0, atol=error), name
-        assert answer["scene"] == vehicle_view(alpha).as_mapping() | {"t": series["t"]}
+        assert answer["vehicle_view"] == vehicle_view(alpha).as_mapping() | {"t": series["t"]}
 
     def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, client: Client) -> None:
         series = client("plan", of_gait(1))["series"]
@@ -170,7 +170,7 @@ class TestPlan:
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no closed loop" in none["reason"]
         assert none["obstacles"][0]["nearest"]
-        assert empty["series"] is none["scene"] is None
+        assert empty["series"] is none["vehicle_view"] is None
 
 
 def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:
@@ -235,7 +235,7 @@ class TestTables:
         assert len(answer["path"]) == len(answer["series"]["t"]) == 41
         assert answer["path"][0] == answer["path"][-1]
         assert max(answer["series"]["R"]) < 0 < min(answer["series"]["least_singular_value"])
-        assert answer["scene"]["t"] == answer["series"]["t"]
+        assert answer["vehicle_view"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
 
     def test_each_run_of_broken_rows_is_marked_once(self, client: Client) -> None:

@@ -333,8 +333,8 @@ class TestTakeOff:
 def course_of(timed: TimedGait, **options: Any) -> Course:
     found = from_hover(timed, **options)
     assert isinstance(found, Course), found
-    # The angles are continuous where the pieces meet.
-    begins = np.array([begin for begin, _, _ in found.pieces[1:]])
+    # The angles are continuous where the sections meet.
+    begins = np.array([begin for begin, _, _ in found.sections[1:]])
     assert np.abs(found.at(begins + 1e-9) - found.at(begins - 1e-9)).max() < 1e-6
     return found
 
@@ -347,7 +347,7 @@ class TestCourse:
         assert course.phases == ("hover", "entry", "gait", "exit", "hover")
         assert course.duration == pytest.approx(4 + periods * 1.3)
         assert np.abs(course.at(np.array([0.0, course.duration]))).max() < 1e-12
-        begin, joined, _ = course.pieces[2]
+        begin, joined, _ = course.sections[2]
         t = np.linspace(0, periods * 1.3, 50, endpoint=False)
         assert np.abs(course.at(begin + t) - timed.at(t + joined)[0]).max() < 1e-12
 

@@ -127,8 +127,8 @@ def keeps_to_the_polygons(loop: Loop, request: PlanRequest) -> None:
     for polygon in request.zones.keep_out if request.zones else ():
         assert not line.intersects(shapely.Polygon(polygon).buffer(-1e-9))
     if request.zones and request.zones.keep_in:
-        room = shapely.union_all([shapely.Polygon(polygon) for polygon in request.zones.keep_in])
-        assert room.buffer(1e-9).covers(line)
+        allowed = shapely.union_all([shapely.Polygon(polygon) for polygon in request.zones.keep_in])
+        assert allowed.buffer(1e-9).covers(line)
 
 
 def passes_in_order(loop: Loop, plan: Plan) -> None:

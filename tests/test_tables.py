@@ -300,7 +300,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     gait = gg.plan_loop(G3.waypoints).gait
     for k, other in enumerate((gait.reversed(), gait.started_at(1), gait.biased(0.9), gait.scaled(0.9))):
         other.parametrize(samples=4).write(tmp_path / f"{k}.csv")
-        with pytest.raises(gg.InputError, match=rf"{k}\.csv.*tells no request"):
+        with pytest.raises(gg.InputError, match=rf"{k}\.csv.*states no request"):
             read_request(tmp_path / f"{k}.csv", {})
     made: dict[str, Any] = {
         "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(samples=4),
@@ -315,7 +315,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     assert read_gait(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
     assert not read_gait(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
     export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
-    with pytest.raises(gg.InputError, match="tells no request"):
+    with pytest.raises(gg.InputError, match="states no request"):
         read_request(tmp_path / "other.csv", {})
 
 

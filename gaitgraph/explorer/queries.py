@@ -195,7 +195,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     lists = "checks warnings obstacles corners types colors path vertices order alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
-        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "scene")),
+        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "vehicle_view")),
         **dict.fromkeys(_VERDICTS, False),
         **{name: [] for name in lists.split()},
     }
@@ -229,16 +229,16 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "vertices": loop.path.vertices().tolist(),
         "order": list(loop.order),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
-        "scene": scene_answer(alpha, gait.vehicle, t=t),
+        "vehicle_view": vehicle_view_answer(alpha, gait.vehicle, t=t),
     }
 
 
 def _outline(loop: Loop) -> dict[str, Any]:
-    path = rounded(loop.gait.alpha[[*range(len(loop.gait.alpha)), 0], :2])
+    path = to_digits(loop.gait.alpha[[*range(len(loop.gait.alpha)), 0], :2])
     return {"color": loop.color, "sign": loop.sign, "length": loop.length, "path": path}
 
 
-def rounded(values: FloatArray, digits: int = 6) -> list[Any]:
+def to_digits(values: FloatArray, digits: int = 6) -> list[Any]:
     """Return an array as nested lists of numbers with a few decimals, without negative zeros."""
     return list((np.round(values, digits) + 0.0).tolist())
 
@@ -264,26 +264,26 @@ def series_answer(
     """
     vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
     shares = matrices.hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
-    thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in rounded(shares.T, 5)]
+    thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in to_digits(shares.T, 5)]
     if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # on the red sheet in closed form, which is quicker
         least = np.asarray(matrices.least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
     else:
         least = np.asarray(matrices.least_singular_value(alpha, vehicle))
     return {
-        **({} if t is None else {"t": rounded(t, 9)}),
-        "alpha": rounded(alpha.T),
-        **({} if rates is None else {"rates": rounded(rates.T)}),
-        "R": rounded(np.asarray(matrices.level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
-        "least_singular_value": rounded(least, _FINE_DIGITS),
+        **({} if t is None else {"t": to_digits(t, 9)}),
+        "alpha": to_digits(alpha.T),
+        **({} if rates is None else {"rates": to_digits(rates.T)}),
+        "R": to_digits(np.asarray(matrices.level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
+        "least_singular_value": to_digits(least, _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
 
 
-def scene_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
+def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
     """Return the vehicle tilting through rows, (n, 4) [rad], in at most 101 frames, by time or number of the row."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    scene = vehicle_view(alpha[rows], vehicle).as_mapping()
-    return {**scene, "t": (rows + 1).tolist() if t is None else rounded(t[rows], 9)}
+    view = vehicle_view(alpha[rows], vehicle).as_mapping()
+    return {**view, "t": (rows + 1).tolist() if t is None else to_digits(t[rows], 9)}
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
@@ -311,12 +311,12 @@ def _diagram(one: Robustness) -> dict[str, Any]:
     outline = shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
     curves = [curve.points(61) for _, curve in one.curves]
     return {
-        "curves": [rounded(points, 5) for points in curves if len(points)],
+        "curves": [to_digits(points, 5) for points in curves if len(points)],
         "tilt_margin_deg": None if margin is None else math.degrees(margin),
         "tilt_margin_reason": one.margin.reason or None,
         "acceptable_fraction": one.acceptable.fraction,
         "acceptable_reason": one.acceptable.reason or None,
-        "acceptable": rounded(outline, 5),
+        "acceptable": to_digits(outline, 5),
         "nearest_singular_attitude": None if one.direction is None else list(one.direction),
         "least_singular_value": one.singular_value[1],
         "tilt_deg": math.degrees(one.tilt),

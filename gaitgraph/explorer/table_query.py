@@ -86,10 +86,10 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         "rows": report.rows,
         **verdict,
         "warnings": list(report.warnings),
-        "path": queries.rounded(alpha[:, :2]),
+        "path": queries.to_digits(alpha[:, :2]),
         "series": queries.series_answer(alpha, rows, report, t=t),
-        "scene": queries.scene_answer(alpha, rows.vehicle, t=t),
-        "corners": queries.rounded(rows.merged().alpha[:_MOST_ROWS]),
+        "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
+        "corners": queries.to_digits(rows.merged().alpha[:_MOST_ROWS]),
         "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }

@@ -149,18 +149,18 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
 class Course:
     """Commands to the four tilt servos over a flight of a `duration` [s], infinite for a gait that is repeated.
 
-    `pieces` are timed gaits in order, each with the time of the flight and the time of its own at which it begins [s],
+    `sections` are timed gaits, each with the time of the flight and the time of its own at which it begins [s],
     and `phases` their names: "hover", "entry", "gait", "exit".
     """
 
-    pieces: tuple[tuple[float, float, TimedGait], ...]
+    sections: tuple[tuple[float, float, TimedGait], ...]
     duration: float
     phases: tuple[str, ...]
 
     @property
     def timed(self) -> TimedGait:
         """The gait."""
-        return self.pieces[self.phases.index("gait")][2]
+        return self.sections[self.phases.index("gait")][2]
 
     @property
     def vehicle(self) -> Vehicle:
@@ -174,10 +174,10 @@ class Course:
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return the commanded tilt angles at times of shape (n,), shape (n, 4) [rad]."""
-        begins = np.array([begin for begin, _, _ in self.pieces])
+        begins = np.array([begin for begin, _, _ in self.sections])
         which = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
         alpha = np.empty((len(t), 4))
-        for k, (begin, own, timed) in enumerate(self.pieces):
+        for k, (begin, own, timed) in enumerate(self.sections):
             mine = which == k
             if mine.any():
                 alpha[mine] = timed.at(t[mine] - begin + own)[0]
@@ -186,7 +186,7 @@ class Course:
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     """Return the course of a gait that is flown again and again, from a moment of it [s]; the first by default."""
-    return Course(pieces=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
+    return Course(sections=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
 
 
 def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
@@ -282,7 +282,7 @@ def from_hover(timed: TimedGait, *, periods: int = 2, anyway: bool = False) -> C
     flown = (arrival, float(times[corner]), timed)
     left = (departure, seconds, entry), (departure + seconds, 0.0, hover)
     return Course(
-        pieces=((0.0, 0.0, hover), (_PAUSE, 0.0, entry), flown, *left),
+        sections=((0.0, 0.0, hover), (_PAUSE, 0.0, entry), flown, *left),
         duration=departure + seconds + _PAUSE,
         phases=("hover", "entry", "gait", "exit", "hover"),
     )

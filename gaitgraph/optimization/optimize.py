@@ -33,7 +33,7 @@ from gaitgraph.optimization.least_effort import (
 from gaitgraph.planning.request import checked_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
 from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
-from gaitgraph.surface.region import DEFAULT_ACCURACY, TOUCH, Discs, Zones, component_meeting, offset
+from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
@@ -389,7 +389,7 @@ class _Search(NamedTuple):
         if not region.components:
             return why_empty(region, self.floor, vehicle)
         distance = shapely.distance(np.array(region.components)[:, None], shapely.points(discs.centers))
-        meets = distance <= discs.radii + TOUCH
+        meets = distance <= discs.radii + OVERLAY_ERROR
         for k in np.flatnonzero(~meets.any(axis=0)).tolist():
             (x, y), (a, b) = discs.centers[k], region.nearest(discs.centers[k]) or discs.centers[k]
             return (

@@ -50,7 +50,7 @@ IntArray = npt.NDArray[np.int64]
 MOST_ROWS = 200_000
 """A longer table is refused: thin it out first."""
 
-_TOUCH = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
+_ROUND_OFF = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
 _TURN = 2 * math.pi
 
 
@@ -247,7 +247,7 @@ def retarget(
         or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
     ):
         # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
-        outside = shapely.distance(parts[best], points) > _TOUCH
+        outside = shapely.distance(parts[best], points) > _ROUND_OFF
         segments = shapely.get_coordinates(shapely.shortest_line(parts[best], points[outside])).reshape(-1, 2, 2)
         middle[outside] = segments[:, 0]
         new, placed = _joined(middle, parts[best])
@@ -303,7 +303,7 @@ def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     """Return red rows through points, others added where a segment leaves the component, and the points' numbers."""
     ends = np.roll(plane, -1, axis=0)
-    around = offset(part, _TOUCH)
+    around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
     lines = shapely.linestrings(np.stack([plane, ends], axis=1))
     bent = ~(shapely.covers(around, lines) | (plane == ends).all(axis=1))

@@ -94,7 +94,7 @@ def _shortest_chain(
     notes: dict[str, None],
     progress: Callable[[str], None] | None,
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float] | Obstacle:
-    """Return the points of the shortest closed chain, the order of the waypoints and a lower bound, or an obstacle."""
+    """Return the points of the shortest closed path, the order of the waypoints and a lower bound, or an obstacle."""
     waypoints = case.request.waypoints
     for k, point in enumerate(waypoints):
         if region.entry(point) is None:
@@ -122,15 +122,15 @@ def _shortest_chain(
             lengths.append([quanta_of(leg.length) for leg in legs if leg is not None])
         order = order_by_lengths(lengths) or order
         notes.update(dict.fromkeys(notes_on_order(order)))
-    chain: list[Point] = []
+    path: list[Point] = []
     bound = 0.0
     for first, second in pairwise([*order, order[0]]):
         leg = region.leg(waypoints[first], waypoints[second])
         if leg is None:
             return apart(first, second)
-        chain += leg.points[:-1]
+        path += leg.points[:-1]
         bound += leg.lower_bound
-    return tuple(chain) or (waypoints[0],), order, bound
+    return tuple(path) or (waypoints[0],), order, bound
 
 
 def _most_robust_region(case: Case, use: Use) -> PreparedRegion:
@@ -205,7 +205,7 @@ def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
 def _straight_loop_flies(
     starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64], wanted: float, request: PlanRequest
 ) -> bool:
-    """Return whether straight segments on red that form a closed chain are flyable, sign of R included."""
+    """Return whether straight segments on red that form a closed path are flyable, sign of R included."""
     # Where all thrusts push up, the borders of R are straight, so that R keeps its sign between points of one label;
     # and positive thrusts are a matter of two quarter planes, each convex.
     vehicle, (a1, a2) = request.vehicle, starts[:, :2].T
@@ -274,7 +274,7 @@ class PreparedRegion:
 
 
 def length_of(points: Sequence[Sequence[float]]) -> float:
-    """Return the length of a chain of points [rad]."""
+    """Return the length of a path [rad]."""
     return sum(math.dist(a, b) for a, b in pairwise(points))
 
 

@@ -245,7 +245,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
     with _named(path):
         raise InputError(
-            f"it tells no request that made it{why}, so there is nothing to plan again: give a request, or "
+            f"it states no request that made it{why}, so there is nothing to plan again: give a request, or "
             "the gait file of a planned gait"
         )
 

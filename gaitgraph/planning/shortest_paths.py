@@ -1,6 +1,6 @@
 """Shortest paths in the plane around polygonal obstacles, exact to machine precision.
 
-In a polygonal region a shortest path is a chain of straight lines that bends only at reflex corners of the region. The
+In a polygonal region a shortest path is a polyline that bends only at reflex corners of the region. The
 region is cut into triangles whose corners are its own (a constrained Delaunay triangulation); what a point can see is
 found by widening cones through them, so that every decision is the sign of the orientation of three given points, which
 is computed exactly. The path is then searched among the reflex corners by A*, with corners' views computed when the
@@ -311,10 +311,10 @@ class ShortestPaths:
                     heappush(heap, (total + dist(points[other], end), other, total))
         if final == _DIRECT:
             return None
-        chain = [final]
-        while chain[-1] in parent:
-            chain.append(parent[chain[-1]])
-        bends = [points[corner] for corner in reversed(chain)]
+        visited = [final]
+        while visited[-1] in parent:
+            visited.append(parent[visited[-1]])
+        bends = [points[corner] for corner in reversed(visited)]
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
 
 

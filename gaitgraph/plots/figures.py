@@ -139,7 +139,7 @@ def _attitudes(figure: Figure, of: _Setting, *, number: int, eta: float, alike: 
         readings, panels = {f"{digits} coefficients": gait}, [figure.add_subplot()]
     for ax, (title, gait) in zip(panels, readings.items(), strict=True):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-        numbers, both = gaits.at_face_value(gait.coefficients), (gait, gait.biased(eta))
+        numbers, both = gaits.as_if_exact(gait.coefficients), (gait, gait.biased(eta))
         margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
         texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
         lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]

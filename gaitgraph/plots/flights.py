@@ -127,7 +127,7 @@ def _what_was_flown(flight: Flight) -> list[str]:
         f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
         *([] if settings.reference == "attitude" else [reference]),
-        *(["entered from hover"] if len(flight.course.pieces) > 1 else []),
+        *(["entered from hover"] if len(flight.course.sections) > 1 else []),
         f"from roll {roll}, pitch {pitch}",
     ]
     return [part.replace("-", "−") for part in parts]
@@ -136,9 +136,9 @@ def _what_was_flown(flight: Flight) -> list[str]:
 def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
     """Shade every other phase of a flight from hover."""
     course = flight.course
-    if len(course.pieces) < 2:
+    if len(course.sections) < 2:
         return
-    begins = [begin for begin, _, _ in course.pieces] + [course.duration]
+    begins = [begin for begin, _, _ in course.sections] + [course.duration]
     for k, phase in enumerate(course.phases):
         begin, end = begins[k], min(begins[k + 1], ax.get_xlim()[1])
         if k % 2 and begin < end:

@@ -131,7 +131,7 @@ def roll_pitch_diagram(
     """
     whole_number("count", count, 1, 10_000)
     ax = axes_or_new(ax, size=(85, 95))
-    numbers = at_face_value(gait.coefficients)
+    numbers = as_if_exact(gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
     if eta is not None:
         gaits.append((gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", BLUE, (0, (3, 1.5))))
@@ -142,7 +142,7 @@ def roll_pitch_diagram(
     return ax
 
 
-def at_face_value(coefficients: Coefficients) -> Coefficients:
+def as_if_exact(coefficients: Coefficients) -> Coefficients:
     """Return coefficients whose digits are taken as all there are, so that nothing is lost in their rounding."""
     return replace(coefficients, kind="exact")
 

@@ -431,9 +431,9 @@ def write_frames(
     for _ in drawn():
         canvas.draw()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    # One palette for all frames, from a few of them, and no dither, which would flicker.
+    # One color table for all frames, from a few of them, and no dither, which would flicker.
     some = [np.asarray(one) for one in frames[:: max(len(frames) // 6, 1)]]
-    palette = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
-    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames)
+    color_table = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in frames)
     times = [10 * delay for delay in delays]
     first.save(path, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii"))

@@ -36,7 +36,7 @@ from gaitgraph.surface.borders import (
 )
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
-    TOUCH,
+    OVERLAY_ERROR,
     Condition,
     Pair,
     Region,
@@ -302,7 +302,7 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     if alone > 1:
         return shapely.Polygon()
     # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
-    reach = math.acos(alone) - (TOUCH if floor and inside else 0.0)
+    reach = math.acos(alone) - (OVERLAY_ERROR if floor and inside else 0.0)
     centers = (delta - math.pi, delta, delta + math.pi)
     strips = shapely.union_all(
         [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]

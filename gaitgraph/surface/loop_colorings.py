@@ -131,18 +131,18 @@ class ColoringCount:
         self._everywhere &= choices[:, :2].all(axis=0)
         # The run that goes on is represented by its last point.
         before = self.points - len(self._last)
-        chain = np.concatenate([self._last, choices])
-        starts = np.concatenate([[0], np.flatnonzero(_changes(chain)) + 1])
-        shared = np.logical_and.reduceat(chain[:, :2], starts, axis=0)
+        joined = np.concatenate([self._last, choices])
+        starts = np.concatenate([[0], np.flatnonzero(_changes(joined)) + 1])
+        shared = np.logical_and.reduceat(joined[:, :2], starts, axis=0)
         empty = np.flatnonzero(~shared.any(axis=1))
         if empty.size:
             # The first point of its run at which no color is left.
             start = int(starts[empty[0]])
-            left = np.logical_and.accumulate(chain[start:, :2], axis=0)
+            left = np.logical_and.accumulate(joined[start:, :2], axis=0)
             k = start + int(np.argmin(left.any(axis=1)))
             number = before + k + 1
-            if chain[k, :2].any():
-                self._forbid((number - 1, number), left[k - 1 - start], chain[k, :2], chain[k - 1 : k + 1])
+            if joined[k, :2].any():
+                self._forbid((number - 1, number), left[k - 1 - start], joined[k, :2], joined[k - 1 : k + 1])
             else:
                 message = f"point {number} has no root with {RELATION[self.sign]}, neither red nor blue"
                 self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
@@ -151,7 +151,7 @@ class ColoringCount:
         if self._first_run is None and len(ended):
             self._first_run, ended = ended[0], ended[1:]
         self._free += int(ended.all(axis=1).sum())
-        self._last = np.concatenate([shared[-1:], chain[-1:, 2:]], axis=1)
+        self._last = np.concatenate([shared[-1:], joined[-1:, 2:]], axis=1)
         self.points += len(choices)
 
     def closed(self) -> int:

@@ -30,7 +30,7 @@ Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 DEFAULT_ACCURACY = 1e-6
 """How far a border of a region may be from where it truly is [rad]."""
 
-TOUCH = 1e-12  # what overlaying polygons may round off [rad]
+OVERLAY_ERROR = 1e-12  # what overlaying polygons may round off [rad]
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _MOST_LISTED = 6  # components in the text of a region
 _ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
@@ -114,7 +114,7 @@ class Region:
         """
         asked: Any = shapely.points(_points(points))
         inside = np.asarray(shapely.covers(self.inner, asked))
-        inside[~inside] = shapely.dwithin(self.inner, asked[~inside], TOUCH)
+        inside[~inside] = shapely.dwithin(self.inner, asked[~inside], OVERLAY_ERROR)
         return inside
 
     def component_of(self, point: npt.ArrayLike) -> int | None:
@@ -123,7 +123,7 @@ class Region:
             return None
         distances = shapely.distance(np.array(self.components, dtype=object), shapely.Point(_points(point)[0]))
         nearest = int(np.argmin(distances))
-        return nearest if distances[nearest] <= TOUCH else None
+        return nearest if distances[nearest] <= OVERLAY_ERROR else None
 
     @cached_property
     def _groups(self) -> npt.NDArray[np.int32]:
@@ -238,7 +238,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     meeting: list[Any] = [
         part
         for part in shapely.get_parts(shape)
-        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + TOUCH).all()
+        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()
     ]
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 

@@ -358,7 +358,7 @@ def _blended(plane: FloatArray, size: float) -> tuple[FloatArray, FloatArray, tu
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Touch:
+class TouchedLimit:
     """Where a law runs at one of its limits."""
 
     limit: str  # "rate", "acceleration" or "jerk"
@@ -424,7 +424,7 @@ class LimitedGait(TimedGait):
         """
         return np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
 
-    def limits_touched(self, within: float = 0.01) -> tuple[Touch, ...]:
+    def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
         """Return which limits the law runs at to within a share of them, and during what share of the period."""
         out = []
         for order, (kind, limits) in enumerate(zip(RATE_UNITS, self.limits, strict=True), start=1):
@@ -435,7 +435,7 @@ class LimitedGait(TimedGait):
                     t = float(self.corner_times[int(np.argmax(touched))])
                     share = float(self.widths[touched].sum() / self.period)
                     where = {"t": t, "alpha": self.derivative(t, 0).tolist()}
-                    out.append(Touch(limit=kind, joints=[joint + 1, joint + 3], value=limit, share=share, where=where))
+                    out.append(TouchedLimit(limit=kind, joints=[joint + 1, joint + 3], value=limit, share=share, where=where))
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:

@@ -277,15 +277,15 @@ class _TiltRange(Rule):
         yield self.check(ok, message, value=value, limit=limit, place=self.peak.place)
 
 
-def all_rules(setting: Setting) -> tuple[list[Rule], Reach]:
+def all_rules(setting: Setting) -> tuple[list[Rule], HoverReachability]:
     """Return the rules in the order of the report, and what decides whether hover can reach the gait."""
     continuous = Continuous(setting)
     flyable = [rule(setting, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
     rules: list[Rule] = [OnSurface(setting), TwoColor(setting), continuous, *flyable, _TiltRange(setting)]
-    return rules, Reach(setting, continuous)
+    return rules, HoverReachability(setting, continuous)
 
 
-class Reach:
+class HoverReachability:
     """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
 
     def __init__(self, setting: Setting, continuous: Continuous) -> None:

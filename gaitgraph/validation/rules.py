@@ -2,7 +2,7 @@
 
 Each rule holds along the segments of a gait, by closed form or a bound.
 
-A gait is a chain of points joined by straight segments. It may be too long for memory, so it is judged run by run. A
+A gait is a closed polyline. It may be too long for memory, so it is judged run by run. A
 smooth curve is judged by its chords: what it may differ from them by is taken off each bound.
 """
 

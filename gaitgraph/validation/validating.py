@@ -221,7 +221,7 @@ class _TableChecker:
     def __init__(self, setting: Setting) -> None:
         self.setting, self.checker = setting, _Checker(setting)
         self.rates = _RowRates()
-        self.chains = {sign: ColoringCount(sign) for sign in SIGNS}
+        self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
         self.head: Segments | None = None  # the first three rows
@@ -256,8 +256,8 @@ class _TableChecker:
 
     def _count_colorings(self, plane: FloatArray) -> None:
         choices = color_choices(plane[:, 0], plane[:, 1], self.setting.coefficients, self.setting.crossing_tolerance)
-        for sign, chain_of_sign in self.chains.items():
-            chain_of_sign.add(choices[sign])
+        for sign, count_of_sign in self.counts.items():
+            count_of_sign.add(choices[sign])
         if self.rows <= MOST_LISTED_ROWS:
             self.plane.append(plane)
 
@@ -317,7 +317,7 @@ class _TableChecker:
             report = report.with_checks(self.rates.checks(head, tail, self.setting.vehicle, closed=near))
             self.notes |= self.rates.notes
         if self.rows > MOST_LISTED_ROWS:
-            listing = colorings_counted(self.chains)
+            listing = colorings_counted(self.counts)
         else:
             of, crossing = self.setting.coefficients, self.setting.crossing_tolerance
             listing = colorings(np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing)

@@ -46,8 +46,8 @@ function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZer
           range: (self, low, high) => {
             if (low === null) return [0, 1];
             const [from, to] = fromZero ? [Math.min(0, low), Math.max(0, high)] : [low, high];
-            const room = (to - from) * 0.08 || Math.abs(to) * 0.1 || 1;
-            return [from < 0 || !fromZero ? from - room : from, to > 0 || !fromZero ? to + room : to];
+            const margin = (to - from) * 0.08 || Math.abs(to) * 0.1 || 1;
+            return [from < 0 || !fromZero ? from - margin : from, to > 0 || !fromZero ? to + margin : to];
           },
         },
       },

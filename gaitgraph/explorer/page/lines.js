@@ -18,7 +18,7 @@ export function notice(text) {
   shownIn("notice", text);
 }
 
-/** Tell those who listen what a hand on the map did. */
+/** Inform the listeners of what a hand on the map did. */
 export function say(text) {
   byId("moves-spoken").textContent = text;
 }

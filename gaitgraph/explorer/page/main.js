@@ -196,7 +196,7 @@ function showFound() {
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
   const hasGait = tab === "table" || plan?.status === "planned";
   charts.show(hasGait ? report.series : null, store.state.view.chart);
-  vehicle.show(hasGait ? (report.scene ?? null) : null, tab === "table");
+  vehicle.show(hasGait ? (report.vehicle_view ?? null) : null, tab === "table");
   byId("field-chart").hidden = !hasGait;
   for (const id of ["play", "scrub"]) byId(id).disabled = !hasGait;
   if (!hasGait) clock.play(false);

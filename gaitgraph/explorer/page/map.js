@@ -1,4 +1,4 @@
-// The hand and the keyboard on the (α1, α2) map. It tells what they do; it knows no rule of a gait.
+// The hand and the keyboard on the (α1, α2) map. It reports what they do; it knows no rule of a gait.
 
 import { HALF_PI, angle, clamped, snapped, tidied } from "./angles.js";
 import { pictureIn } from "./picture.js";

@@ -3,7 +3,7 @@
 import { html, svg } from "./elements.js";
 
 export function vehicleIn(root) {
-  let scene = null;
+  let vehicleView = null;
   let discs = [];
   let thrusts = [];
   let frame = -1;
@@ -46,27 +46,27 @@ export function vehicleIn(root) {
   return {
     show(next, isTable) {
       const same =
-        scene &&
+        vehicleView &&
         next &&
-        JSON.stringify([scene.size, scene.rotors.map((r) => r.arm)]) ===
+        JSON.stringify([vehicleView.size, vehicleView.rotors.map((r) => r.arm)]) ===
           JSON.stringify([next.size, next.rotors.map((r) => r.arm)]);
-      scene = next;
+      vehicleView = next;
       frame = -1;
-      if (!scene)
+      if (!vehicleView)
         root.replaceChildren(
           html("p", { class: "nothing" }, isTable ? "Not drawn for this table." : "Drawn here, once there is a gait."),
         );
-      else if (!same) build(scene);
+      else if (!same) build(vehicleView);
     },
     at(phase) {
-      if (!scene) return;
-      const next = Math.round(phase * (scene.frames - 1));
+      if (!vehicleView) return;
+      const next = Math.round(phase * (vehicleView.frames - 1));
       if (next === frame) return;
       frame = next;
       discs.forEach((disc, k) => {
-        const matrix = scene.rotors[k].disc[frame];
+        const matrix = vehicleView.rotors[k].disc[frame];
         disc.setAttribute("transform", `matrix(${matrix.join(" ")})`);
-        thrusts[k].setAttribute("d", `M${matrix[4]} ${matrix[5]}L${scene.rotors[k].thrust[frame].join(" ")}`);
+        thrusts[k].setAttribute("d", `M${matrix[4]} ${matrix[5]}L${vehicleView.rotors[k].thrust[frame].join(" ")}`);
       });
     },
   };
