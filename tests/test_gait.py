@@ -30,7 +30,6 @@ from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.surface.sheets import COLORS, roots
 from tests.published import GAITS, PublishedGait
 
-LOOP = lift([(0.1, 0.2), (0.3, 0.4)], "red")
 angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
 kinds = st.sampled_from(
@@ -120,36 +119,6 @@ def test_corners_are_copied_and_read_only() -> None:
     assert (gait.alpha == 0).all()
     with pytest.raises(ValueError, match="read-only"):
         gait.alpha[0, 0] = 1.0
-
-
-NAN = float("nan")
-REFUSED: list[tuple[Any, dict[str, Any], str]] = [
-    (Gait, {"alpha": np.zeros((0, 4))}, r"alpha must have the shape \(n, 4\) with n at least 1, got \(0, 4\)"),
-    (Gait, {"alpha": np.zeros((2, 3))}, r"alpha must have .* got \(2, 3\)"),
-    (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got .*nan"),
-    (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
-    (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', .*, got .*'green'"),
-    (Gait, {"alpha": np.zeros((1, 4)), "colors": (["red"],)}, "colors must be 'red', .*, got "),
-    (lift, {"points": [], "colors": "red"}, r"points must have the shape \(n, 2\) with n at least 1"),
-    (lift, {"points": [(0.0, 0.0, 0.0)], "colors": "red"}, r"points must .* got \(1, 3\)"),
-    (lift, {"points": [(2.0, 0.0)], "colors": "red"}, "alpha1 must be .*, got 2.0"),
-    (lift, {"points": [(0.0, NAN)], "colors": "red"}, "alpha2 must be .*, got nan"),
-    (lift, {"points": [(0.0, 0.0)], "colors": ["red", "red"]}, "one for all or for each of the 1 points, got "),
-    (lift, {"points": [(0.0, 0.0)], "colors": "green"}, "got 'green'"),
-    (lift, {"points": [(0.0, 0.0)], "colors": None}, "got None"),
-    (lift, {"points": [(0.0, 0.0)], "colors": "fiber1"}, "got 'fiber1'"),
-    (lift, {"points": [("x", 0.0)], "colors": "red"}, "points must be pairs"),
-    *((LOOP.biased, {"eta": eta}, r"eta must be a number in \(0, 1\], got") for eta in (0.0, -0.5, 1.5, NAN, "x")),
-    *((LOOP.scaled, {"eta": eta}, r"eta must be a number in \(0, 1\], got") for eta in (0.0, 1.5)),
-    *((vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be") for off in (-1.0, NAN, np.inf, "x")),
-    *((LOOP.started_at, {"corner": k}, "corner must be a whole number from 0 to 1") for k in (1.5, True, -1, 2, "1")),
-]
-
-
-@pytest.mark.parametrize(("function", "arguments", "message"), REFUSED, ids=range(len(REFUSED)))
-def test_malformed_values_are_refused(function: Any, arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(gg.InputError, match=message):
-        function(**arguments)
 
 
 def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:

@@ -343,15 +343,3 @@ def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> N
     break_it(graph)
     with pytest.raises(gg.errors.ContractError, match=message):
         gg.validate_graph(graph)
-
-
-@pytest.mark.parametrize("divisions", [0, 1, -3, 1.5, "16", True, 100000])
-def test_divisions_are_checked(divisions: Any) -> None:
-    with pytest.raises(gg.InputError, match="divisions must be a whole number from 2 to 256, got "):
-        surface_graph("negative", divisions)
-
-
-def test_waypoints_of_a_graph_are_checked() -> None:
-    for point in ((float("nan"), 0.0), (2.0, 0.0)):
-        with pytest.raises(gg.InputError, match="^alpha1 must be from −π/2 to π/2"):
-            surface_graph(waypoints=[point])

@@ -371,26 +371,6 @@ def test_progress_is_told_in_lines() -> None:
     assert lines[-1].endswith(f", {number} found")
 
 
-NODE = (14, 2, "red")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        *[({"max_length": wrong}, f"max_length must be .* got {wrong}") for wrong in (-1, math.nan, math.inf, True)],
-        ({"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
-        *[({"through": wrong}, "stops must be a list of lists") for wrong in (NODE, 5, [NODE], [[NODE], []], [[[1]]])],
-        ({"through": [[NODE]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
-        ({"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
-        ({"effort": True}, "effort must be .* got True"),
-    ],
-)
-def test_wrong_arguments_are_refused_at_once(arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(gg.InputError, match=message) as caught:
-        cycles(**{"graph": surface_graph("negative"), **arguments})
-    assert "\n" not in str(caught.value)
-
-
 def test_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", 8)
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):

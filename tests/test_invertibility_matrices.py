@@ -41,7 +41,6 @@ from gaitgraph.invertibility.matrices import (
     zero_moment_direction,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
-from tests.published import GAITS
 from tests.published_formulas import IN_KAPPA, PART, Term, mended
 from tests.samples import (
     BOTH,
@@ -64,7 +63,6 @@ FloatArray = npt.NDArray[np.float64]
 
 KAPPAS = [1e-4, 0.0599, 0.168666, 1 / math.sqrt(2), 1.0, 2.0]
 every_vehicle = by_vehicle(PAPER, TURNED, MIRRORED, BOTH)
-VERTICES = {gait.number: np.hstack([gait.angles, gait.printed]) for gait in GAITS}
 
 
 def plain_matrices(s: Any, c: Any, k: Any) -> tuple[list[list[Any]], list[list[Any]]]:

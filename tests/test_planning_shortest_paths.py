@@ -12,7 +12,6 @@ import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
 
-from gaitgraph.errors import InputError
 from gaitgraph.planning.shortest_paths import ShortestPaths, orientation
 from tests.samples import visibility_graph
 
@@ -137,8 +136,3 @@ def test_orientation_is_exact_near_zero(base: list[float], ulps: int, along: flo
     found = orientation(a, b, c)
     assert (found > 0) == (exact > 0)
     assert (found < 0) == (exact < 0)
-
-
-def test_what_is_no_polygon_is_refused() -> None:
-    with pytest.raises(InputError, match="region must consist of polygons, got a LineString"):
-        ShortestPaths(shapely.LineString([(0, 0), (1, 1)]))

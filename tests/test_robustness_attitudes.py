@@ -12,7 +12,6 @@ import shapely
 from scipy import ndimage
 from scipy.optimize import brentq
 
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     body_vertical,
@@ -156,11 +155,6 @@ class TestSingularCurve:
         through = singular_curve([ON_ZERO, -0.4, 0.5, 0.3], EXACT)
         assert shapely.LineString(through.points(1001)).distance(shapely.Point(0, 0)) < 1e-5
 
-    @pytest.mark.parametrize("alpha", [[math.nan, 0, 0, 0], [0, 0, 0]], ids=["nan", "three"])
-    def test_wrong_angles_are_refused(self, alpha: Any) -> None:
-        with pytest.raises(InputError, match="alpha must be four finite tilt angles"):
-            singular_curve(alpha, EXACT)
-
 
 class TestAgainstARaster:
     """The region in closed form against formula (1) at every cell of a raster, over the period."""
@@ -280,18 +274,3 @@ class TestReasons:
         assert found.polygon.is_empty
         assert "R changes its sign" in found.reason
         assert found.beyond.is_empty
-
-
-@pytest.mark.parametrize(
-    ("alpha", "options", "message"),
-    [
-        ([[0, 0, 0, 0], [0, math.inf, 0, 0]], {}, r"alpha must be finite tilt angles of shape \(n, 4\), n at least 1"),
-        (np.zeros((0, 4)), {}, "alpha must be finite tilt angles"),
-        ([[0.0] * 3], {}, "alpha must be finite tilt angles"),
-        ([[0.0, 0, 0, 0]], {"tolerance": 0}, "tolerance must be a finite number above 0, got 0"),
-        ([[0.0, 0, 0, 0]], {"tolerance": math.inf}, "tolerance must be a finite number above 0, got inf"),
-    ],
-)
-def test_wrong_input_is_refused(alpha: Any, options: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        acceptable_attitudes(alpha, EXACT, **options)

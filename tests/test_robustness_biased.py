@@ -260,24 +260,6 @@ class TestAnswers:
 class TestWrongInput:
     """One base error that names the argument, what is allowed, and the value."""
 
-    @pytest.mark.parametrize(
-        ("name", "wrong", "message"),
-        [
-            ("bias", (0, 1.5, math.nan, [0.8, None]), "bias must be a number in (0, 1], got η = "),
-            ("scale", (0, 1.0001), "scale must be a number in (0, 1], got η = "),
-            ("tilt", (math.pi / 2, -0.1, math.nan), "tilt must be at least 0 and less than π/2 rad, got "),
-            ("tolerance", (0, math.inf), "tolerance must be a finite number above 0, got "),
-            ("angle_rounding", (-1, math.inf), "angle_rounding must be a finite number ≥ 0, got "),
-            ("curves", (-1, 10_001, 1.5), "curves must be a whole number from 0 to 10000, got "),
-            ("coefficients", ("rough",), "coefficients must be one of published, exact, got 'rough'"),
-        ],
-    )
-    def test_options(self, name: str, wrong: tuple[Any, ...], message: str) -> None:
-        for value in wrong:
-            with pytest.raises(InputError) as caught:
-                robustness_of(POINT, **{name: value})
-            assert str(caught.value).startswith(message)
-
     def test_gaits(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="gait must be a gait, timed gait, table, data frame or path of a f"):
             robustness_of([[0, 0, 0, 0]])  # type: ignore[arg-type]

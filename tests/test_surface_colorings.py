@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import re
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 G1, G2, G3, G4 = GAITS
 PUBLISHED, EXACT = coefficients_of(kind="published"), coefficients_of(kind="exact")
-MIRRORED = gg.Vehicle(drag_ratio=gg.PAPER.drag_ratio, first_rotor_spin="counterclockwise")
 
 Point = tuple[float, float]
 Loop = list[Point]
@@ -297,22 +295,3 @@ def test_colourings_in_words() -> None:
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"points": []}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0,)"),
-        ({"points": [[0.1, 0.2, 0.3]]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (1, 3)"),
-        ({"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
-        ({"points": [[2.0, 0.0]]}, "alpha1 must be from"),
-        ({"points": [[0.0, math.nan]]}, "alpha2 must be from"),
-        ({"sign": "negativ"}, "sign must be one of auto, negative, positive, got 'negativ'; did you mean 'negative'?"),
-        ({"sign": None}, "sign must be one of auto, negative, positive, got None"),
-        ({"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
-    ],
-)
-def test_bad_input_is_named_in_one_line(arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(gg.InputError, match=f"^{re.escape(message)}") as caught:
-        gg.colorings(**{"points": [(0.1, 0.2)], **arguments})
-    assert "\n" not in str(caught.value)

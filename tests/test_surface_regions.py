@@ -13,7 +13,6 @@ import shapely
 from hypothesis import given, settings, strategies as st
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
@@ -48,8 +47,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gaitgraph.surface.sheets import Sign
-
-KAPPAS = (0.01, PAPER.drag_ratio, 0.5, 1.5)
 VEHICLES = [
     Vehicle(drag_ratio=0.01),
     Vehicle(drag_ratio=PAPER.drag_ratio, first_rotor_spin="counterclockwise"),
@@ -392,26 +389,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
-
-
-@pytest.mark.parametrize(
-    ("ask", "arguments", "message"),
-    [
-        (admissible_region, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
-        (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
-        (thrust_region, {"share": 0.0}, r"share must be a positive finite number \(of m·g\), got 0.0"),
-        (sign_region, {"sign": "up"}, "sign must be one of negative, positive, got 'up'"),
-        (sign_region, {"sign": "positive", "color": "green"}, "color must be one of red, blue, got 'green'"),
-        (admissible_region, {"use": "fun"}, "use must be one of valid, flyable, got 'fun'"),
-        (admissible_region, {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
-        (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, r"point must be finite .* got \[1.0, 2.0, 3.0\]"),
-        (hover_region().component_of, {"point": "here"}, "point must be .* got 'here'"),
-    ],
-)
-def test_bad_input_is_refused_in_one_line(ask: Any, arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=f"^{message}") as raised:
-        ask(**arguments)
-    assert "\n" not in str(raised.value)
 
 
 # --- how borders are followed ----------------------------------------------------------------------------------------

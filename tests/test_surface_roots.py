@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,6 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -50,7 +48,7 @@ from gaitgraph.vehicle import Vehicle, vehicle_named
 from tests.samples import EXACT, HALF_PI, MIRRORED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
 FloatArray = npt.NDArray[np.float64]
@@ -421,13 +419,6 @@ def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
         assert family_jumps(start, end, codes, after, EXACT)[0] == pytest.approx(expected, abs=1e-12)
 
 
-GAITS_ON_FIBERS = {
-    "fiber1": ("corner 1 is on the first fibre, where rotors 2 and 4 idle", [(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]),
-    "fiber2": (
-        "corner 1 is on the second fibre, where rotors 1 and 3 idle",
-        [(-0.2, -0.4), (-0.9, -0.3), (-0.5, -0.8)],
-    ),
-}
 # From the red sheet onto both fibres and back, R > 0.
 AT = EXACT.delta
 ACROSS = [(-0.3, 0.5, -0.3, 0.5), (AT, 0.5, AT, 0.5), (AT, 0.3, AT, 0.9), (AT, 0.2, AT, 0.2)]
@@ -498,28 +489,3 @@ def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None
 
 
 # --- bad input and edges ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: roots(1.571, 0.0), "alpha1 must be from −π/2 to π/2 (±1.5707963267948966 rad), got 1.571"),
-        (lambda: root_arrays([0.0, 0.1], [math.nan, 0.0]), "alpha2 must be from −π/2 to π/2"),
-        (lambda: sheet_grid("blue", [0.0, -math.inf], [0.0]), "alpha1 must be from −π/2 to π/2"),
-        (lambda: roots("x", 0.1), "alpha1 must be a finite number in radians, "),
-        (lambda: roots(0.1, [0.1, 0.2]), "alpha2 must be a finite number in radians, "),  # type: ignore[arg-type]
-        (lambda: root_arrays(["x"], [0.0]), "alpha1 must be angles in radians, got ['x']"),
-        (lambda: sheet_grid("red", 0.3, [0.1]), "alpha1 and alpha2 must be axes of one dimension, got 0 and 1"),
-        (lambda: sheet_grid("green", [0], [0]), "color must be "),  # type: ignore[arg-type]
-        *(
-            (
-                lambda value=value: root_arrays(0.1, 0.2, crossing_tolerance=value),
-                "crossing_tolerance must be a finite ",
-            )
-            for value in (-1e-3, math.inf, math.nan, True)
-        ),
-    ],
-)
-def test_bad_input_is_refused(call: Callable[[], Any], message: str) -> None:
-    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        call()

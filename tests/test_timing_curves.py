@@ -16,7 +16,6 @@ import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, values_of
-from tests.published import GAITS
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(
@@ -139,47 +138,6 @@ def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], wid
     assert control.min() - slack <= values.min()
     assert values.max() <= control.max() + slack
     np.testing.assert_allclose(control[[0, -1]], values[[0, -1]], atol=slack)
-
-
-@pytest.mark.parametrize(
-    ("breaks", "pieces", "message"),
-    [
-        ([0.0, 1.0], np.ones((2, 1, 2)), "pieces must be .* the position jumps"),
-        ([0.0, 1.0, 2.0], [[[1.0, 0], [-1.0, 0]], [[0, 0], [1.0, 0]]], "the first derivative jumps by 2 at the seam"),
-        ([0.0], np.zeros((1, 0, 2)), "breaks must be"),
-        (0.0, np.zeros((1, 0, 2)), "breaks must be"),
-        ([0.0, 1.0, 1.0], np.zeros((1, 2, 2)), "breaks must be"),
-        ([0.0, 1.0, np.inf], np.zeros((1, 2, 2)), "breaks must be"),
-        ([0.5, 1.0], np.zeros((1, 1, 2)), "breaks must be"),
-        ([0.0, 1.0], np.zeros((1, 2, 2)), "pieces must be finite, of the shape"),
-        ([0.0, 1.0], [[[np.nan, 0.0]]], "pieces must be finite"),
-        ([0.0, 1.0], "x", "pieces must be arrays of numbers, got 'x'"),
-    ],
-)
-def test_curves_that_are_none_are_refused(breaks, pieces, message: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(gg.InputError, match=message):
-        Curve(breaks=breaks, pieces=pieces)
-
-
-SQUARE = gg.lift(GAITS[2].angles, "red")
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: curve_through(RING, "green"), "color must be .* got 'green'"),
-        (lambda: curve_through(RING).at(0.0, -1), "derivative must be .* got -1"),
-        (lambda: curve_through(RING).polyline(0.0), "tolerance must be .* got 0.0"),
-        (lambda: curve_through(RING).polyline(1e-18), "tolerance must be so large"),
-        (lambda: curve_through(RING).check(floor=-1.0), "floor must be .* got -1.0"),
-        *((lambda size=size: rounded(SQUARE, size), "tolerance must be") for size in (0.0, 0.9e-5, np.nan, "big")),
-        (lambda: rounded(SQUARE.biased(0.8), 0.01), "color"),
-        (lambda: rounded(gg.lift(GAITS[2].angles, ["red", "blue", "red", "blue"]), 0.01), "color"),
-    ],
-)
-def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(gg.InputError, match=message):
-        call()
 
 
 # -- Rounded gaits

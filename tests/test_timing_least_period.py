@@ -361,29 +361,6 @@ def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: 
         assert (most <= limits.completed(extent)[:, 0] * 1.001).all()
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: Limits(rate=1.0), "limits must have an acceleration or a jerk, got neither"),
-        (lambda: Limits(acceleration=-1.0), "acceleration must be .* got -1.0"),
-        (lambda: Limits(acceleration=float("nan")), "acceleration must be .* got nan"),
-        (lambda: Limits(acceleration=[1, 2]), r"acceleration must be .* got \[1, 2\]"),
-        (lambda: Limits(acceleration=1e20), "acceleration must be .* got 1e"),
-        (lambda: least_period(3, LIMITS), "path must be .* got 3"),  # type: ignore[arg-type]
-        (lambda: least_period(rounded(SQUARE, 0.1), LIMITS, rounding=0.1), "rounding must be None .* got 0.1"),
-        (lambda: least_period(SQUARE, LIMITS, nodes=5), "nodes must be .* got 5"),
-        (lambda: least_period(SQUARE, {"rate": 5}), "limits must be .* got {'rate': 5}"),  # type: ignore[arg-type]
-        (lambda: least_period(SQUARE, LIMITS, samples=3, rate=5.0), "samples and rate must not both"),
-        (lambda: least_period(SQUARE.biased(0.8), LIMITS), "color"),
-        (lambda: paced(SQUARE, LIMITS, 0.0), "period must be .* got 0.0"),
-        (lambda: least_period(SQUARE, LIMITS, rounding=-1.0), "tolerance must be .* got -1.0"),
-    ],
-)
-def test_bad_input_is_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(gg.InputError, match=message):
-        call()
-
-
 def test_a_law_through_nodes_that_would_stop_is_none() -> None:
     s = np.array([0.0, 1.0, 2.0])
     assert law_through_nodes(s, np.array([0.0, 0.0]), 1.0) is not None

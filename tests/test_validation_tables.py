@@ -402,23 +402,6 @@ def test_reports_of_tables_serialise() -> None:
     assert all({"row", "t", "alpha"} <= set(check["where"]) for check in plain["checks"] if check["where"] is not None)
 
 
-@pytest.mark.parametrize(
-    ("gait", "arguments", "message"),
-    [
-        (sampled(G3, 4), {"tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
-        (lift(G3.angles, "red"), {"floor": math.nan}, "floor must be a finite number ≥ 0, got nan"),
-        (lift(G3.angles, "red"), {"angle_rounding": math.inf}, "angle_rounding must be a finite number ≥ 0, got inf"),
-        (sampled(G3, 4), {"crossing_tolerance": "x"}, "crossing_tolerance must be .* got 'x'"),
-        (sampled(G3, 4), {"coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
-        (3, {}, "gait must be a gait, a timed gait, a table, a frame or a file's path, got 3"),
-        (lift(G3.angles, "red"), {"vehicle": gg.PAPER}, "vehicle must be None beside a gait"),
-    ],
-)
-def test_bad_input_is_refused(gait: Any, arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(gg.InputError, match=message):
-        validate(gait, **arguments)
-
-
 @pytest.mark.parametrize(("decimals", "rounding"), [(2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)])
 @pytest.mark.parametrize("suffix", ["", "_deg"])
 def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(

@@ -1,0 +1,256 @@
+"""Bad input: one base error, and one line that names the argument, what is allowed, and the value."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.errors import FileProblem, InputError
+from gaitgraph.gait.gait import Gait, lift, vertices
+from gaitgraph.graph.build import surface_graph
+from gaitgraph.graph.cycle_list import cycles
+from gaitgraph.invertibility.tilt_margins import least_singular_value_within
+from gaitgraph.optimization.retargeting import MOST_ROWS
+from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
+from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.surface.admissible import (
+    admissible_region,
+    hover_region,
+    sign_region,
+    singular_value_region,
+    thrust_region,
+)
+from gaitgraph.surface.sheets import root_arrays, roots, sheet_grid
+from gaitgraph.timing.curve import Curve, rounded
+from gaitgraph.timing.servo_lag import servo_response
+from gaitgraph.timing.time_optimal import Limits, least_period, paced
+from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.validation.validating import validate
+from tests.published import GAITS
+from tests.samples import EXACT
+
+NAN, INF, NODE = math.nan, math.inf, (14, 2, "red")
+G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
+TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
+MIXED, EXACT_GAIT = lift(GAITS[2].angles, ["red", "blue"] * 2), lift(GAITS[3].angles, "red", coefficients=EXACT)
+ROUNDED = rounded(G3, 0.1)
+plan = partial(gg.plan_loop, waypoints=GAITS[2].waypoints, method="grid")
+optimal = partial(gg.optimal_gait, waypoints=[(0, 0)])
+colorings = partial(gg.colorings, points=[(0.1, 0.2)])
+cycles_of = partial(cycles, graph=surface_graph("negative", 8))
+least = partial(least_period, path=G3, limits=Limits(rate=6.0, acceleration=60.0))
+transition = partial(gg.transition, start="hover", end=G4)
+attitudes, curve_of = (partial(function, coefficients=EXACT) for function in (acceptable_attitudes, singular_curve))
+within = partial(least_singular_value_within, alpha=[0.1] * 4)
+lag_of, clock = partial(servo_response, G3.parametrize(1.0)), lift([(0.1, 0.1)], "red").parametrize
+
+# A function, its arguments, and how its refusal begins; … stands for any text.
+REFUSED: list[tuple[Any, dict[str, Any], str]] = [
+    # gaits
+    (Gait, {"alpha": np.zeros((0, 4))}, "alpha must have the shape (n, 4) with n at least 1, got (0, 4)"),
+    (Gait, {"alpha": np.zeros((2, 3))}, "alpha must have … got (2, 3)"),
+    (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got …nan"),
+    (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
+    (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', …, got …'green'"),
+    (Gait, {"alpha": np.zeros((1, 4)), "colors": (["red"],)}, "colors must be 'red', …, got "),
+    (lift, {"points": [], "colors": "red"}, "points must have the shape (n, 2) with n at least 1"),
+    (lift, {"points": [(0.0, 0.0, 0.0)], "colors": "red"}, "points must … got (1, 3)"),
+    (lift, {"points": [(2.0, 0.0)], "colors": "red"}, "alpha1 must be …, got 2.0"),
+    (lift, {"points": [(0.0, NAN)], "colors": "red"}, "alpha2 must be …, got nan"),
+    (lift, {"points": [("x", 0.0)], "colors": "red"}, "points must be pairs"),
+    (lift, {"points": [(0.0, 0.0)], "colors": ["red", "red"]}, "…one for all or for each of the 1 points, got "),
+    *((lift, {"points": [(0.0, 0.0)], "colors": wrong}, f"…got {wrong!r}") for wrong in ("green", None, "fiber1")),
+    *((POINT.biased, {"eta": eta}, "eta must be a number in (0, 1], got") for eta in (0.0, -0.5, 1.5, NAN, "x")),
+    *((POINT.scaled, {"eta": eta}, "eta must be a number in (0, 1], got") for eta in (0.0, 1.5)),
+    *((vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be") for off in (-1.0, NAN, INF, "x")),
+    *((G3.started_at, {"corner": k}, "corner must be a whole number from 0 to 3") for k in (1.5, True, -1, 4, "1")),
+    # the surface
+    (roots, {"alpha1": 1.571, "alpha2": 0}, "alpha1 must be from −π/2 to π/2 (±1.5707963267948966 rad), got 1.571"),
+    (root_arrays, {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]}, "alpha2 must be from −π/2 to π/2"),
+    (sheet_grid, {"color": "blue", "alpha1": [0, -INF], "alpha2": [0]}, "alpha1 must be from −π/2 to π/2"),
+    (roots, {"alpha1": "x", "alpha2": 0.1}, "alpha1 must be a finite number in radians, "),
+    (roots, {"alpha1": 0.1, "alpha2": [0.1, 0.2]}, "alpha2 must be a finite number in radians, "),
+    (root_arrays, {"alpha1": ["x"], "alpha2": [0.0]}, "alpha1 must be angles in radians, got ['x']"),
+    (sheet_grid, {"color": "red", "alpha1": 0.3, "alpha2": [0.1]}, "alpha1 and alpha2 must be axes of one dimension, "),
+    (sheet_grid, {"color": "green", "alpha1": [0], "alpha2": [0]}, "color must be "),
+    *(
+        (root_arrays, {"alpha1": 0.1, "alpha2": 0.2, "crossing_tolerance": wrong}, "crossing_tolerance must be a fini")
+        for wrong in (-1e-3, INF, NAN, True)
+    ),
+    (admissible_region, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
+    (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+    (thrust_region, {"share": 0.0}, "share must be a positive finite number (of m·g), got 0.0"),
+    (sign_region, {"sign": "up"}, "sign must be one of negative, positive, got 'up'"),
+    (sign_region, {"sign": "positive", "color": "green"}, "color must be one of red, blue, got 'green'"),
+    (admissible_region, {"use": "fun"}, "use must be one of valid, flyable, got 'fun'"),
+    (admissible_region, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
+    (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, "point must be finite … got [1.0, 2.0, 3.0]"),
+    (hover_region().component_of, {"point": "here"}, "point must be … got 'here'"),
+    (colorings, {"points": []}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0,)"),
+    (colorings, {"points": [[0.1] * 3]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (1, 3)"),
+    (colorings, {"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
+    (colorings, {"points": [[2.0, 0.0]]}, "alpha1 must be from"),
+    (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be from"),
+    (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
+    (colorings, {"sign": None}, "sign must be one of auto, negative, positive, got None"),
+    (colorings, {"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
+    # graphs
+    *(
+        (surface_graph, {"divisions": wrong}, "divisions must be a whole number from 2 to 256, got ")
+        for wrong in (0, 1, -3, 1.5, "16", True, 100000)
+    ),
+    *((surface_graph, {"waypoints": [(a, 0.0)]}, "alpha1 must be from −π/2 to π/2") for a in (NAN, 2.0)),
+    *((cycles_of, {"max_length": wrong}, f"max_length must be … got {wrong}") for wrong in (-1, NAN, INF, True)),
+    (cycles_of, {"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
+    *(
+        (cycles_of, {"through": wrong}, "stops must be a list of lists")
+        for wrong in (NODE, 5, [NODE], [[NODE], []], [[[1]]])
+    ),
+    (cycles_of, {"through": [[(6, 1, "red")]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
+    (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
+    (cycles_of, {"effort": True}, "effort must be … got True"),
+    # plans
+    (plan, {"waypoints": []}, "waypoints must be …; none given"),
+    (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
+    (plan, {"keep_out": 5}, "keep_out must be a list of polygons, … got 5"),
+    (plan, {"vehicle": None}, "vehicle must be … got None"),
+    (plan, {"color": np.array(["red"])}, "color must be … got array"),
+    (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
+    (plan, {"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1 must be a finite number …, got 'x'"),
+    (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be in [−π/2, π/2] … got '100deg'"),
+    (plan, {"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
+    (plan, {"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
+    (plan, {"sign": 1}, "sign must be … got 1"),
+    (plan, {"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'"),
+    (plan, {"law": "x"}, "law must be … got 'x'"),
+    (plan, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
+    (plan, {"reverse": 1}, "reverse must be true or false, got 1"),
+    (transition, {"start": None}, "start must be a gait or 'hover', got None"),
+    (transition, {"start": G4, "end": G4.parametrize()}, "end must be a gait or 'hover', got <TimedGait: "),
+    (transition, {"vehicle": gg.PAPER}, "vehicle and coefficients must not be stated beside a gait"),
+    (transition, {"end": "hover", "coefficients": "rough"}, "coefficients must be one of published, exact, got 'r"),
+    (transition, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
+    (transition, {"samples": 5_000_001}, "samples must give at most 5000000 samples, got 5000001"),
+    (
+        transition,
+        {"start": G3, "end": EXACT_GAIT},
+        "end must be a gait for 'paper' (published coefficients), as the sta",
+    ),
+    (transition, {"end": G3, "law": "fast"}, "law must be one of smooth, constant-speed, equal-time, got 'fast'"),
+    (transition, {"end": G3, "floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+    *(
+        (transition, {"duration": wrong}, "duration must be between 1e-6 and 5e+08 s, got ")
+        for wrong in (0, 0.99e-6, 5.01e8, NAN, "1", True)
+    ),
+    # optimization
+    (optimal, {"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
+    (optimal, {"radius": 6.3}, "radius must be an angle from 0 to 2π (rad), got 6.3"),
+    (optimal, {"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
+    (optimal, {"objective": "tilt"}, "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'"),
+    (optimal, {"sign": "both"}, "sign must be one of auto, positive, negative, got 'both'"),
+    (optimal, {"floor": -1}, "floor must be a finite number ≥ 0, got -1"),
+    (optimal, {"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),
+    (optimal, {"concession": 0}, "concession must be above 0 and at most 0.5, got 0"),
+    (optimal, {"vehicle": "paper"}, "vehicle must be a Vehicle, got 'paper'"),
+    (gg.retarget, {"source": [[0, 0, 0]]}, "gait must be finite angles of shape (n, 4)"),
+    (gg.retarget, {"source": [[0, 0, 0, INF]]}, "gait must be finite angles"),
+    (gg.retarget, {"source": [["a", 0, 0, 0]]}, "gait must be finite angles"),
+    (gg.retarget, {"source": np.zeros((MOST_ROWS + 1, 4))}, "gait must have at most 200000 rows, got 200001"),
+    (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be a finite number ≥ 0, got -1"),
+    (gg.retarget, {"source": [[0, 0, 0, 0]], "sign": "both"}, "sign must be one of negative, positive, got 'both'"),
+    (gg.retarget, {"source": "no.csv"}, "gait file: cannot read 'no.csv'"),
+    # timing
+    *((clock, {"period": wrong}, f"period must be … got {wrong!r}") for wrong in (0.0, 0.999e-6, 1.001e9, NAN, "1")),
+    *((clock, {"samples": wrong}, f"samples must be … got {wrong}") for wrong in (0, True, 10_000_001)),
+    (clock, {"rate": -1.0}, "rate must … got -1.0"),
+    (clock, {"rate": 10_000_001.0}, "rate must … got 10000001.0 Hz"),
+    (clock, {"rate": 1.0, "samples": 4}, "samples and rate must not both"),
+    (clock, {"law": "smoth"}, "law must be … got 'smoth'…; did you mean 'smooth'"),
+    (clock, {"law": 3}, "law must be … got 3"),
+    (Curve, {"breaks": [0, 1], "pieces": np.ones((2, 1, 2))}, "pieces must be … the position jumps"),
+    (
+        Curve,
+        {"breaks": [0, 1, 2], "pieces": [[[1, 0], [-1, 0]], [[0, 0], [1, 0]]]},
+        "…first derivative jumps by 2 at the s",
+    ),
+    *(
+        (Curve, {"breaks": wrong, "pieces": np.zeros((1, np.size(wrong) - 1, 2))}, "breaks must be")
+        for wrong in ([0.0], 0.0, [0.0, 1.0, 1.0], [0.0, 1.0, INF], [0.5, 1.0])
+    ),
+    (Curve, {"breaks": [0.0, 1.0], "pieces": np.zeros((1, 2, 2))}, "pieces must be finite, of the shape"),
+    (Curve, {"breaks": [0.0, 1.0], "pieces": [[[NAN, 0.0]]]}, "pieces must be finite"),
+    (Curve, {"breaks": [0.0, 1.0], "pieces": "x"}, "breaks and pieces must be arrays of numbers, got 'x'"),
+    (Curve, {"breaks": [0.0, 1.0], "pieces": np.zeros((1, 1, 2)), "color": "green"}, "color must be … got 'green'"),
+    (ROUNDED.curve.at, {"s": 0.0, "derivative": -1}, "derivative must be … got -1"),
+    (ROUNDED.curve.polyline, {"tolerance": 0.0}, "tolerance must be … got 0.0"),
+    (ROUNDED.curve.polyline, {"tolerance": 1e-18}, "tolerance must be so large"),
+    (ROUNDED.curve.check, {"floor": -1.0}, "floor must be … got -1.0"),
+    *((rounded, {"gait": G3, "tolerance": size}, "tolerance must be") for size in (0.0, 0.9e-5, NAN, "big")),
+    *((rounded, {"gait": wrong, "tolerance": 0.01}, "…color") for wrong in (G3.biased(0.8), MIXED)),
+    (Limits, {"rate": 1.0}, "limits must have an acceleration or a jerk, got neither"),
+    (Limits, {"acceleration": -1.0}, "acceleration must be … got -1.0"),
+    (Limits, {"acceleration": NAN}, "acceleration must be … got nan"),
+    (Limits, {"acceleration": [1, 2]}, "acceleration must be … got [1, 2]"),
+    (Limits, {"acceleration": 1e20}, "acceleration must be … got 1e"),
+    (least, {"path": 3}, "path must be … got 3"),
+    (least, {"path": ROUNDED, "rounding": 0.1}, "rounding must be None … got 0.1"),
+    (least, {"nodes": 5}, "nodes must be … got 5"),
+    (least, {"limits": {"rate": 5}}, "limits must be … got {'rate': 5}"),
+    (least, {"samples": 3, "rate": 5.0}, "samples and rate must not both"),
+    (least, {"path": G3.biased(0.8)}, "…color"),
+    (least, {"rounding": -1.0}, "tolerance must be … got -1.0"),
+    (paced, {"path": G3, "limits": Limits(acceleration=60.0), "period": 0.0}, "period must be … got 0.0"),
+    *((lag_of, {"lag": lag}, "lag must be a positive") for lag in (0.0, -1.0, NAN, "slow", [0.1, 0.2], True)),
+    *(
+        (lag_of, {"lag": lag}, "lag must be from 3.2… to 1e+06 s for the period 1 s")
+        for lag in (1e300, [0.1, 0.1, 2e6, 0.1], 3e-5)
+    ),
+    (servo_response, {"timed": G3, "lag": 0.02}, "timed must be …parametrize"),
+    # validation and robustness
+    (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
+    (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
+    (validate, {"gait": G3, "angle_rounding": INF}, "angle_rounding must be a finite number ≥ 0, got inf"),
+    (validate, {"gait": TABLE, "crossing_tolerance": "x"}, "crossing_tolerance must be … got 'x'"),
+    (validate, {"gait": TABLE, "coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
+    (validate, {"gait": 3}, "gait must be a gait, a timed gait, a table, a frame or a file's path, got 3"),
+    (validate, {"gait": G3, "vehicle": gg.PAPER}, "vehicle must be None beside a gait"),
+    *(
+        (robustness_of, {"gait": POINT, name: value}, message)
+        for name, wrong, message in (
+            ("bias", (0, 1.5, NAN, [0.8, None]), "bias must be a number in (0, 1], got η = "),
+            ("scale", (0, 1.0001), "scale must be a number in (0, 1], got η = "),
+            ("tilt", (math.pi / 2, -0.1, NAN), "tilt must be at least 0 and less than π/2 rad, got "),
+            ("tolerance", (0, INF), "tolerance must be a finite number above 0, got "),
+            ("angle_rounding", (-1, INF), "angle_rounding must be a finite number ≥ 0, got "),
+            ("curves", (-1, 10_001, 1.5), "curves must be a whole number from 0 to 10000, got "),
+            ("coefficients", ("rough",), "coefficients must be one of published, exact, got 'rough'"),
+        )
+        for value in wrong
+    ),
+    (robustness_of, {"gait": [[0, 0, 0, 0]]}, "gait must be a gait, timed gait, table, data frame or path of a f"),
+    (robustness_of, {"gait": "none.csv"}, "gait file: …No such file"),
+    (attitudes, {"alpha": [[0, 0, 0, 0], [0, INF, 0, 0]]}, "alpha must be finite tilt angles of shape (n, 4), n at"),
+    (attitudes, {"alpha": np.zeros((0, 4))}, "alpha must be finite tilt angles"),
+    (attitudes, {"alpha": [[0.0] * 3]}, "alpha must be finite tilt angles"),
+    (attitudes, {"alpha": [[0.0] * 4], "tolerance": 0}, "tolerance must be a finite number above 0, got 0"),
+    (attitudes, {"alpha": [[0.0] * 4], "tolerance": INF}, "tolerance must be a finite number above 0, got inf"),
+    *((curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles") for wrong in ([NAN, 0, 0, 0], [0, 0, 0])),
+    *(
+        (within, {"tilt": tilt}, "tilt must be at least 0 and less than π/2 rad, got ")
+        for tilt in (-0.1, math.pi / 2, NAN, "x", True, np.array([0.1, 0.2]))
+    ),
+]
+
+
+@pytest.mark.parametrize(("function", "arguments", "message"), REFUSED, ids=range(len(REFUSED)))
+def test_bad_input_is_named_in_one_line(function: Any, arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises((FileProblem, InputError)) as caught:
+        function(**arguments)
+    assert re.match(".*".join(map(re.escape, message.split("…"))), str(caught.value))
+    assert "\n" not in str(caught.value)
